@@ -26,6 +26,7 @@ mod root_mean_square;
 mod sequence_files;
 mod shift;
 pub mod suite;
+mod thumbnail;
 mod verdict;
 
 pub use crate::image::{BEAUTY, Channel, ColorEncoding, Image, Samples, layer_of};
@@ -48,4 +49,5 @@ pub use result::{FrameResult, FrameStatus, ShotResult, SuiteResult};
 pub use root_mean_square::{RootMeanSquare, root_mean_square};
 pub use sequence_files::{FilePair, PairedFiles, frame_number, is_sequence, pair_files};
 pub use shift::{Shift, best_shift};
+pub use thumbnail::{heat_map_thumbnail, thumbnail};
 pub use verdict::{FailOn, Verdict, VerdictCounts};

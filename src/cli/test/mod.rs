@@ -1,7 +1,11 @@
 //! `rayframe test`: renders the shots of a suite and compares them with their references.
 
+mod annotations;
+mod findings;
 mod init;
 mod junit;
+mod markdown;
+mod output_files;
 mod report;
 mod text;
 
@@ -18,10 +22,11 @@ use super::summary::counted;
 use crate::progress::{SuiteProgress, one_line, print_note, print_output, print_warning};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Result};
-use rayframe::image_file::{probe_folder, write_atomically};
 use rayframe::regression::suite::{self, RunOptions, Suite};
 use rayframe::regression::{SuiteResult, check_report_place, write_report};
 use rayframe::settings::parse as options;
+
+use output_files::OutputFiles;
 
 /// Options of `rayframe test`.
 #[derive(Clone, Debug, Args)]
@@ -33,17 +38,16 @@ pub(super) struct TestArgs {
     #[command(flatten)]
     suite: SuiteOption,
     /// Write suite.toml in the current folder, or in the one that --suite names
-    #[arg(long, conflicts_with_all = ["filter", "list", "json", "junit", "report", "threads", "quiet"])]
+    #[arg(long, conflicts_with_all = ["filter", "list", "json", "files", "report", "threads", "quiet"])]
     init: bool,
     /// Print the names of the shots, without rendering
-    #[arg(long, conflicts_with_all = ["json", "junit", "report", "threads", "quiet"])]
+    #[arg(long, conflicts_with_all = ["json", "files", "report", "threads", "quiet"])]
     list: bool,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
-    /// Write the result as JUnit XML, for build servers
-    #[arg(long, value_name = "FILE")]
-    junit: Option<PathBuf>,
+    #[command(flatten)]
+    files: OutputFiles,
     /// Folder of the report, instead of the suite's
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
@@ -89,9 +93,7 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     // Check output files before rendering.
     let page = args.report.as_ref().unwrap_or(&suite.report).join("index.html");
     check_report_place(&page)?;
-    if let Some(file) = &args.junit {
-        probe_folder(file)?;
-    }
+    args.files.check()?;
 
     let result = tested(args, &suite, cancel)?;
     let fail_on = args.fail_on.value();
@@ -99,9 +101,7 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     for error in result.not_kept() {
         print_warning(&format!("pending images cannot be stored: {error}"));
     }
-    if let Some(file) = &args.junit {
-        write_atomically(file, junit::junit_xml(&result, fail_on)?.as_bytes())?;
-    }
+    args.files.write(&suite, &result, fail_on)?;
     let text = if args.json {
         report::json(&suite, &result, &page, fail_on)?
     } else {

@@ -43,7 +43,7 @@ mod test_shot;
 pub use approvals::{Approval, read_approvals};
 pub use discover::{SuiteShot, discover};
 pub use orphans::{finish, orphaned_references};
-pub use page::{folders, report_page};
+pub use page::{folders, report_page, suite_title};
 pub use pending::{
     Pending, PendingKind, PendingSelection, accept, check_acceptable, compare_pending, is_ci, pending, reject,
 };

@@ -29,7 +29,7 @@ pub fn report_page(suite: &Suite, result: SuiteResult, command: &str, keeps_pend
     let absolute_path = suite.file.canonicalize().ok().filter(|_| keeps_pending);
     let suite_path = absolute_path.as_deref().unwrap_or(&suite.file);
     ReportPage {
-        title: title(suite),
+        title: suite_title(suite),
         command: command.to_owned(),
         folders,
         shots,
@@ -39,8 +39,8 @@ pub fn report_page(suite: &Suite, result: SuiteResult, command: &str, keeps_pend
     }
 }
 
-/// The name of the suite's folder.
-fn title(suite: &Suite) -> String {
+/// The name of the suite's folder, which is the title of its report.
+pub fn suite_title(suite: &Suite) -> String {
     let folder = suite.file.canonicalize().ok().and_then(|file| Some(file.parent()?.to_owned()));
     let name = folder.as_deref().and_then(Path::file_name).unwrap_or_default();
     name.display().to_string()

@@ -3,6 +3,7 @@
 mod approvals;
 mod failures;
 mod forms;
+mod summaries;
 mod verdicts;
 
 use std::path::{Path, PathBuf};

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::*;
-use crate::regression::encoded_image::tests::unpacked;
-use crate::regression::encoded_image::{base64_bytes, pack_errors};
+use crate::regression::encoded_image::{base64_bytes, pack_errors, unpack_colors};
 use crate::regression::{
     ColorEncoding, EncodedImage, FolderSummary, FrameCommands, FrameResult, FrameStatus, IMAGE_BUDGET_BYTES,
     Image, NamedCommand, Preset, ShotResult, VerdictCounts, compare,
@@ -107,7 +106,7 @@ fn images_can_be_unpacked_from_the_page() {
     let id = format!("id=\"image-{}\">", shown["index"]);
     let packed = STANDARD.decode(between(&text, &id, "</script>")).unwrap();
     let half = |value: f32| half::f16::from_f32(value).to_bits();
-    let pixels = unpacked(&packed, 24);
+    let pixels = unpack_colors(&packed, SIZE).unwrap();
     assert_eq!((pixels.len(), pixels[30]), (384, [half(0.9), half(2.0 * 0.1), half(1.8)]));
 }
 

@@ -1,6 +1,6 @@
 //! `rayframe accept` and `rayframe reject`: apply or discard pending images.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -26,13 +26,23 @@ pub(super) struct RejectArgs {
 #[derive(Clone, Debug, Args)]
 pub(super) struct AcceptArgs {
     #[command(flatten)]
-    which: RejectArgs,
+    pub(super) which: RejectArgs,
     /// Accept the images that changed within the limits, and no others
     #[arg(long)]
-    changed: bool,
+    pub(super) changed: bool,
     /// Accept only what this file approves, which a report exported
     #[arg(long, value_name = "FILE", conflicts_with_all = ["filter", "changed"])]
-    approvals: Option<PathBuf>,
+    pub(super) approvals: Option<PathBuf>,
+    /// Accept images that a build server rendered: the folder of its report, which has images.json
+    #[arg(long, value_name = "DIR")]
+    from: Option<PathBuf>,
+}
+
+impl AcceptArgs {
+    /// The folder of `--from`.
+    pub(super) fn from(&self) -> Option<&Path> {
+        self.from.as_deref()
+    }
 }
 
 /// Accepts pending images as the new references.

@@ -1,6 +1,7 @@
 //! Command line: one file per subcommand, from typed arguments to the run.
 
 mod accept;
+mod accept_rendered;
 mod camera_text;
 mod diff;
 mod exit_status;
@@ -80,7 +81,10 @@ pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitStatus {
             Command::Watch(given) => watch::run(&given),
             Command::Merge(args) => merge::run(&args),
             Command::Test(args) => test::run(&args),
-            Command::Accept(args) => exit_status(accept::accept(&args)),
+            Command::Accept(args) => exit_status(match args.from() {
+                Some(report) => accept_rendered::accept_rendered(&args, report),
+                None => accept::accept(&args),
+            }),
             Command::Reject(args) => exit_status(accept::reject(&args)),
             Command::Review(args) => exit_status(review::run(&args)),
             Command::Info(args) => exit_status(info::run(&args)),

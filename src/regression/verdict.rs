@@ -1,9 +1,9 @@
 //! The verdict on an image: identical to its reference, changed within the limits, or failed.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The outcome of comparing an image with its reference.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// No value's bits differ. Attributes of the files do not count.

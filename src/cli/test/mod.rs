@@ -118,8 +118,9 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
 fn tested(args: &TestArgs, suite: &Suite, cancel: &CancelFlag) -> Result<SuiteResult> {
     let options = RunOptions {
         filter: args.filter.clone(),
-        // Build servers store no pending images; the report holds the images.
+        // Build servers store no pending images but the rendered ones beside the report.
         keeps_pending: !suite::is_ci(),
+        images: suite::is_ci().then(|| args.report.clone().unwrap_or_else(|| suite.report.clone())),
         threads: args.threads.map_or(0, |threads| threads as usize),
     };
     let progress = SuiteProgress::new(!args.quiet && std::io::stderr().is_terminal());

@@ -76,7 +76,7 @@ fn next_steps(text: &mut String, result: &SuiteResult, suite: &str) {
         matches!(frame.status, FrameStatus::Missing | FrameStatus::Different | FrameStatus::Orphaned)
     };
     if is_ci() {
-        text.push_str("\nCI is set: no pending images are stored");
+        text.push_str("\nCI is set: no pending images are stored; keep the folder of the report, then: rayframe accept --from DIR");
     } else if result.frames().any(can_accept) {
         let _ = write!(
             text,

@@ -25,6 +25,7 @@
 //! # }
 //! ```
 
+mod accept_rendered;
 mod approvals;
 mod discover;
 mod filter;
@@ -35,11 +36,13 @@ mod orphans;
 mod page;
 mod pending;
 mod render;
+mod rendered_images;
 mod run;
 mod shell;
 mod suite_file;
 mod test_shot;
 
+pub use accept_rendered::{RenderedChange, RenderedChecks, select_rendered};
 pub use approvals::{Approval, read_approvals};
 pub use discover::{SuiteShot, discover};
 pub use orphans::{finish, orphaned_references};
@@ -47,6 +50,7 @@ pub use page::{folders, report_page, suite_title};
 pub use pending::{
     Pending, PendingKind, PendingSelection, accept, check_acceptable, compare_pending, is_ci, pending, reject,
 };
+pub use rendered_images::{RenderedImage, rendered_images};
 pub use run::{OnShot, RunOptions, chosen_shots, run};
 pub use shell::shell_word;
 pub use suite_file::{SUITE_FILE, Suite};

@@ -9,6 +9,7 @@ use super::limits::PresetLimits;
 use super::names::{image_name, reference_path};
 use super::pending::{discard_image, discard_removal, store_image};
 use super::render::render_shot;
+use super::rendered_images::store_rendered;
 use super::{Suite, SuiteShot};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
@@ -26,6 +27,8 @@ pub struct TestContext<'a> {
     pub suite: &'a Suite,
     /// Whether images that differ or have no reference are stored as pending images.
     pub keeps_pending: bool,
+    /// Folder of a report in which rendered images are stored.
+    pub images: Option<&'a Path>,
     /// Memory for the images of failures, until the report is written.
     pub image_budget: &'a ImageBudget,
     /// Shots that are tested at the same time and share the memory.
@@ -53,6 +56,9 @@ pub fn test_shot(context: &TestContext<'_>, shot: &SuiteShot) -> Result<ShotResu
         }
     };
     let mut not_kept = Vec::new();
+    if let Some(report) = context.images {
+        not_kept.extend(tested.frames.iter().filter_map(|frame| keep_rendered(report, frame).err()));
+    }
     if context.keeps_pending {
         not_kept.extend(tested.frames.iter().filter_map(|frame| update_pending(context.suite, frame).err()));
     }
@@ -95,6 +101,17 @@ fn update_pending(suite: &Suite, frame: &TestedFrame) -> Result<()> {
         (_, Some(bytes)) => store_image(suite, name, verdict, bytes)?,
     }
     discard_removal(suite, name)
+}
+
+/// Stores a frame that changed or fails in the folder of a report, if it may become a reference.
+fn keep_rendered(report: &Path, frame: &TestedFrame) -> Result<()> {
+    let TestedFrame { result, file } = frame;
+    match file {
+        Some(bytes) if result.verdict() != Verdict::Identical && result.status != FrameStatus::Broken => {
+            store_rendered(report, &result.name, bytes)
+        }
+        _ => Ok(()),
+    }
 }
 
 fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> Result<TestedShot> {

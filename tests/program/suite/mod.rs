@@ -3,6 +3,7 @@
 mod approvals;
 mod failures;
 mod forms;
+mod rendered;
 mod summaries;
 mod verdicts;
 

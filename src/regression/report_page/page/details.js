@@ -11,6 +11,7 @@ function showDetails() {
   byId("next").disabled = indices.indexOf(state.shot) === indices.length - 1;
   byId("position").textContent = `${indices.indexOf(state.shot) + 1 || "–"} of ${indices.length}`;
   byId("messages").replaceChildren(...frame.messages.map((message) => element("li", {}, message)));
+  byId("messages").className = frame.verdict;
   const cause = frame.likely;
   byId("cause").hidden = !cause;
   byId("cause").replaceChildren(element("span", { className: "quiet" }, "Likely cause: "), element("strong", {}, cause || ""));

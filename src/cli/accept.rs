@@ -1,13 +1,13 @@
 //! `rayframe accept` and `rayframe reject`: apply or discard pending images.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::suite_options::SuiteOption;
 use crate::progress::print_output;
 use rayframe::error::{Error, Result};
-use rayframe::regression::suite::{self, Approval, Pending, PendingKind, Suite};
+use rayframe::regression::suite::{self, Approval, Pending, PendingKind, PendingSelection, Suite};
 
 /// The message where nothing is pending.
 pub(super) const NOTHING: &str = "no pending images; rayframe test finds differences";
@@ -26,19 +26,32 @@ pub(super) struct RejectArgs {
 #[derive(Clone, Debug, Args)]
 pub(super) struct AcceptArgs {
     #[command(flatten)]
-    which: RejectArgs,
+    pub(super) which: RejectArgs,
+    /// Accept the images that changed within the limits, and no others
+    #[arg(long)]
+    pub(super) changed: bool,
     /// Accept only what this file approves, which a report exported
-    #[arg(long, value_name = "FILE", conflicts_with = "filter")]
-    approvals: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["filter", "changed"])]
+    pub(super) approvals: Option<PathBuf>,
+    /// Accept images that a build server rendered: the folder of its report, which has images.json
+    #[arg(long, value_name = "DIR")]
+    from: Option<PathBuf>,
+}
+
+impl AcceptArgs {
+    /// The folder of `--from`.
+    pub(super) fn from(&self) -> Option<&Path> {
+        self.from.as_deref()
+    }
 }
 
 /// Accepts pending images as the new references.
 pub(super) fn accept(args: &AcceptArgs) -> Result<()> {
     refuse_in_ci("accept")?;
-    let (suite, pending_changes) = pending_changes(&args.which)?;
-    let chosen = match &args.approvals {
-        Some(file) => approved(&suite, &suite::read_approvals(file)?, &pending_changes)?,
-        None => pending_changes,
+    let (suite, selection) = pending_changes(&args.which)?;
+    let (chosen, left_changed) = match &args.approvals {
+        Some(file) => (approved(&suite, &suite::read_approvals(file)?, &selection.changes)?, 0),
+        None => chosen(args, selection),
     };
     // All or nothing.
     for pending in &chosen {
@@ -48,23 +61,43 @@ pub(super) fn accept(args: &AcceptArgs) -> Result<()> {
         suite::accept(&suite, pending)?;
         print_output(&format!("{} {}", done(pending.kind), pending.reference.display()));
     }
-    if chosen.is_empty() {
-        print_output(match args.approvals {
-            Some(_) => "all approved changes are applied already",
-            None => NOTHING,
+    if left_changed > 0 {
+        print_output(&format!(
+            "{} within the limits still pending; rayframe accept --changed{} accepts {}",
+            if left_changed == 1 { "1 change is".to_owned() } else { format!("{left_changed} changes are") },
+            args.which.suite.shown(),
+            if left_changed == 1 { "it" } else { "them" }
+        ));
+    } else if chosen.is_empty() {
+        print_output(match (&args.approvals, args.changed) {
+            (Some(_), _) => "all approved changes are applied already",
+            (None, true) => "no pending images that changed within the limits",
+            (None, false) => NOTHING,
         });
     }
     Ok(())
 }
 
+/// The changes that the options select, and the number of changes within the limits that they leave. Only `--changed` or an exact name
+/// selects those.
+fn chosen(args: &AcceptArgs, selection: PendingSelection) -> (Vec<Pending>, usize) {
+    let is_changed = |pending: &Pending| pending.kind == PendingKind::ReplaceWithinLimits;
+    let (changed, others): (Vec<_>, Vec<_>) = selection.changes.into_iter().partition(is_changed);
+    match (args.changed, selection.is_by_name) {
+        (true, _) => (changed, 0),
+        (false, true) => (others.into_iter().chain(changed).collect(), 0),
+        (false, false) => (others, changed.len()),
+    }
+}
+
 /// Discards pending images.
 pub(super) fn reject(args: &RejectArgs) -> Result<()> {
-    let (_, pending_changes) = pending_changes(args)?;
-    for pending in &pending_changes {
+    let (_, PendingSelection { changes, .. }) = pending_changes(args)?;
+    for pending in &changes {
         suite::reject(pending)?;
         print_output(&rejected(pending));
     }
-    if pending_changes.is_empty() {
+    if changes.is_empty() {
         print_output(NOTHING);
     }
     Ok(())
@@ -85,7 +118,9 @@ pub(super) fn refuse_in_ci(command: &str) -> Result<()> {
 pub(super) fn rejected(pending: &Pending) -> String {
     match pending.kind {
         PendingKind::Remove => format!("kept {}", pending.reference.display()),
-        PendingKind::Add | PendingKind::Replace => format!("rejected {}", pending.name),
+        PendingKind::Add | PendingKind::Replace | PendingKind::ReplaceWithinLimits => {
+            format!("rejected {}", pending.name)
+        }
     }
 }
 
@@ -93,17 +128,17 @@ pub(super) fn rejected(pending: &Pending) -> String {
 pub(super) fn done(kind: PendingKind) -> &'static str {
     match kind {
         PendingKind::Add => "added",
-        PendingKind::Replace => "replaced",
+        PendingKind::Replace | PendingKind::ReplaceWithinLimits => "replaced",
         PendingKind::Remove => "removed",
     }
 }
 
 /// The suite, and its selected pending changes.
-pub(super) fn pending_changes(args: &RejectArgs) -> Result<(Suite, Vec<Pending>)> {
+pub(super) fn pending_changes(args: &RejectArgs) -> Result<(Suite, PendingSelection)> {
     let suite = args.suite.read()?;
     let shots = suite::discover(&suite)?;
-    let pending_changes = suite::pending(&suite, &shots, &args.filter)?;
-    Ok((suite, pending_changes))
+    let selection = suite::pending(&suite, &shots, &args.filter)?;
+    Ok((suite, selection))
 }
 
 /// The approved changes among `pending_changes`. Approvals that are applied already are skipped; every other approval must fit a pending change,

@@ -17,7 +17,7 @@ use page::DiffPage;
 use rayframe::settings as layer_options;
 use report::{FrameReport, Report};
 
-/// Compares, prints, and returns whether everything is within the limits.
+/// Compares, prints, and returns whether no verdict is one that `--fail-on` names.
 pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     let paired = pair_files(&args.actual, &args.reference)?;
     let heat_map = args.heat_map.as_deref().map(|name| MapPattern::heat_map(name, &paired)).transpose()?;
@@ -50,7 +50,7 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     } else {
         print_output(&text::text(&report, is_sequence));
     }
-    Ok(report.same)
+    Ok(!args.fail_on.value().fails(report.verdict))
 }
 
 fn compared(

@@ -1,9 +1,11 @@
 //! Command line: one file per subcommand, from typed arguments to the run.
 
 mod accept;
+mod accept_rendered;
 mod camera_text;
 mod diff;
 mod exit_status;
+mod fail_on;
 mod info;
 mod merge;
 mod outcome;
@@ -50,9 +52,9 @@ enum Command {
     Merge(merge::MergeArgs),
     /// Show the contents of a file, what is rendered, and what is not supported
     Info(info::InfoArgs),
-    /// Compare two images or two sequences; exit code 0: same within the preset, 1: different
+    /// Compare two images or two sequences; exit code 0: within the limits of the preset, 1: not
     Diff(diff::DiffArgs),
-    /// Render a suite of shots and compare them with their references; exit code 1: something differs
+    /// Render a suite of shots and compare them with their references; exit code 1: something fails
     Test(test::TestArgs),
     /// Accept pending images as the new references
     Accept(accept::AcceptArgs),
@@ -79,7 +81,10 @@ pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitStatus {
             Command::Watch(given) => watch::run(&given),
             Command::Merge(args) => merge::run(&args),
             Command::Test(args) => test::run(&args),
-            Command::Accept(args) => exit_status(accept::accept(&args)),
+            Command::Accept(args) => exit_status(match args.from() {
+                Some(report) => accept_rendered::accept_rendered(&args, report),
+                None => accept::accept(&args),
+            }),
             Command::Reject(args) => exit_status(accept::reject(&args)),
             Command::Review(args) => exit_status(review::run(&args)),
             Command::Info(args) => exit_status(info::run(&args)),

@@ -22,7 +22,8 @@ enum Decision {
 /// Asks about each pending change.
 pub(super) fn run(args: &RejectArgs) -> Result<()> {
     refuse_in_ci("review")?;
-    let (suite, pending_changes) = pending_changes(args)?;
+    let (suite, selection) = pending_changes(args)?;
+    let pending_changes = selection.changes;
     if pending_changes.is_empty() {
         print_output(NOTHING);
     }
@@ -90,6 +91,7 @@ fn show(suite: &Suite, pending: &Pending, (at, count): (usize, usize)) -> Option
     let what = match pending.kind {
         PendingKind::Add => "has no reference yet",
         PendingKind::Replace => "differs from its reference",
+        PendingKind::ReplaceWithinLimits => "changed within the limits of its reference",
         PendingKind::Remove => "is a reference that no shot renders",
     };
     print_output(&format!("{at}/{count} {} {what}", one_line(&pending.name)));
@@ -123,7 +125,7 @@ fn described(comparison: &Comparison) -> String {
     let likely = comparison.cause.as_ref().map(|cause| format!("likely {cause}"));
     let mut lines = comparison.failures();
     if lines.is_empty() {
-        lines.push("it passes now".to_owned());
+        lines.push(comparison.largest_measure().unwrap_or_else(|| "it is identical now".to_owned()));
     }
     let lines = lines.into_iter().chain(likely).map(|line| format!("  {}", one_line(&line)));
     lines.collect::<Vec<_>>().join("\n")

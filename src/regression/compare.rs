@@ -9,6 +9,7 @@ use super::non_finite::non_finite;
 use super::pooling::pool;
 use super::presets::Limits;
 use super::root_mean_square::root_mean_square;
+use super::verdict::Verdict;
 use super::{ColorEncoding, Image};
 use crate::color::luminance;
 use crate::output::Aov;
@@ -31,10 +32,14 @@ pub fn compare(actual: &Image, reference: &Image, limits: &Limits) -> Comparison
     if let (Some(ours), Some(theirs)) = (actual.colors(), reference.colors()) {
         compare_colors(&mut comparison, &Colors { actual: &ours, reference: &theirs }, reference, limits);
     }
-    if !comparison.passes() {
-        comparison.cause =
-            likely_cause(actual, reference, &beyond_limits(&comparison.layers, reference, limits));
-    }
+    comparison.cause = match comparison.verdict() {
+        Verdict::Identical => None,
+        // No layer is beyond its limit.
+        Verdict::Changed => likely_cause(actual, reference, &with_any_difference(&comparison.layers)),
+        Verdict::Failed => {
+            likely_cause(actual, reference, &beyond_limits(&comparison.layers, reference, limits))
+        }
+    };
     comparison
 }
 
@@ -47,6 +52,15 @@ fn beyond_limits(layers: &[LayerDifference], reference: &Image, limits: &Limits)
         LayerDifference { different_pixels: if passes { 0 } else { layer.different_pixels }, ..layer.clone() }
     });
     limited.collect()
+}
+
+/// The layers, with the number of pixels whose bits differ.
+fn with_any_difference(layers: &[LayerDifference]) -> Vec<LayerDifference> {
+    let counted = layers.iter().map(|layer| {
+        let different = layer.channels.iter().map(|channel| channel.different);
+        LayerDifference { different_pixels: different.max().unwrap_or(0), ..layer.clone() }
+    });
+    counted.collect()
 }
 
 fn mismatches(actual: &Image, reference: &Image) -> Vec<Mismatch> {

@@ -10,6 +10,7 @@ use super::flip::{ExposureRange, FlipMap};
 use super::non_finite::NonFinite;
 use super::pooling::PooledErrors;
 use super::root_mean_square::RootMeanSquare;
+use super::verdict::Verdict;
 
 /// A difference that no limit allows.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -76,7 +77,7 @@ pub struct Comparison {
     /// FLIP of every pixel. `None` for images without colours or of different sizes.
     #[serde(skip)]
     pub flip_map: Option<FlipMap>,
-    /// The likely cause. `None` for comparisons that pass, and where none is found.
+    /// The likely cause. `None` for identical images, and where none is found.
     #[serde(flatten, serialize_with = "cause_and_text")]
     pub cause: Option<Cause>,
 }
@@ -85,6 +86,32 @@ impl Comparison {
     /// Whether there is no mismatch and every check passes.
     pub fn passes(&self) -> bool {
         self.mismatches.is_empty() && self.checks.iter().all(|check| check.passes)
+    }
+
+    /// Whether the image is identical, changed within the limits, or failed.
+    pub fn verdict(&self) -> Verdict {
+        match (self.passes(), self.is_identical) {
+            (false, _) => Verdict::Failed,
+            (true, false) => Verdict::Changed,
+            (true, true) => Verdict::Identical,
+        }
+    }
+
+    /// The measure that comes closest to its limit, or exceeds it by most, in one line. Where no measure with a limit shows a
+    /// difference, the largest difference of a value. `None` where no value differs.
+    pub fn largest_measure(&self) -> Option<String> {
+        let share = |check: &Check| check.measured / check.limit;
+        let shown = self.checks.iter().filter(|check| check.measured > 0.0 && check.limit.is_finite());
+        if let Some(check) = shown.max_by(|a, b| share(a).total_cmp(&share(b))) {
+            return Some(check.to_string());
+        }
+        let channels = self.layers.iter().flat_map(|layer| &layer.channels);
+        let channel = channels.filter(|channel| channel.different > 0);
+        channel.max_by(|a, b| a.largest.total_cmp(&b.largest)).map(|channel| {
+            let (x, y) = channel.largest_at;
+            let largest = short(channel.largest);
+            format!("largest difference of {}: {largest}, at column {x}, row {y}", channel.channel)
+        })
     }
 
     /// Mismatches and failed checks, one line each.
@@ -164,6 +191,26 @@ impl std::fmt::Display for Mismatch {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_largest_measure_is_the_one_closest_to_its_limit() {
+        let check = |measure: &str, measured: f64, limit: f64| Check {
+            measure: measure.to_owned(),
+            measured,
+            limit,
+            at: None,
+            passes: measured <= limit,
+        };
+        let checks = vec![check("a", 0.5, f64::INFINITY), check("b", 0.1, 0.2), check("c", 0.3, 0.4)];
+        let mut comparison = Comparison { checks, ..Comparison::default() };
+        assert_eq!(comparison.largest_measure().as_deref(), Some("c: 0.3 <= 0.4"));
+        assert_eq!(comparison.verdict(), Verdict::Changed);
+        comparison.checks.push(check("d", 0.1, 0.0));
+        assert_eq!(comparison.largest_measure().as_deref(), Some("d: 0.1 > 0"));
+        assert_eq!(comparison.verdict(), Verdict::Failed);
+        comparison.checks.clear();
+        assert_eq!(comparison.largest_measure(), None);
+    }
 
     #[test]
     fn numbers_are_short() {

@@ -4,9 +4,9 @@
 //! from its left neighbour, the first of a row as the difference from the one above. High bytes of all planes precede low bytes, in
 //! one zlib stream. Smooth images take a quarter of the bytes of their halves, and browsers unpack them without a library.
 
-use std::io::Write as _;
+use std::io::{Read as _, Write as _};
 
-use flate2::{Compression, write::ZlibEncoder};
+use flate2::{Compression, read::ZlibDecoder, write::ZlibEncoder};
 use half::f16;
 
 use super::{ColorEncoding, FlipMap, Image};
@@ -50,6 +50,22 @@ impl EncodedImage {
     #[must_use]
     pub fn without_pixels(self) -> Self {
         Self { colors: None, errors: None, dropped_bytes: self.needed_bytes(), ..self }
+    }
+
+    /// The colours row by row, as packed. `None` where the pixels were dropped.
+    pub(super) fn unpacked_colors(&self) -> Option<Vec<[f32; 3]>> {
+        let halves = unpack_colors(self.colors.as_deref()?, self.size)?;
+        Some(halves.into_iter().map(|color| color.map(|bits| f16::from_bits(bits).to_f32())).collect())
+    }
+
+    /// FLIP of every pixel in 255 steps. `None` where there is no map.
+    pub(super) fn unpacked_errors(&self) -> Option<Vec<u8>> {
+        let (width, count) = (self.size.0 as usize, pixel_count(self.size));
+        let mut steps = inflated(self.errors.as_deref()?)?;
+        for at in 0..steps.len() {
+            steps[at] = steps[at].wrapping_add(before(&steps, at, width).unwrap_or_default());
+        }
+        (steps.len() == count).then_some(steps)
     }
 
     /// Bytes on the page, including those of dropped pixels.
@@ -97,6 +113,27 @@ fn pack_colors(colors: &[[f32; 3]], width: usize) -> Vec<u8> {
     deflated(&bytes)
 }
 
+/// Reverses [`pack_colors`]: the bits of halves, row by row.
+pub(super) fn unpack_colors(packed: &[u8], size: (u32, u32)) -> Option<Vec<[u16; 3]>> {
+    let (width, count) = (size.0 as usize, pixel_count(size));
+    let bytes = inflated(packed).filter(|bytes| bytes.len() == count * 6)?;
+    let (high, low) = bytes.split_at(count * 3);
+    let mut planes = [0, 1, 2].map(|_| vec![0_u16; count]);
+    for (index, plane) in planes.iter_mut().enumerate() {
+        for at in 0..count {
+            let delta = u16::from_be_bytes([high[index * count + at], low[index * count + at]]);
+            plane[at] = delta.wrapping_add(before(plane, at, width).unwrap_or_default());
+        }
+    }
+    let [green, red, blue] = &planes;
+    let pixel = |at: usize| [red[at].wrapping_add(green[at]), green[at], blue[at].wrapping_add(green[at])];
+    Some((0..count).map(pixel).collect())
+}
+
+fn pixel_count((width, height): (u32, u32)) -> usize {
+    width as usize * height as usize
+}
+
 /// The neighbour from which a value is predicted.
 fn before<T: Copy>(plane: &[T], at: usize, width: usize) -> Option<T> {
     let distance = if at.is_multiple_of(width) { width } else { 1 };
@@ -116,41 +153,15 @@ fn deflated(bytes: &[u8]) -> Vec<u8> {
     encoder.finish().unwrap_or_default()
 }
 
+fn inflated(packed: &[u8]) -> Option<Vec<u8>> {
+    let mut bytes = Vec::new();
+    ZlibDecoder::new(packed).read_to_end(&mut bytes).ok()?;
+    Some(bytes)
+}
+
 #[cfg(test)]
-pub(super) mod tests {
-    use std::io::Read as _;
-
+mod tests {
     use super::*;
-
-    fn inflated(packed: &[u8]) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        flate2::read::ZlibDecoder::new(packed).read_to_end(&mut bytes).unwrap();
-        bytes
-    }
-
-    /// Unpacks colours as the script does.
-    pub(crate) fn unpacked(packed: &[u8], width: usize) -> Vec<[u16; 3]> {
-        let bytes = inflated(packed);
-        let count = bytes.len() / 6;
-        let mut planes = vec![vec![0_u16; count]; 3];
-        for (plane, values) in planes.iter_mut().enumerate() {
-            for at in 0..count {
-                let delta =
-                    u16::from_be_bytes([bytes[plane * count + at], bytes[count * 3 + plane * count + at]]);
-                let before = match at {
-                    0 => 0,
-                    _ if at % width == 0 => values[at - width],
-                    _ => values[at - 1],
-                };
-                values[at] = delta.wrapping_add(before);
-            }
-        }
-        let pixel = |at: usize| {
-            let g = planes[0][at];
-            [planes[1][at].wrapping_add(g), g, planes[2][at].wrapping_add(g)]
-        };
-        (0..count).map(pixel).collect()
-    }
 
     #[test]
     fn colours_round_trip_as_halves() {
@@ -160,13 +171,13 @@ pub(super) mod tests {
         let pixels: Vec<_> = (0..5 * 7).map(pixel).collect();
         let image = Image::from_rgba((5, 7), ColorEncoding::Linear, &pixels);
         let packed = EncodedImage::new(&image).unwrap();
-        let back = unpacked(packed.colors.as_ref().unwrap(), 5);
+        let back = unpack_colors(packed.colors.as_ref().unwrap(), (5, 7)).unwrap();
         let halves = |[r, g, b, _]: [f32; 4]| {
             [r, g, b].map(|value| f16::from_f32(if value == 1e30 { 65504.0 } else { value }).to_bits())
         };
         assert_eq!(back, pixels.into_iter().map(halves).collect::<Vec<_>>());
         let nan = Image::from_rgba((1, 1), ColorEncoding::Linear, &[[f32::NAN, 1.0, 1.0, 1.0]]);
-        let back = unpacked(&EncodedImage::new(&nan).unwrap().colors.unwrap(), 1);
+        let back = unpack_colors(&EncodedImage::new(&nan).unwrap().colors.unwrap(), (1, 1)).unwrap();
         assert!(f16::from_bits(back[0][0]).is_nan());
     }
 
@@ -175,7 +186,7 @@ pub(super) mod tests {
         let pixels: Vec<_> = (0..=255).map(|step: u8| [f32::from(step) / 255.0; 4]).collect();
         let opaque = pixels.iter().map(|[v, ..]| [*v, *v, *v, 1.0]).collect::<Vec<_>>();
         let image = Image::from_rgba((16, 16), ColorEncoding::Srgb, &opaque);
-        let back = unpacked(&EncodedImage::new(&image).unwrap().colors.unwrap(), 16);
+        let back = unpack_colors(&EncodedImage::new(&image).unwrap().colors.unwrap(), (16, 16)).unwrap();
         for (step, [r, ..]) in back.into_iter().enumerate() {
             assert_eq!((f16::from_bits(r).to_f32() * 255.0 + 0.5) as usize, step);
         }
@@ -198,10 +209,8 @@ pub(super) mod tests {
         assert!(packed.size_bytes() < 320 * 180 * 6 / 4, "{}", packed.size_bytes());
         let with_errors = packed.clone().with_errors(&map);
         assert!(with_errors.size_bytes() > packed.size_bytes());
-        let deltas = inflated(&with_errors.errors.unwrap());
-        let last_row: u8 = (0..180).map(|row| deltas[row * 320]).fold(0, u8::wrapping_add);
-        let last = deltas[179 * 320 + 1..].iter().fold(last_row, |sum, delta| sum.wrapping_add(*delta));
-        assert_eq!(last, 255);
+        let errors = with_errors.unpacked_errors().unwrap();
+        assert_eq!((errors[0], errors[320 * 90], errors[320 * 180 - 1]), (0, 128, 255));
         assert_eq!(packed.without_pixels().size_bytes(), 0);
     }
 
@@ -211,6 +220,6 @@ pub(super) mod tests {
         image.channels.retain(|channel| channel.name == "A");
         assert_eq!(EncodedImage::new(&image), None);
         let empty = Image::from_rgba((0, 0), ColorEncoding::Linear, &[]);
-        assert_eq!(unpacked(&EncodedImage::new(&empty).unwrap().colors.unwrap(), 0), [[0; 3]; 0]);
+        assert_eq!(EncodedImage::new(&empty).unwrap().unpacked_colors(), Some(Vec::new()));
     }
 }

@@ -5,7 +5,7 @@
 //! [FLIP](FlipMap) and its [pooled errors](PooledErrors), values that are [not finite](NonFinite), and the likely [cause](Cause).
 //!
 //! A [`suite`] is a folder of shots with reference images. Its shots are rendered as by `rayframe render` and compared; a person
-//! accepts or rejects the differences. [`SuiteResult`] is the tree of results from which page, JSON and JUnit are written.
+//! accepts or rejects the differences. A [`Verdict`] tells identical images from changed and failed ones. [`SuiteResult`] is the tree of results from which page, JSON and JUnit are written.
 //!
 //! Nothing here prints.
 
@@ -26,6 +26,8 @@ mod root_mean_square;
 mod sequence_files;
 mod shift;
 pub mod suite;
+mod thumbnail;
+mod verdict;
 
 pub use crate::image::{BEAUTY, Channel, ColorEncoding, Image, Samples, layer_of};
 pub use cause::{Cause, likely_cause};
@@ -47,3 +49,5 @@ pub use result::{FrameResult, FrameStatus, ShotResult, SuiteResult};
 pub use root_mean_square::{RootMeanSquare, root_mean_square};
 pub use sequence_files::{FilePair, PairedFiles, frame_number, is_sequence, pair_files};
 pub use shift::{Shift, best_shift};
+pub use thumbnail::{heat_map_thumbnail, thumbnail};
+pub use verdict::{FailOn, Verdict, VerdictCounts};

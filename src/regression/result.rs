@@ -11,6 +11,7 @@ use serde::{Serialize, Serializer};
 use super::comparison::Comparison;
 use super::encoded_image::EncodedImage;
 use super::presets::Limits;
+use super::verdict::{FailOn, Verdict, VerdictCounts};
 use crate::error::Error;
 
 /// The result of a suite.
@@ -50,7 +51,7 @@ pub struct ShotResult {
 }
 
 /// The result of one frame.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub struct FrameResult {
     /// The name of the reference without extension: `light/point`, `light/point.0012`.
     pub name: String,
@@ -58,19 +59,15 @@ pub struct FrameResult {
     pub frame: Option<i64>,
     /// The outcome.
     pub status: FrameStatus,
-    /// Failures, one line each.
+    /// Failures, one line each; the largest measure of an image that changed within the limits.
     pub messages: Vec<String>,
-    /// Hash of the rendered pixels ([`super::pixel_hash`]), which approvals name. `None` for frames that pass.
-    #[serde(rename = "hash")]
+    /// Hash of the rendered pixels ([`super::pixel_hash`]), which approvals name. `None` for identical frames.
     pub actual_hash: Option<String>,
     /// The comparison with the reference. `None` where there was nothing to compare.
-    #[serde(flatten, serialize_with = "comparison_or_empty")]
     pub comparison: Option<Comparison>,
-    /// The reference, for frames that fail.
-    #[serde(skip)]
+    /// The reference, for frames that changed or fail.
     pub expected: Option<EncodedImage>,
-    /// The rendered image, for frames that fail.
-    #[serde(skip)]
+    /// The rendered image, for frames that changed or fail.
     pub actual: Option<EncodedImage>,
 }
 
@@ -118,6 +115,23 @@ impl FrameResult {
         }
     }
 
+    /// Whether the frame is identical, changed within the limits, or failed.
+    pub fn verdict(&self) -> Verdict {
+        match (self.status, &self.comparison) {
+            (FrameStatus::Passed, Some(comparison)) if !comparison.is_identical => Verdict::Changed,
+            (FrameStatus::Passed, _) => Verdict::Identical,
+            _ => Verdict::Failed,
+        }
+    }
+
+    /// The status in words, for lists: of frames that pass, the verdict.
+    pub fn kind(&self) -> &'static str {
+        match self.status {
+            FrameStatus::Passed => self.verdict().name(),
+            failed => failed.name(),
+        }
+    }
+
     /// Whether the frame passes.
     pub fn passes(&self) -> bool {
         self.status == FrameStatus::Passed
@@ -135,6 +149,11 @@ impl FrameResult {
 }
 
 impl ShotResult {
+    /// The worst verdict of its frames.
+    pub fn verdict(&self) -> Verdict {
+        self.frames.iter().map(FrameResult::verdict).collect::<VerdictCounts>().worst()
+    }
+
     /// Whether every frame passes.
     pub fn passes(&self) -> bool {
         self.frames.iter().all(FrameResult::passes)
@@ -172,10 +191,14 @@ impl SuiteResult {
         failures_of(self.frames())
     }
 
-    /// Counts of frames that pass and of frames that fail.
-    pub fn counts(&self) -> (usize, usize) {
-        let passed = self.frames().filter(|frame| frame.passes()).count();
-        (passed, self.frames().count() - passed)
+    /// Numbers of frames by verdict. Orphaned references fail.
+    pub fn counts(&self) -> VerdictCounts {
+        self.frames().map(FrameResult::verdict).collect()
+    }
+
+    /// Whether a verdict makes the run fail.
+    pub fn fails(&self, fail_on: FailOn) -> bool {
+        fail_on.fails(self.counts().worst())
     }
 }
 
@@ -194,15 +217,31 @@ impl Serialize for ShotResult {
     }
 }
 
-/// Serialises a frame without a comparison with the fields of an empty one.
-#[expect(clippy::ref_option, reason = "serde passes a reference to the field")]
-fn comparison_or_empty<S: Serializer>(
-    comparison: &Option<Comparison>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    match comparison {
-        Some(comparison) => comparison.serialize(serializer),
-        None => Comparison::default().serialize(serializer),
+impl Serialize for FrameResult {
+    /// Serialises the verdict, too. A frame without a comparison has the fields of an empty one.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Fields<'a> {
+            name: &'a str,
+            frame: Option<i64>,
+            status: FrameStatus,
+            verdict: Verdict,
+            messages: &'a [String],
+            hash: Option<&'a str>,
+            #[serde(flatten)]
+            comparison: &'a Comparison,
+        }
+        let none = Comparison::default();
+        let fields = Fields {
+            name: &self.name,
+            frame: self.frame,
+            status: self.status,
+            verdict: self.verdict(),
+            messages: &self.messages,
+            hash: self.actual_hash.as_deref(),
+            comparison: self.comparison.as_ref().unwrap_or(&none),
+        };
+        fields.serialize(serializer)
     }
 }
 
@@ -211,8 +250,9 @@ fn names<S: Serializer>(frames: &[FrameResult], serializer: S) -> Result<S::Ok, 
 }
 
 fn failures_of<'a>(frames: impl Iterator<Item = &'a FrameResult>) -> Vec<String> {
-    let lines =
-        frames.flat_map(|frame| frame.messages.iter().map(|message| format!("{}: {message}", frame.name)));
+    let lines = frames
+        .filter(|frame| !frame.passes())
+        .flat_map(|frame| frame.messages.iter().map(|message| format!("{}: {message}", frame.name)));
     lines.collect()
 }
 

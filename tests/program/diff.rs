@@ -89,7 +89,7 @@ fn two_images_match_or_differ_with_value_and_limit() {
     let output = rayframe(&["diff", &b, &a]);
     let told = printed(&output);
     assert_eq!(output.status.code(), Some(1), "{told}");
-    assert!(told.starts_with("different by preset visual: "), "{told}");
+    assert!(told.starts_with("failed (preset visual): "), "{told}");
     assert!(
         told.contains("  FAIL FLIP of the worst tile: 0.") && told.contains(" > 0.2, worst at column "),
         "{told}"
@@ -140,7 +140,8 @@ fn sequences_are_matched_by_frame_and_missing_frames_are_named() {
     assert_eq!(output.status.code(), Some(1));
     assert!(told.contains("mean FLIP   ▁▁█"), "{told}");
     assert!(told.contains("missing in the first: the frame of ") && told.contains("b_4.exr"), "{told}");
-    assert!(told.contains("different: 1 of 3 frames different by preset visual, 1 missing"), "{told}");
+    let counts = "failed (preset visual): 2 frames identical, 0 changed within limits, 1 failed, 1 missing";
+    assert!(told.contains(counts), "{told}");
     let heat = stage.at("heat.####.png");
     let report =
         json(&rayframe(&["diff", &stage.at("new"), &stage.at("old"), "--json", "--heat-map", &heat]));
@@ -199,4 +200,34 @@ fn aovs_show_the_cause_of_a_change() {
     // Only the selected AOVs count.
     let code = |aovs| rayframe(&["diff", &brighter, &lit, "--preset", "exact", "--aovs", aovs]).status.code();
     assert_eq!((code("data"), code("beauty"), code("depth,albedo")), (Some(0), Some(1), Some(0)));
+}
+
+#[test]
+fn images_that_changed_within_limits_are_told_from_identical_ones() {
+    let stage = Stage::new();
+    let write = |name: &str, value: f32| {
+        let image = Image::from_rgba((40, 24), ColorEncoding::Linear, &vec![[value, value, value, 1.0]; 960]);
+        image.write(Path::new(&stage.at(name))).unwrap();
+        stage.at(name)
+    };
+    let (old, new) = (write("old.exr", 0.5), write("new.exr", 0.501));
+    let output = rayframe(&["diff", &new, &old]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert!(printed(&output).starts_with("changed within limits (preset visual): "), "{output:?}");
+    let report = json(&rayframe(&["diff", &new, &old, "--json"]));
+    assert_eq!((&report["same"], &report["verdict"]), (&true.into(), &"changed".into()));
+    assert_eq!(
+        (&report["frames"][0]["verdict"], &report["frames"][0]["cause"]["kind"]),
+        (&"changed".into(), &"light".into())
+    );
+    // One word of the command line makes the change a failure.
+    let code = |actual: &str| rayframe(&["diff", actual, &old, "--fail-on", "changed"]).status.code();
+    assert_eq!((code(&new), code(&old)), (Some(1), Some(0)));
+    assert_eq!(rayframe(&["diff", &new, &old, "--fail-on", "different"]).status.code(), Some(2));
+    // The page shows changed images.
+    let folder = stage.at("report");
+    rayframe(&["diff", &new, &old, "--report", &folder]);
+    let page = std::fs::read_to_string(format!("{folder}/index.html")).unwrap();
+    assert!(page.contains("<h2>Changed within limits</h2>") && page.contains("id=\"image-2\""));
+    assert!(!page.contains("<h2>Failed</h2>"));
 }

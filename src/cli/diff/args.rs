@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+
+use super::super::fail_on::FailOnOption;
 use rayframe::regression::Preset;
 
 /// Options of `rayframe diff`.
@@ -27,6 +29,8 @@ pub(in crate::cli) struct DiffArgs {
     /// Write DIR/index.html: both images with a slider, flicker, exposure, heat map, graph and all measures, in one file
     #[arg(long, value_name = "DIR")]
     pub(super) report: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) fail_on: FailOnOption,
     /// Print JSON
     #[arg(long)]
     pub(super) json: bool,

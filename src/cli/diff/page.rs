@@ -8,8 +8,8 @@ use rayframe::error::{Error, Result};
 use rayframe::regression::suite::shell_word;
 use rayframe::regression::{
     Comparison, EncodedImage, FilePair, FlipMap, FolderSummary, FrameCommands, FrameResult, FrameStatus,
-    Image, ImageBudget, NamedCommand, PairedFiles, ReportPage, ShotResult, check_report_place, frame_number,
-    is_sequence, write_report,
+    Image, ImageBudget, NamedCommand, PairedFiles, ReportPage, ShotResult, Verdict, VerdictCounts,
+    check_report_place, frame_number, is_sequence, write_report,
 };
 
 /// A report page under construction.
@@ -30,7 +30,7 @@ impl DiffPage {
         Ok(Self { path, frames: Vec::new(), image_budget: ImageBudget::new() })
     }
 
-    /// Adds two compared files. Images are kept where they differ.
+    /// Adds two compared files. Images are kept where they are not identical.
     pub(super) fn add(
         &mut self,
         pair: &FilePair,
@@ -38,17 +38,19 @@ impl DiffPage {
         comparison: &Comparison,
         map: Option<&FlipMap>,
     ) {
-        let passes = comparison.passes();
-        let [actual, expected] = images.map(|image| if passes { None } else { EncodedImage::new(image) });
+        let (passes, is_identical) = (comparison.passes(), comparison.verdict() == Verdict::Identical);
+        let [actual, expected] =
+            images.map(|image| if is_identical { None } else { EncodedImage::new(image) });
         let actual = match map {
             Some(map) => actual.map(|image| image.with_errors(map)),
             None => actual,
         };
+        let largest_measure = comparison.largest_measure().into_iter().collect();
         let frame = FrameResult {
             name: stem(&pair.actual),
             frame: pair.frame,
             status: if passes { FrameStatus::Passed } else { FrameStatus::Different },
-            messages: comparison.failures(),
+            messages: if passes { largest_measure } else { comparison.failures() },
             comparison: Some(Comparison { flip_map: None, ..comparison.clone() }),
             expected,
             actual,
@@ -68,18 +70,17 @@ impl DiffPage {
         if self.frames.iter().all(|frame| frame.frame.is_some()) {
             self.frames.sort_by_key(|frame| frame.frame);
         }
-        let failed = self.frames.iter().filter(|frame| !frame.passes()).count();
-        let passed = self.frames.len() - failed;
+        let counts: VerdictCounts = self.frames.iter().map(FrameResult::verdict).collect();
         let mut page = ReportPage {
             title: format!("{} against {}", shown(&args.actual), shown(&args.reference)),
             command: command(args, &args.actual, &args.reference, &["--report", &folder(args)]),
-            folders: vec![FolderSummary { name: String::new(), passed, failed, seconds: 0.0 }],
+            folders: vec![FolderSummary { counts, ..FolderSummary::default() }],
             shots: Vec::new(),
             shot_commands: BTreeMap::new(),
             frame_commands: frame_commands(args, paired, &self.frames),
             accept_command: String::new(),
         };
-        if failed > 0 {
+        if counts.worst() != Verdict::Identical {
             let name = shown(&args.actual);
             page.shot_commands.insert(name.clone(), commands(args, paired, &self.frames));
             page.shots.push(ShotResult {
@@ -136,8 +137,8 @@ fn frame_commands(
     frames: &[FrameResult],
 ) -> BTreeMap<String, FrameCommands> {
     let pairs: BTreeMap<_, _> = paired.pairs.iter().map(|pair| (stem(&pair.actual), pair)).collect();
-    let failed = frames.iter().filter(|frame| frame.status == FrameStatus::Different);
-    let known = failed.filter_map(|frame| {
+    let differing = frames.iter().filter(|frame| frame.verdict() != Verdict::Identical);
+    let known = differing.filter_map(|frame| {
         let pair = pairs.get(&frame.name)?;
         let has_flip = frame.comparison.as_ref().is_some_and(|comparison| comparison.flip.is_some());
         let heat_map = || command(args, &pair.actual, &pair.reference, &["--heat-map", "heat.png"]);
@@ -157,14 +158,16 @@ fn alone(args: &DiffArgs, pair: &FilePair) -> String {
 }
 
 fn worst_pair<'a>(paired: &'a PairedFiles, frames: &[FrameResult]) -> Option<&'a FilePair> {
-    let tile = |pair: &FilePair| {
+    let severity = |pair: &FilePair| {
         let name = stem(&pair.actual);
         let frame =
-            frames.iter().find(|frame| frame.name == name && frame.status == FrameStatus::Different)?;
-        Some(frame.comparison.as_ref()?.flip.map_or(0.0, |flip| flip.tile))
+            frames.iter().find(|frame| frame.name == name && frame.verdict() != Verdict::Identical)?;
+        let tile = frame.comparison.as_ref()?.flip.map_or(0.0, |flip| flip.tile);
+        Some((frame.verdict(), tile))
     };
-    let worst = paired.pairs.iter().filter_map(|pair| Some((tile(pair)?, pair)));
-    worst.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, pair)| pair)
+    let worst = paired.pairs.iter().filter_map(|pair| Some((severity(pair)?, pair)));
+    let worst = worst.max_by(|(a, _), (b, _)| a.0.cmp(&b.0).then_with(|| a.1.total_cmp(&b.1)));
+    worst.map(|(_, pair)| pair)
 }
 
 fn command(args: &DiffArgs, actual: &Path, reference: &Path, options: &[&str]) -> String {
@@ -173,6 +176,7 @@ fn command(args: &DiffArgs, actual: &Path, reference: &Path, options: &[&str]) -
     if args.aovs != "all" {
         words.extend(["--aovs", &args.aovs]);
     }
+    words.extend(args.fail_on.words());
     words.extend(options);
     words.into_iter().map(shell_word).collect::<Vec<_>>().join(" ")
 }

@@ -6,7 +6,9 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::args::shown;
-use rayframe::regression::{Comparison, FilePair, Limits, PairedFiles, PooledErrors, Preset};
+use rayframe::regression::{
+    Comparison, FilePair, Limits, PairedFiles, PooledErrors, Preset, Verdict, VerdictCounts,
+};
 
 const SCHEMA: u32 = 1;
 
@@ -19,6 +21,8 @@ pub(super) struct Report {
     limits: Limits,
     /// Whether everything passes and nothing is missing.
     pub(super) same: bool,
+    /// The worst verdict; `failed` where a file has no counterpart.
+    pub(super) verdict: Verdict,
     /// References without an actual file.
     pub(super) missing_in_actual: Vec<String>,
     /// Actual files without a reference.
@@ -43,6 +47,7 @@ pub(super) struct FrameReport {
     pub(super) actual: String,
     pub(super) reference: String,
     pub(super) same: bool,
+    pub(super) verdict: Verdict,
     actual_hash: String,
     reference_hash: String,
     /// Mismatches and failed checks, one line each.
@@ -62,6 +67,7 @@ impl FrameReport {
             actual: shown(&pair.actual),
             reference: shown(&pair.reference),
             same: comparison.passes(),
+            verdict: comparison.verdict(),
             actual_hash,
             reference_hash,
             failures: comparison.failures(),
@@ -86,11 +92,14 @@ impl Report {
                 .map(|frame| frame.comparison.root_mean_square.map(|found| found.error))
                 .collect(),
         };
+        let worst = frames.iter().map(|frame| frame.verdict).collect::<VerdictCounts>().worst();
+        let verdict = if nothing_missing { worst } else { Verdict::Failed };
         Self {
             schema: SCHEMA,
             preset,
             limits: preset.limits(),
-            same: nothing_missing && frames.iter().all(|frame| frame.same),
+            same: verdict != Verdict::Failed,
+            verdict,
             missing_in_actual,
             missing_in_reference,
             series,

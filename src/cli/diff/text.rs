@@ -2,8 +2,10 @@
 
 use std::fmt::Write as _;
 
+use super::super::summary::counted;
 use super::report::{FrameReport, Report};
 use crate::progress::one_line;
+use rayframe::regression::{Verdict, VerdictCounts};
 
 /// Columns of a graph, from low to high.
 const COLUMNS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
@@ -24,12 +26,12 @@ pub(super) fn text(report: &Report, is_sequence: bool) -> String {
 /// The outcome, and every measure with its limit.
 fn image(text: &mut String, frame: &FrameReport, preset: &str) {
     let names = format!("{} and {}", one_line(&frame.actual), one_line(&frame.reference));
-    if frame.same && frame.comparison.is_identical {
-        let _ = writeln!(text, "identical: {names}");
+    let outcome = frame.verdict.words();
+    if frame.verdict == Verdict::Identical {
+        let _ = writeln!(text, "{outcome}: {names}");
         return;
     }
-    let outcome = if frame.same { "same within" } else { "different by" };
-    let _ = writeln!(text, "{outcome} preset {preset}: {names}");
+    let _ = writeln!(text, "{outcome} (preset {preset}): {names}");
     details(text, frame);
 }
 
@@ -81,24 +83,26 @@ fn table(text: &mut String, report: &Report) {
         }
     }
     let failed = report.frames.iter().filter(|frame| !frame.same);
-    for frame in failed.clone() {
+    for frame in failed {
         let _ = writeln!(text, "{} and {}:", one_line(&frame.actual), one_line(&frame.reference));
         details(text, frame);
     }
-    let (failed, all) = (failed.count(), report.frames.len());
+    let counts: VerdictCounts = report.frames.iter().map(|frame| frame.verdict).collect();
     let lost = report.missing_in_actual.len() + report.missing_in_reference.len();
     let _ = writeln!(
         text,
-        "{}: {failed} of {all} frames different by preset {}, {lost} missing",
-        if report.same { "same" } else { "different" },
-        report.preset.name()
+        "{} (preset {}): {} identical, {} changed within limits, {} failed, {lost} missing",
+        report.verdict.words(),
+        report.preset.name(),
+        counted(counts.identical as u64, "frame"),
+        counts.changed,
+        counts.failed
     );
 }
 
 fn outcome(frame: &FrameReport) -> String {
     match frame.failures.as_slice() {
-        [] if frame.comparison.is_identical => "identical".to_owned(),
-        [] => "same".to_owned(),
+        [] => frame.verdict.words().to_owned(),
         [only] => one_line(only),
         [first, rest @ ..] => format!("{} (and {} more)", one_line(first), rest.len()),
     }

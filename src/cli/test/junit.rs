@@ -6,31 +6,31 @@ use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
 use rayframe::error::{Error, Result};
 use rayframe::regression::suite::folders;
-use rayframe::regression::{FrameResult, FrameStatus, ShotResult, SuiteResult};
+use rayframe::regression::{FailOn, FrameResult, FrameStatus, ShotResult, SuiteResult, Verdict};
 
 /// The XML of a result.
 ///
 /// # Errors
 /// [`Error::Internal`] when it cannot be written.
-pub(super) fn junit_xml(result: &SuiteResult) -> Result<String> {
+pub(super) fn junit_xml(result: &SuiteResult, fail_on: FailOn) -> Result<String> {
     let mut report = Report::new("rayframe test");
     report.set_time(Duration::from_secs_f64(result.seconds));
     for folder in folders(result) {
         let mut suite = TestSuite::new(if folder.name.is_empty() { "." } else { &folder.name });
         suite.set_time(Duration::from_secs_f64(folder.seconds));
         for shot in result.shots.iter().filter(|shot| shot.folder() == folder.name) {
-            suite.add_test_cases(shot.frames.iter().map(|frame| case_of_shot(shot, frame)));
+            suite.add_test_cases(shot.frames.iter().map(|frame| case_of_shot(shot, frame, fail_on)));
         }
         let orphaned = result.orphaned.iter().filter(|frame| frame.folder() == folder.name);
-        suite.add_test_cases(orphaned.map(case));
+        suite.add_test_cases(orphaned.map(|frame| case(frame, fail_on)));
         report.add_test_suite(suite);
     }
     report.to_string().map_err(|error| Error::Internal { message: format!("JUnit's XML: {error}") })
 }
 
 /// A test case of a shot. The seconds of the shot are divided among its frames.
-fn case_of_shot(shot: &ShotResult, frame: &FrameResult) -> TestCase {
-    let mut case = case(frame);
+fn case_of_shot(shot: &ShotResult, frame: &FrameResult, fail_on: FailOn) -> TestCase {
+    let mut case = case(frame, fail_on);
     case.set_time(Duration::from_secs_f64(shot.seconds / shot.frames.len() as f64));
     if !shot.warnings.is_empty() {
         case.set_system_err(shot.warnings.join("\n"));
@@ -38,8 +38,12 @@ fn case_of_shot(shot: &ShotResult, frame: &FrameResult) -> TestCase {
     case
 }
 
-fn case(frame: &FrameResult) -> TestCase {
+/// A test case with its verdict as a property. Changes within the limits pass, unless `fail_on` names them; most build servers show the
+/// output of a test case that passes.
+fn case(frame: &FrameResult, fail_on: FailOn) -> TestCase {
+    let verdict = frame.verdict();
     let status = match frame.status {
+        FrameStatus::Passed if fail_on.fails(verdict) => failed(NonSuccessKind::Failure, frame),
         FrameStatus::Passed => TestCaseStatus::success(),
         FrameStatus::Broken => failed(NonSuccessKind::Error, frame),
         FrameStatus::Different | FrameStatus::Missing | FrameStatus::Orphaned => {
@@ -48,15 +52,25 @@ fn case(frame: &FrameResult) -> TestCase {
     };
     let mut case = TestCase::new(frame.name.as_str(), status);
     case.set_classname(frame.folder().replace('/', "."));
+    case.add_property(("verdict", verdict.name()));
+    if verdict == Verdict::Changed {
+        let lines = [&[verdict.words().to_owned()], &*lines(frame)].concat();
+        case.set_system_out(lines.join("\n"));
+    }
     case
 }
 
 fn failed(kind: NonSuccessKind, frame: &FrameResult) -> TestCaseStatus {
     let mut status = TestCaseStatus::non_success(kind);
-    let cause = frame.likely_cause().map(|cause| format!("likely {cause}"));
-    let lines: Vec<&str> = frame.messages.iter().map(String::as_str).chain(cause.as_deref()).collect();
-    status.set_type(frame.status.name());
-    status.set_message(lines.first().copied().unwrap_or_default());
+    let lines = lines(frame);
+    status.set_type(frame.kind());
+    status.set_message(lines.first().map(String::as_str).unwrap_or_default());
     status.set_description(lines.join("\n"));
     status
+}
+
+/// The messages and the likely cause.
+fn lines(frame: &FrameResult) -> Vec<String> {
+    let cause = frame.likely_cause().map(|cause| format!("likely {cause}"));
+    frame.messages.iter().cloned().chain(cause).collect()
 }

@@ -1,7 +1,11 @@
 //! `rayframe test`: renders the shots of a suite and compares them with their references.
 
+mod annotations;
+mod findings;
 mod init;
 mod junit;
+mod markdown;
+mod output_files;
 mod report;
 mod text;
 
@@ -11,16 +15,18 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::exit_status::{ExitStatus, exit_status};
+use super::fail_on::FailOnOption;
 use super::signals;
 use super::suite_options::SuiteOption;
 use super::summary::counted;
 use crate::progress::{SuiteProgress, one_line, print_note, print_output, print_warning};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Result};
-use rayframe::image_file::{probe_folder, write_atomically};
 use rayframe::regression::suite::{self, RunOptions, Suite};
 use rayframe::regression::{SuiteResult, check_report_place, write_report};
 use rayframe::settings::parse as options;
+
+use output_files::OutputFiles;
 
 /// Options of `rayframe test`.
 #[derive(Clone, Debug, Args)]
@@ -32,29 +38,30 @@ pub(super) struct TestArgs {
     #[command(flatten)]
     suite: SuiteOption,
     /// Write suite.toml in the current folder, or in the one that --suite names
-    #[arg(long, conflicts_with_all = ["filter", "list", "json", "junit", "report", "threads", "quiet"])]
+    #[arg(long, conflicts_with_all = ["filter", "list", "json", "files", "report", "threads", "quiet"])]
     init: bool,
     /// Print the names of the shots, without rendering
-    #[arg(long, conflicts_with_all = ["json", "junit", "report", "threads", "quiet"])]
+    #[arg(long, conflicts_with_all = ["json", "files", "report", "threads", "quiet"])]
     list: bool,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
-    /// Write the result as JUnit XML, for build servers
-    #[arg(long, value_name = "FILE")]
-    junit: Option<PathBuf>,
+    #[command(flatten)]
+    files: OutputFiles,
     /// Folder of the report, instead of the suite's
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
     /// Number of threads, and of shots at a time [default: one a core]
     #[arg(short, long, value_name = "N", value_parser = |text: &str| options::whole::<u32>(text, 1, 1024))]
     threads: Option<u32>,
+    #[command(flatten)]
+    fail_on: FailOnOption,
     /// Print failures only
     #[arg(short, long)]
     quiet: bool,
 }
 
-/// Tests and prints. The exit code is 0 when every image matches its reference, and 1 otherwise.
+/// Tests and prints. The exit code is 1 when a verdict is one that `--fail-on` names, and 0 otherwise.
 pub(super) fn run(args: &TestArgs) -> ExitStatus {
     let cancel = CancelFlag::new();
     let caught = match signals::watch(&cancel) {
@@ -86,22 +93,19 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     // Check output files before rendering.
     let page = args.report.as_ref().unwrap_or(&suite.report).join("index.html");
     check_report_place(&page)?;
-    if let Some(file) = &args.junit {
-        probe_folder(file)?;
-    }
+    args.files.check()?;
 
     let result = tested(args, &suite, cancel)?;
-    let passes = result.passes();
+    let fail_on = args.fail_on.value();
+    let passes = !result.fails(fail_on);
     for error in result.not_kept() {
         print_warning(&format!("pending images cannot be stored: {error}"));
     }
-    if let Some(file) = &args.junit {
-        write_atomically(file, junit::junit_xml(&result)?.as_bytes())?;
-    }
+    args.files.write(&suite, &result, fail_on)?;
     let text = if args.json {
-        report::json(&suite, &result, &page)?
+        report::json(&suite, &result, &page, fail_on)?
     } else {
-        text::text(&result, &page, &args.suite.shown(), args.quiet)
+        text::text(&result, &page, &args.suite.shown(), args.text_style())
     };
     // Print the result first, because writing the report may fail.
     if !text.is_empty() {
@@ -114,8 +118,9 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
 fn tested(args: &TestArgs, suite: &Suite, cancel: &CancelFlag) -> Result<SuiteResult> {
     let options = RunOptions {
         filter: args.filter.clone(),
-        // Build servers store no pending images; the report holds the images.
+        // Build servers store no pending images but the rendered ones beside the report.
         keeps_pending: !suite::is_ci(),
+        images: suite::is_ci().then(|| args.report.clone().unwrap_or_else(|| suite.report.clone())),
         threads: args.threads.map_or(0, |threads| threads as usize),
     };
     let progress = SuiteProgress::new(!args.quiet && std::io::stderr().is_terminal());
@@ -139,5 +144,12 @@ fn command(args: &TestArgs, suite: &Suite) -> String {
     if let Some(folder) = &args.report {
         words.extend(["--report".to_owned(), folder.display().to_string()]);
     }
+    words.extend(args.fail_on.words().iter().copied().map(str::to_owned));
     words.iter().map(|word| suite::shell_word(word)).collect::<Vec<_>>().join(" ")
+}
+
+impl TestArgs {
+    fn text_style(&self) -> text::TextStyle {
+        text::TextStyle { is_quiet: self.quiet, fail_on: self.fail_on.value() }
+    }
 }

@@ -6,8 +6,8 @@ use std::path::Path;
 use serde::Serialize;
 
 use rayframe::error::{Error, Result};
-use rayframe::regression::SuiteResult;
 use rayframe::regression::suite::Suite;
+use rayframe::regression::{FailOn, SuiteResult, VerdictCounts};
 
 const SCHEMA: u32 = 1;
 
@@ -16,23 +16,25 @@ struct SuiteReport<'a> {
     schema: u32,
     suite: String,
     report: String,
+    /// Whether the exit code is 0.
     passes: bool,
     passed: usize,
-    failed: usize,
+    #[serde(flatten)]
+    counts: VerdictCounts,
     #[serde(flatten)]
     result: &'a SuiteResult,
 }
 
 /// The result as JSON.
-pub(super) fn json(suite: &Suite, result: &SuiteResult, page: &Path) -> Result<String> {
-    let (passed, failed) = result.counts();
+pub(super) fn json(suite: &Suite, result: &SuiteResult, page: &Path, fail_on: FailOn) -> Result<String> {
+    let counts = result.counts();
     let report = SuiteReport {
         schema: SCHEMA,
         suite: suite.file.display().to_string(),
         report: page.display().to_string(),
-        passes: result.passes(),
-        passed,
-        failed,
+        passes: !result.fails(fail_on),
+        passed: counts.identical + counts.changed,
+        counts,
         result,
     };
     serde_json::to_string_pretty(&report).map_err(|error| Error::Internal { message: error.to_string() })

@@ -1,68 +1,103 @@
-//! The text that `rayframe test` prints: one line a folder, then the failures, then the commands that follow.
+//! The text that `rayframe test` prints: one line a folder, one line a changed image, the failures, the counts, and the commands that
+//! follow.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::progress::one_line;
 use rayframe::regression::suite::{folders, is_ci};
-use rayframe::regression::{FolderSummary, FrameResult, FrameStatus, ShotResult, SuiteResult};
+use rayframe::regression::{
+    FailOn, FolderSummary, FrameResult, FrameStatus, ShotResult, SuiteResult, Verdict, VerdictCounts,
+};
 
 use super::super::summary::counted;
 
 /// Number of failures of one shot that are printed. The report has all.
 const MAX_FAILURES: usize = 3;
 
+/// What the text shows.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TextStyle {
+    /// Failures only.
+    pub(super) is_quiet: bool,
+    /// Verdicts that make the command fail.
+    pub(super) fail_on: FailOn,
+}
+
 /// The whole text. `suite` is the option `--suite` as typed.
-pub(super) fn text(result: &SuiteResult, page: &Path, suite: &str, is_quiet: bool) -> String {
+pub(super) fn text(result: &SuiteResult, page: &Path, suite: &str, style: TextStyle) -> String {
     let mut text = String::new();
-    if !is_quiet {
-        folder_lines(&mut text, &folders(result));
+    if !style.is_quiet {
+        before_failures(&mut text, result);
     }
-    for shot in result.shots.iter().filter(|shot| !is_quiet && !shot.warnings.is_empty()) {
-        let _ = writeln!(text, "warning: {}: {}", one_line(&shot.name), one_line(&shot.warnings.join("; ")));
-    }
-    for shot in result.shots.iter().filter(|shot| !shot.passes()) {
-        failed_shot(&mut text, shot);
+    for shot in &result.shots {
+        failed_shot(&mut text, shot, style.fail_on);
     }
     for frame in &result.orphaned {
         failed_frame(&mut text, frame, "");
     }
-    let (passed, failed) = result.counts();
-    let images = counted((passed + failed) as u64, "image");
-    if failed == 0 {
-        let outcome = if passed == 1 { "matches its reference" } else { "match their references" };
-        let _ = write!(text, "{images} {outcome}, {:.1} s", result.seconds);
-        return if is_quiet { String::new() } else { text };
+    let fails = result.fails(style.fail_on);
+    if style.is_quiet && !fails {
+        return String::new();
     }
-    let _ = writeln!(
+    let counts = result.counts();
+    let _ = write!(
         text,
-        "{failed} of {images} failed, {:.1} s; report: {}",
-        result.seconds,
-        one_line(&page.display().to_string())
+        "{} identical, {} changed within limits, {} failed, {:.1} s",
+        counted(counts.identical as u64, "image"),
+        counts.changed,
+        counts.failed,
+        result.seconds
     );
+    if counts.worst() != Verdict::Identical {
+        let _ = write!(text, "; report: {}", one_line(&page.display().to_string()));
+        next_steps(&mut text, result, suite);
+    }
+    text
+}
+
+/// The folders, warnings, and images that changed within the limits.
+fn before_failures(text: &mut String, result: &SuiteResult) {
+    folder_lines(text, &folders(result));
+    for shot in result.shots.iter().filter(|shot| !shot.warnings.is_empty()) {
+        let _ = writeln!(text, "warning: {}: {}", one_line(&shot.name), one_line(&shot.warnings.join("; ")));
+    }
+    for shot in &result.shots {
+        for frame in shot.frames.iter().filter(|frame| frame.verdict() == Verdict::Changed) {
+            let measure = frame.messages.first().map(String::as_str).unwrap_or_default();
+            let _ = writeln!(text, "changed {} (preset {}): {measure}", one_line(&frame.name), shot.preset);
+        }
+    }
+}
+
+/// The commands that accept or reject what was found.
+fn next_steps(text: &mut String, result: &SuiteResult, suite: &str) {
     let can_accept = |frame: &FrameResult| {
         matches!(frame.status, FrameStatus::Missing | FrameStatus::Different | FrameStatus::Orphaned)
     };
     if is_ci() {
-        text.push_str("CI is set: no pending images are stored");
+        text.push_str("\nCI is set: no pending images are stored; keep the folder of the report, then: rayframe accept --from DIR");
     } else if result.frames().any(can_accept) {
         let _ = write!(
             text,
-            "look at the report, then: rayframe review{suite}, or rayframe accept|reject [NAME]{suite}"
+            "\nlook at the report, then: rayframe review{suite}, or rayframe accept|reject [NAME]{suite}"
+        );
+    } else if result.counts().changed > 0 {
+        let _ = write!(
+            text,
+            "\nlook at the report, then: rayframe review{suite}, or rayframe accept --changed{suite}"
         );
     }
-    text
 }
 
 fn folder_lines(text: &mut String, folders: &[FolderSummary]) {
     let width = folders.iter().map(|folder| shown(folder).chars().count()).max().unwrap_or(0);
     for folder in folders {
-        let count = folder.passed + folder.failed;
-        let outcome = match folder.failed {
-            0 => "ok".to_owned(),
-            failed => format!("{failed} failed"),
-        };
-        let name = shown(folder);
+        let VerdictCounts { changed, failed, .. } = folder.counts;
+        let parts = [(failed, "failed"), (changed, "changed")].into_iter().filter(|(count, _)| *count > 0);
+        let parts: Vec<String> = parts.map(|(count, word)| format!("{count} {word}")).collect();
+        let outcome = if parts.is_empty() { "ok".to_owned() } else { parts.join(", ") };
+        let (name, count) = (shown(folder), folder.counts.total());
         let _ = writeln!(text, "{name:width$}  {count:>4}  {:>6.1} s  {outcome}", folder.seconds);
     }
 }
@@ -71,8 +106,8 @@ fn shown(folder: &FolderSummary) -> String {
     if folder.name.is_empty() { ".".to_owned() } else { one_line(&folder.name) }
 }
 
-fn failed_shot(text: &mut String, shot: &ShotResult) {
-    let failed: Vec<_> = shot.frames.iter().filter(|frame| !frame.passes()).collect();
+fn failed_shot(text: &mut String, shot: &ShotResult, fail_on: FailOn) {
+    let failed: Vec<_> = shot.frames.iter().filter(|frame| fail_on.fails(frame.verdict())).collect();
     let preset = format!(" (preset {})", shot.preset);
     for frame in failed.iter().take(MAX_FAILURES) {
         failed_frame(text, frame, &preset);
@@ -83,12 +118,8 @@ fn failed_shot(text: &mut String, shot: &ShotResult) {
 }
 
 fn failed_frame(text: &mut String, frame: &FrameResult, preset: &str) {
-    let kind = match frame.status {
-        FrameStatus::Passed => return,
-        FrameStatus::Different => preset,
-        FrameStatus::Missing | FrameStatus::Orphaned | FrameStatus::Broken => "",
-    };
-    let _ = writeln!(text, "FAIL {}{kind}", one_line(&frame.name));
+    let preset = if frame.comparison.is_some() { preset } else { "" };
+    let _ = writeln!(text, "FAIL {}{preset}", one_line(&frame.name));
     for message in &frame.messages {
         let _ = writeln!(text, "     {}", one_line(message));
     }

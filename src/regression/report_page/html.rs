@@ -6,9 +6,10 @@ use base64::{Engine as _, engine::general_purpose::STANDARD};
 use sha2::{Digest as _, Sha256};
 
 use super::data::PageData;
-use super::page::ReportPage;
+use super::page::{FolderSummary, ReportPage};
 use super::page_images::PageImages;
 use crate::error::{Error, Result};
+use crate::regression::{Verdict, VerdictCounts};
 
 const PAGE: &str = include_str!("page/page.html");
 const STYLE: &str = concat!(include_str!("page/page.css"), include_str!("page/viewer.css"),);
@@ -83,21 +84,31 @@ fn policy(script: &str, style: &str) -> String {
     )
 }
 
-/// The list of failures for browsers without JavaScript.
+/// The lists of failures and changes for browsers without JavaScript.
 fn plain_list(text: &mut String, page: &ReportPage) {
-    let failed: usize = page.folders.iter().map(|folder| folder.failed).sum();
-    let passed: usize = page.folders.iter().map(|folder| folder.passed).sum();
-    let _ = write!(text, "<p>{failed} failed, {passed} passed.</p>\n<ul>");
-    for frame in page.shots.iter().flat_map(|shot| &shot.frames) {
-        if !frame.passes() {
-            let _ = write!(text, "\n<li>{}: {}", escaped(&frame.name), frame.status.name());
+    let sum = |count: fn(&FolderSummary) -> usize| page.folders.iter().map(count).sum();
+    let counts = VerdictCounts {
+        identical: sum(|folder| folder.counts.identical),
+        changed: sum(|folder| folder.counts.changed),
+        failed: sum(|folder| folder.counts.failed),
+    };
+    let _ = write!(text, "<p>{counts}.</p>");
+    for (verdict, title) in [(Verdict::Failed, "Failed"), (Verdict::Changed, "Changed within limits")] {
+        let frames = page.shots.iter().flat_map(|shot| &shot.frames);
+        let mut frames = frames.filter(|frame| frame.verdict() == verdict).peekable();
+        if frames.peek().is_none() {
+            continue;
+        }
+        let _ = write!(text, "\n<h2>{title}</h2>\n<ul>");
+        for frame in frames {
+            let _ = write!(text, "\n<li>{}: {}", escaped(&frame.name), frame.kind());
             for message in &frame.messages {
                 let _ = write!(text, "<br>{}", escaped(message));
             }
             text.push_str("</li>");
         }
+        text.push_str("\n</ul>");
     }
-    text.push_str("\n</ul>");
 }
 
 /// Writes each image as an element of its own, so that the script unpacks only those that are shown.

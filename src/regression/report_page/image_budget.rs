@@ -10,10 +10,13 @@ pub const IMAGE_BUDGET_BYTES: usize = 64 << 20;
 
 /// A budget of bytes for images that wait in memory until the page selects among them. Threads may share it.
 ///
-/// The order in which frames arrive decides which of them keep their images only when all of them exceed four pages.
+/// The order in which frames arrive decides which of them keep their images only when all of them exceed four pages. Frames that
+/// changed within the limits leave half of the budget to failures.
 #[derive(Debug)]
 pub struct ImageBudget {
     free_bytes: AtomicUsize,
+    /// Bytes that only failures may use.
+    bytes_for_failures: usize,
 }
 
 impl Default for ImageBudget {
@@ -29,7 +32,7 @@ impl ImageBudget {
     }
 
     fn of_bytes(bytes: usize) -> Self {
-        Self { free_bytes: AtomicUsize::new(bytes) }
+        Self { free_bytes: AtomicUsize::new(bytes), bytes_for_failures: bytes / 2 }
     }
 
     /// Packs the FLIP map of `frame` and reserves memory for its images. Where the budget is exceeded, all of its images lose
@@ -37,8 +40,9 @@ impl ImageBudget {
     pub fn admit(&self, frame: &mut FrameResult) {
         let map = frame.comparison.as_mut().and_then(|comparison| comparison.flip_map.take());
         let colors = size_bytes(frame);
+        let kept_free = if frame.passes() { self.bytes_for_failures } else { 0 };
         // Images too large for a page are not kept.
-        if colors > IMAGE_BUDGET_BYTES || !self.reserve(colors) {
+        if colors > IMAGE_BUDGET_BYTES || !self.reserve(colors, kept_free) {
             return drop_pixels(frame);
         }
         if let Some(map) = map {
@@ -46,14 +50,15 @@ impl ImageBudget {
         }
         // Maps take a sixth of the bytes of colours, so that this second reservation seldom fails.
         let errors = size_bytes(frame).saturating_sub(colors);
-        if !self.reserve(errors) {
+        if !self.reserve(errors, kept_free) {
             self.free_bytes.fetch_add(colors, Ordering::Relaxed);
             drop_pixels(frame);
         }
     }
 
-    fn reserve(&self, bytes: usize) -> bool {
-        let less = |free: usize| free.checked_sub(bytes);
+    /// Takes `bytes` where at least `kept_free` bytes stay free.
+    fn reserve(&self, bytes: usize, kept_free: usize) -> bool {
+        let less = |free: usize| free.checked_sub(bytes).filter(|left| bytes == 0 || *left >= kept_free);
         self.free_bytes.fetch_update(Ordering::Relaxed, Ordering::Relaxed, less).is_ok()
     }
 }
@@ -111,6 +116,19 @@ mod tests {
         assert_eq!(sizes, [bytes, bytes, 0]);
         // The third reserved its colours, and returned them when its map did not fit.
         assert_eq!(budget.free_bytes.into_inner(), bytes - 1);
+    }
+
+    #[test]
+    fn changed_frames_leave_half_of_the_budget_to_failures() {
+        let bytes = size_bytes(&admitted(&ImageBudget::new()));
+        let budget = ImageBudget::of_bytes(4 * bytes);
+        let changed = || {
+            let mut frame = FrameResult { status: FrameStatus::Passed, ..frame() };
+            budget.admit(&mut frame);
+            size_bytes(&frame)
+        };
+        assert_eq!([(); 3].map(|()| changed()), [bytes, bytes, 0]);
+        assert_eq!([(); 3].map(|()| size_bytes(&admitted(&budget))), [bytes, bytes, 0]);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::regression::VerdictCounts;
 use crate::regression::result::ShotResult;
 
 /// The contents of a report page.
@@ -15,7 +16,7 @@ pub struct ReportPage {
     pub command: String,
     /// Counts of each folder of shots.
     pub folders: Vec<FolderSummary>,
-    /// Shots with a failure, sorted by name.
+    /// Shots with a failure, sorted by name, then those that only changed within the limits.
     pub shots: Vec<ShotResult>,
     /// Commands for each shot, by the shot's name.
     pub shot_commands: BTreeMap<String, Vec<NamedCommand>>,
@@ -44,10 +45,9 @@ pub struct FrameCommands {
 pub struct FolderSummary {
     /// The folder below the suite's; empty for the suite's own.
     pub name: String,
-    /// Frames that pass.
-    pub passed: usize,
-    /// Frames that fail, and orphaned references.
-    pub failed: usize,
+    /// Numbers of frames by verdict.
+    #[serde(flatten)]
+    pub counts: VerdictCounts,
     /// Seconds spent rendering and comparing.
     pub seconds: f64,
 }

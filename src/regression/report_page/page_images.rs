@@ -36,8 +36,8 @@ pub(super) struct PageImages<'a> {
 }
 
 impl<'a> PageImages<'a> {
-    /// Takes images until the budget is used up: first the worst frame of each shot, then the second worst. A frame has all of its
-    /// images or none.
+    /// Takes images until the budget is used up: first the worst failure of each shot, then the second worst, and last frames that
+    /// changed. A frame has all of its images or none.
     pub(super) fn new(page: &'a ReportPage, budget_bytes: usize) -> Self {
         let mut order = Vec::new();
         for (shot_index, shot) in page.shots.iter().enumerate() {
@@ -46,13 +46,15 @@ impl<'a> PageImages<'a> {
                 shot.frames[*index].expected.is_some() || shot.frames[*index].actual.is_some()
             });
             let ranked = frames.into_iter().enumerate();
-            order.extend(ranked.map(|(rank, frame_index)| (rank, shot_index, frame_index)));
+            order.extend(ranked.map(|(rank, frame_index)| {
+                (shot.frames[frame_index].passes(), rank, shot_index, frame_index)
+            }));
         }
         order.sort_unstable();
         let shots = page.shots.iter().map(|shot| vec![FrameImages::default(); shot.frames.len()]).collect();
         let mut images = Self { packed: Vec::new(), shots };
         let mut free_bytes = budget_bytes;
-        for (_, shot, index) in order {
+        for (_, _, shot, index) in order {
             let frame = &page.shots[shot].frames[index];
             images.shots[shot][index] = images.take(frame, budget_bytes, &mut free_bytes);
         }
@@ -96,14 +98,15 @@ impl<'a> PageImages<'a> {
     }
 }
 
-/// Indices of `frames`, most relevant first: failures by FLIP of their worst tile, failures without FLIP, passing frames.
+/// Indices of `frames`, most relevant first: failures by FLIP of their worst tile, failures without FLIP, changed frames, identical
+/// frames.
 pub(super) fn worst_first(frames: &[FrameResult]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..frames.len()).collect();
-    order.sort_by(|a, b| severity(&frames[*b]).total_cmp(&severity(&frames[*a])));
+    let tile = |index: &usize| {
+        let flip = frames[*index].comparison.as_ref().and_then(|comparison| comparison.flip);
+        flip.map_or(0.0, |flip| flip.tile)
+    };
+    let verdict = |index: &usize| frames[*index].verdict();
+    order.sort_by(|a, b| verdict(b).cmp(&verdict(a)).then_with(|| tile(b).total_cmp(&tile(a))));
     order
-}
-
-fn severity(frame: &FrameResult) -> f64 {
-    let tile = frame.comparison.as_ref().and_then(|comparison| comparison.flip).map(|flip| flip.tile);
-    if frame.passes() { -1.0 } else { tile.unwrap_or(0.0) }
 }

@@ -3,7 +3,7 @@
 //! ```text
 //! suite.toml ──Suite::read──▶ Suite ──discover──▶ SuiteShot… ──run──▶ SuiteResult ──▶ page, JUnit, JSON
 //!                                                               │
-//!                                     pending images (name.exr.new) ──accept, reject──▶ references (name.exr)
+//!                                     pending images (name.exr.new, name.exr.changed.new) ──accept, reject──▶ references (name.exr)
 //! ```
 //!
 //! Every shot is rendered through [`crate::sequence`] into a temporary folder, so that the files equal those of `rayframe render`.
@@ -25,6 +25,7 @@
 //! # }
 //! ```
 
+mod accept_rendered;
 mod approvals;
 mod discover;
 mod filter;
@@ -35,16 +36,21 @@ mod orphans;
 mod page;
 mod pending;
 mod render;
+mod rendered_images;
 mod run;
 mod shell;
 mod suite_file;
 mod test_shot;
 
+pub use accept_rendered::{RenderedChange, RenderedChecks, select_rendered};
 pub use approvals::{Approval, read_approvals};
 pub use discover::{SuiteShot, discover};
 pub use orphans::{finish, orphaned_references};
-pub use page::{folders, report_page};
-pub use pending::{Pending, PendingKind, accept, check_acceptable, compare_pending, is_ci, pending, reject};
+pub use page::{folders, report_page, suite_title};
+pub use pending::{
+    Pending, PendingKind, PendingSelection, accept, check_acceptable, compare_pending, is_ci, pending, reject,
+};
+pub use rendered_images::{RenderedImage, rendered_images};
 pub use run::{OnShot, RunOptions, chosen_shots, run};
 pub use shell::shell_word;
 pub use suite_file::{SUITE_FILE, Suite};

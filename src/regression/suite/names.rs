@@ -6,6 +6,8 @@ use crate::error::{Error, Result};
 
 /// Suffix of pending images, after the name of the reference.
 const PENDING: &str = ".new";
+/// Suffix of pending images that changed within the limits, after the name of the reference.
+const CHANGED: &str = ".changed.new";
 /// Suffix of pending removals, after the name of the reference.
 const REMOVAL: &str = ".remove.new";
 /// Extension of references.
@@ -33,6 +35,11 @@ pub(super) fn pending_path(references: &Path, name: &str) -> PathBuf {
     references.join(format!("{name}{REFERENCE}{PENDING}"))
 }
 
+/// The path of the pending image `name` that changed within the limits.
+pub(super) fn changed_path(references: &Path, name: &str) -> PathBuf {
+    references.join(format!("{name}{REFERENCE}{CHANGED}"))
+}
+
 /// The path of the pending removal of the reference `name`.
 pub(super) fn removal_path(references: &Path, name: &str) -> PathBuf {
     references.join(format!("{name}{REFERENCE}{REMOVAL}"))
@@ -45,6 +52,8 @@ pub(super) enum ReferenceFile {
     Reference(String),
     /// A pending image.
     Pending(String),
+    /// A pending image that changed within the limits.
+    Changed(String),
     /// A pending removal.
     Removal(String),
 }
@@ -53,7 +62,7 @@ impl ReferenceFile {
     /// The name of the image.
     pub(super) fn name(&self) -> &str {
         match self {
-            Self::Reference(name) | Self::Pending(name) | Self::Removal(name) => name,
+            Self::Reference(name) | Self::Pending(name) | Self::Changed(name) | Self::Removal(name) => name,
         }
     }
 }
@@ -75,6 +84,7 @@ fn kind_of(name: &str) -> Option<ReferenceFile> {
     let reference = || name.strip_suffix(REFERENCE).map(str::to_owned);
     named(REMOVAL)
         .map(ReferenceFile::Removal)
+        .or_else(|| named(CHANGED).map(ReferenceFile::Changed))
         .or_else(|| named(PENDING).map(ReferenceFile::Pending))
         .or_else(|| reference().map(ReferenceFile::Reference))
 }
@@ -134,6 +144,7 @@ mod tests {
             let of = |path: PathBuf| kind_of(&name_below(references, &path).unwrap()).unwrap();
             assert_eq!(of(reference_path(references, name)), ReferenceFile::Reference(name.to_owned()));
             assert_eq!(of(pending_path(references, name)), ReferenceFile::Pending(name.to_owned()));
+            assert_eq!(of(changed_path(references, name)), ReferenceFile::Changed(name.to_owned()));
             assert_eq!(of(removal_path(references, name)), ReferenceFile::Removal(name.to_owned()));
         }
         assert_eq!(kind_of("notes.txt"), None);

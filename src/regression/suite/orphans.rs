@@ -61,7 +61,7 @@ pub fn finish(
                     not_kept.extend(store_removal(suite, name, filter.owner(name)).err());
                 }
             }
-            ReferenceFile::Pending(_) if is_orphaned && keeps_pending => {
+            ReferenceFile::Pending(_) | ReferenceFile::Changed(_) if is_orphaned && keeps_pending => {
                 not_kept.extend(discard_image(suite, name).err());
             }
             ReferenceFile::Removal(_) if keeps_pending && (is_rendered || !is_decided(name)) => {

@@ -1,20 +1,21 @@
-//! The report page of a suite: its failures, and commands for them.
+//! The report page of a suite: its failures and changes, and commands for them.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::Suite;
-use super::names::{pending_path, reference_path};
+use super::names::{changed_path, pending_path, reference_path};
 use super::shell::shell_word;
-use crate::regression::Preset;
 use crate::regression::report_page::{FolderSummary, NamedCommand, ReportPage};
-use crate::regression::result::{FrameResult, FrameStatus, ShotResult, SuiteResult};
+use crate::regression::result::{FrameResult, ShotResult, SuiteResult};
+use crate::regression::{Preset, Verdict};
 
-/// The page of `result`, into which the images of failures move. `command` is the command that ran the suite. Without pending images
+/// The page of `result`, into which the images of failures and changes move. `command` is the command that ran the suite. Without pending images
 /// (`keeps_pending`), the page has no commands that accept or reject them.
 pub fn report_page(suite: &Suite, result: SuiteResult, command: &str, keeps_pending: bool) -> ReportPage {
     let folders = folders(&result);
-    let mut shots: Vec<ShotResult> = result.shots.into_iter().filter(|shot| !shot.passes()).collect();
+    let mut shots: Vec<ShotResult> =
+        result.shots.into_iter().filter(|shot| shot.verdict() != Verdict::Identical).collect();
     let mut shot_commands: BTreeMap<_, _> =
         shots.iter().map(|shot| (shot.name.clone(), commands(suite, shot, keeps_pending))).collect();
     for frame in result.orphaned {
@@ -23,12 +24,12 @@ pub fn report_page(suite: &Suite, result: SuiteResult, command: &str, keeps_pend
         }
         shots.push(orphaned(suite, frame));
     }
-    shots.sort_by(|a, b| a.name.cmp(&b.name));
+    shots.sort_by(|a, b| b.verdict().cmp(&a.verdict()).then_with(|| a.name.cmp(&b.name)));
     // Without pending images, approvals are accepted on another machine, where the absolute path would be wrong.
     let absolute_path = suite.file.canonicalize().ok().filter(|_| keeps_pending);
     let suite_path = absolute_path.as_deref().unwrap_or(&suite.file);
     ReportPage {
-        title: title(suite),
+        title: suite_title(suite),
         command: command.to_owned(),
         folders,
         shots,
@@ -38,8 +39,8 @@ pub fn report_page(suite: &Suite, result: SuiteResult, command: &str, keeps_pend
     }
 }
 
-/// The name of the suite's folder.
-fn title(suite: &Suite) -> String {
+/// The name of the suite's folder, which is the title of its report.
+pub fn suite_title(suite: &Suite) -> String {
     let folder = suite.file.canonicalize().ok().and_then(|file| Some(file.parent()?.to_owned()));
     let name = folder.as_deref().and_then(Path::file_name).unwrap_or_default();
     name.display().to_string()
@@ -50,7 +51,7 @@ pub fn folders(result: &SuiteResult) -> Vec<FolderSummary> {
     let mut folders = BTreeMap::<&str, FolderSummary>::new();
     let mut count = |folder, frame: &FrameResult| {
         let summary = folders.entry(folder).or_default();
-        *if frame.passes() { &mut summary.passed } else { &mut summary.failed } += 1;
+        summary.counts.add(frame.verdict());
     };
     for shot in &result.shots {
         shot.frames.iter().for_each(|frame| count(shot.folder(), frame));
@@ -66,22 +67,22 @@ fn commands(suite: &Suite, shot: &ShotResult, keeps_pending: bool) -> Vec<NamedC
     let command =
         |verb: &str| format!("rayframe {verb} {} --suite {}", shell_word(&shot.name), quoted(&suite.file));
     let mut commands = vec![NamedCommand("Test again".to_owned(), command("test"))];
-    let first_of = |status| shot.frames.iter().find(|frame| frame.status == status);
+    let first_of = |kind| shot.frames.iter().find(|frame| frame.kind() == kind);
+    let [different, changed, missing] = ["different", "changed", "missing"].map(first_of);
     // `rayframe diff` takes presets only, no single limits.
     if let (Some(frame), Some(preset), true) =
-        (first_of(FrameStatus::Different), Preset::of_name(&shot.preset), keeps_pending)
+        (different.or(changed), Preset::of_name(&shot.preset), keeps_pending)
     {
+        let pending = if frame.passes() { changed_path } else { pending_path };
         let (new, old) =
-            (pending_path(&suite.references, &frame.name), reference_path(&suite.references, &frame.name));
+            (pending(&suite.references, &frame.name), reference_path(&suite.references, &frame.name));
         let which = if shot.frames.len() > 1 { format!(", here {}", frame.name) } else { String::new() };
         commands.push(NamedCommand(
             format!("Compare in numbers{which}"),
             format!("rayframe diff {} {} --preset {}", quoted(&new), quoted(&old), preset.name()),
         ));
     }
-    if keeps_pending
-        && (first_of(FrameStatus::Different).is_some() || first_of(FrameStatus::Missing).is_some())
-    {
+    if keeps_pending && different.or(changed).or(missing).is_some() {
         commands.push(NamedCommand("Accept".to_owned(), command("accept")));
         commands.push(NamedCommand("Reject".to_owned(), command("reject")));
     }

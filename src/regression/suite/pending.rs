@@ -3,13 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use super::filter::Filter;
-use super::names::{ReferenceFile, pending_path, reference_files, reference_path, removal_path};
+use super::names::{
+    ReferenceFile, changed_path, pending_path, reference_files, reference_path, removal_path,
+};
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::image_file::{probe_folder, write_atomically};
-use crate::regression::Image;
 use crate::regression::compare::compare;
 use crate::regression::comparison::Comparison;
+use crate::regression::{Image, Verdict};
 
 /// A pending change of a reference.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,8 +33,10 @@ pub struct Pending {
 pub enum PendingKind {
     /// Adds a reference.
     Add,
-    /// Replaces a reference.
+    /// Replaces a reference from which the image differs beyond the limits.
     Replace,
+    /// Replaces a reference from which the image differs within the limits.
+    ReplaceWithinLimits,
     /// Removes an orphaned reference.
     Remove,
 }
@@ -43,29 +47,35 @@ pub fn is_ci() -> bool {
     std::env::var_os("CI").is_some_and(|value| !value.is_empty() && value != "0" && value != "false")
 }
 
-/// Pending changes that `filter` selects, sorted by name. `shots` are all shots of the suite.
+/// Pending changes that `filter` selects.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PendingSelection {
+    /// The changes, sorted by name.
+    pub changes: Vec<Pending>,
+    /// Whether the filter is the exact name of a shot or image.
+    pub is_by_name: bool,
+}
+
+/// Pending changes that `filter` selects. `shots` are all shots of the suite.
 ///
 /// # Errors
 /// [`Error::Missing`] when the references cannot be read, [`Error::Usage`] when a filter selects nothing.
-pub fn pending(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<Vec<Pending>> {
+pub fn pending(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<PendingSelection> {
     let files = reference_files(&suite.references)?;
     let names = files.iter().map(ReferenceFile::name);
     let selection = Filter::new(filter, shots, names);
     let mut all = Vec::new();
     for file in files.iter().filter(|file| selection.matches_image(file.name())) {
         let name = file.name().to_owned();
-        let is_removal = match file {
-            ReferenceFile::Pending(_) => false,
-            ReferenceFile::Removal(_) => true,
+        let reference = reference_path(&suite.references, &name);
+        let (kind, file): (_, fn(&Path, &str) -> PathBuf) = match file {
+            ReferenceFile::Pending(_) if reference.exists() => (PendingKind::Replace, pending_path),
+            ReferenceFile::Pending(_) => (PendingKind::Add, pending_path),
+            ReferenceFile::Changed(_) => (PendingKind::ReplaceWithinLimits, changed_path),
+            ReferenceFile::Removal(_) => (PendingKind::Remove, removal_path),
             ReferenceFile::Reference(_) => continue,
         };
-        let reference = reference_path(&suite.references, &name);
-        let kind = match (is_removal, reference.exists()) {
-            (true, _) => PendingKind::Remove,
-            (false, true) => PendingKind::Replace,
-            (false, false) => PendingKind::Add,
-        };
-        let file = if is_removal { removal_path } else { pending_path }(&suite.references, &name);
+        let file = file(&suite.references, &name);
         let shot = selection.owner(&name).and_then(|owner| shots.iter().find(|shot| shot.name == owner));
         all.push(Pending { name, kind, reference, file, shot: shot.cloned() });
     }
@@ -78,7 +88,7 @@ pub fn pending(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<Vec<P
         }));
     }
     all.sort_by(|a, b| a.name.cmp(&b.name));
-    Ok(all)
+    Ok(PendingSelection { changes: all, is_by_name: selection.is_name() })
 }
 
 /// Applies the change.
@@ -158,16 +168,20 @@ pub fn compare_pending(
     Ok(compare(actual, expected, &limits.limits))
 }
 
-/// Stores `bytes` as the pending image `name`.
-pub(super) fn store_image(suite: &Suite, name: &str, bytes: &[u8]) -> Result<()> {
-    let file = pending_path(&suite.references, name);
-    probe_folder(&file)?;
-    write_atomically(&file, bytes)
+/// Stores `bytes` as the pending image `name`, instead of any other pending image of this name.
+pub(super) fn store_image(suite: &Suite, name: &str, verdict: Verdict, bytes: &[u8]) -> Result<()> {
+    let paths = [pending_path(&suite.references, name), changed_path(&suite.references, name)];
+    let [failed, changed] = &paths;
+    let (file, other) = if verdict == Verdict::Changed { (changed, failed) } else { (failed, changed) };
+    probe_folder(file)?;
+    write_atomically(file, bytes)?;
+    remove_file(other)
 }
 
 /// Discards the pending image `name`, if any.
 pub(super) fn discard_image(suite: &Suite, name: &str) -> Result<()> {
-    remove_file(&pending_path(&suite.references, name))
+    remove_file(&pending_path(&suite.references, name))?;
+    remove_file(&changed_path(&suite.references, name))
 }
 
 /// Discards the pending removal of the reference `name`, if any.

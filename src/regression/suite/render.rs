@@ -23,20 +23,13 @@ pub(super) struct RenderedShot {
 ///
 /// # Errors
 /// Errors before the first frame; [`Error::Interrupted`] when cancelled.
-pub(super) fn render_shot(mut job: SequenceJob, cancel: &CancelFlag) -> Result<RenderedShot> {
+pub(super) fn render_shot(job: SequenceJob, cancel: &CancelFlag) -> Result<RenderedShot> {
     check_repeatable(&job)?;
     let folder = tempfile::tempdir().map_err(|source| Error::CannotCreate {
         path: std::env::temp_dir(),
         message: format!("a temporary folder cannot be created: {source}"),
     })?;
-    job.output = pattern_in(folder.path())?;
-    job.preview = false;
-    job.sequence_outputs = SequenceOutputs::default();
-    job.exr.is_split = false;
-    job.checkpoint = false;
-    job.exr.is_stamped = false;
-    job.existing = ExistingFiles::Overwrite;
-    job.keep_going = true;
+    let job = reference_job(job, folder.path())?;
     let plan = Plan::new(&job)?;
     plan.prepare()?;
     let summary = run_sequence(&job, &plan, cancel, &|_| {});
@@ -44,6 +37,19 @@ pub(super) fn render_shot(mut job: SequenceJob, cancel: &CancelFlag) -> Result<R
         return Err(Error::Interrupted(Cancelled));
     }
     Ok(RenderedShot { frames: frames(summary), _folder: folder })
+}
+
+/// The job that renders references into `folder`: one EXR file a frame, and nothing else.
+pub(super) fn reference_job(mut job: SequenceJob, folder: &Path) -> Result<SequenceJob> {
+    job.output = pattern_in(folder)?;
+    job.preview = false;
+    job.sequence_outputs = SequenceOutputs::default();
+    job.exr.is_split = false;
+    job.checkpoint = false;
+    job.exr.is_stamped = false;
+    job.existing = ExistingFiles::Overwrite;
+    job.keep_going = true;
+    Ok(job)
 }
 
 /// Refuses images that another run would not repeat, or that are not whole.

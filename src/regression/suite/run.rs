@@ -1,5 +1,6 @@
 //! Tests all shots of a suite, several at a time.
 
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -8,11 +9,13 @@ use rayon::ThreadPoolBuilder;
 
 use super::filter::Filter;
 use super::names::{ReferenceFile, reference_files};
+use super::rendered_images::{remove_rendered, write_list};
 use super::{Suite, SuiteShot, TestContext, discover, finish, test_shot};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::regression::report_page::ImageBudget;
 use crate::regression::result::{ShotResult, SuiteResult};
+use crate::regression::verdict::Verdict;
 
 /// Options of a run.
 #[derive(Clone, Debug, Default)]
@@ -21,6 +24,9 @@ pub struct RunOptions {
     pub filter: String,
     /// Whether images that differ or have no reference are stored as pending images, for [`super::accept`].
     pub keeps_pending: bool,
+    /// Folder of a report in which rendered images are stored, for [`super::RenderedChecks`]. On build servers, which store no pending
+    /// images, this keeps them.
+    pub images: Option<PathBuf>,
     /// Number of threads; 0 for one a core.
     pub threads: usize,
 }
@@ -75,10 +81,14 @@ pub fn run(
         threads => threads,
     };
     let workers = threads.min(chosen.len()).max(1);
+    if let Some(folder) = &options.images {
+        remove_rendered(folder);
+    }
     let image_budget = ImageBudget::new();
     let context = TestContext {
         suite,
         keeps_pending: options.keeps_pending,
+        images: options.images.as_deref(),
         image_budget: &image_budget,
         shots_at_once: workers,
         cancel,
@@ -88,7 +98,13 @@ pub fn run(
     if results.is_empty() && orphaned.is_empty() {
         return Err(nothing_called(&options.filter));
     }
-    Ok(SuiteResult { shots: results, orphaned, not_kept, seconds: start.elapsed().as_secs_f64() })
+    let mut result =
+        SuiteResult { shots: results, orphaned, not_kept, seconds: start.elapsed().as_secs_f64() };
+    if let Some(folder) = options.images.as_ref().filter(|_| result.counts().worst() != Verdict::Identical) {
+        let written = write_list(suite, &result, folder);
+        result.not_kept.extend(written.err());
+    }
+    Ok(result)
 }
 
 /// Tests `context.shots_at_once` shots at a time, each with `threads` threads.

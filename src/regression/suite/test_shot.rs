@@ -9,6 +9,7 @@ use super::limits::PresetLimits;
 use super::names::{image_name, reference_path};
 use super::pending::{discard_image, discard_removal, store_image};
 use super::render::render_shot;
+use super::rendered_images::store_rendered;
 use super::{Suite, SuiteShot};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
@@ -16,7 +17,7 @@ use crate::regression::compare::compare;
 use crate::regression::encoded_image::EncodedImage;
 use crate::regression::report_page::ImageBudget;
 use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
-use crate::regression::{Image, Limits, pixel_hash};
+use crate::regression::{Image, Limits, Verdict, pixel_hash};
 use crate::shot::ShotJob;
 
 /// Settings shared by all shots of a run.
@@ -26,6 +27,8 @@ pub struct TestContext<'a> {
     pub suite: &'a Suite,
     /// Whether images that differ or have no reference are stored as pending images.
     pub keeps_pending: bool,
+    /// Folder of a report in which rendered images are stored.
+    pub images: Option<&'a Path>,
     /// Memory for the images of failures, until the report is written.
     pub image_budget: &'a ImageBudget,
     /// Shots that are tested at the same time and share the memory.
@@ -53,6 +56,9 @@ pub fn test_shot(context: &TestContext<'_>, shot: &SuiteShot) -> Result<ShotResu
         }
     };
     let mut not_kept = Vec::new();
+    if let Some(report) = context.images {
+        not_kept.extend(tested.frames.iter().filter_map(|frame| keep_rendered(report, frame).err()));
+    }
     if context.keeps_pending {
         not_kept.extend(tested.frames.iter().filter_map(|frame| update_pending(context.suite, frame).err()));
     }
@@ -84,16 +90,28 @@ fn unopened(shot: &SuiteShot, message: String) -> TestedShot {
     TestedShot { frames: vec![TestedFrame { result, file: None }], warnings: Vec::new() }
 }
 
-/// Stores a pending image for a frame that differs or has no reference, and discards pending images of frames that pass. Broken
+/// Stores a pending image for a frame that differs or has no reference, and discards pending images of identical frames. Broken
 /// frames leave pending images as they are.
 fn update_pending(suite: &Suite, frame: &TestedFrame) -> Result<()> {
     let name = &frame.result.name;
+    let verdict = frame.result.verdict();
     match (frame.result.status, &frame.file) {
-        (FrameStatus::Passed, _) => discard_image(suite, name)?,
-        (FrameStatus::Missing | FrameStatus::Different, Some(bytes)) => store_image(suite, name, bytes)?,
-        _ => return Ok(()),
+        _ if verdict == Verdict::Identical => discard_image(suite, name)?,
+        (FrameStatus::Broken | FrameStatus::Orphaned, _) | (_, None) => return Ok(()),
+        (_, Some(bytes)) => store_image(suite, name, verdict, bytes)?,
     }
     discard_removal(suite, name)
+}
+
+/// Stores a frame that changed or fails in the folder of a report, if it may become a reference.
+fn keep_rendered(report: &Path, frame: &TestedFrame) -> Result<()> {
+    let TestedFrame { result, file } = frame;
+    match file {
+        Some(bytes) if result.verdict() != Verdict::Identical && result.status != FrameStatus::Broken => {
+            store_rendered(report, &result.name, bytes)
+        }
+        _ => Ok(()),
+    }
 }
 
 fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> Result<TestedShot> {
@@ -149,7 +167,7 @@ fn test_frame(suite: &Suite, limits: &Limits, id: FrameId, file: &Path) -> Resul
         result.status = FrameStatus::Broken;
         result.messages.insert(0, message);
     }
-    if !result.passes() {
+    if result.verdict() != Verdict::Identical {
         let errors = result.comparison.as_mut().and_then(|comparison| comparison.flip_map.take());
         result.actual = EncodedImage::new(&actual).map(|packed| match &errors {
             Some(map) => packed.with_errors(map),
@@ -163,11 +181,16 @@ fn test_frame(suite: &Suite, limits: &Limits, id: FrameId, file: &Path) -> Resul
 fn compare_frame(id: FrameId, actual: &Image, expected: &Image, limits: &Limits) -> FrameResult {
     let mut comparison = compare(actual, expected, limits);
     let mut result = id.result(FrameStatus::Passed, String::new());
-    result.messages = comparison.failures();
-    if comparison.passes() {
-        comparison.flip_map = None;
-    } else {
-        result.status = FrameStatus::Different;
+    result.messages.clear();
+    match comparison.verdict() {
+        Verdict::Identical => comparison.flip_map = None,
+        Verdict::Changed => result.messages = comparison.largest_measure().into_iter().collect(),
+        Verdict::Failed => {
+            result.status = FrameStatus::Different;
+            result.messages = comparison.failures();
+        }
+    }
+    if comparison.verdict() != Verdict::Identical {
         result.expected = EncodedImage::new(expected);
     }
     result.comparison = Some(comparison);

@@ -33,6 +33,7 @@ fn json_matches_its_schema() {
     assert_eq!(statuses, expected);
     assert_eq!(report["dangling"], serde_json::json!(["old"]));
     assert_eq!((&report["passed"], &report["failed"]), (&1.into(), &4.into()));
+    assert_eq!((&report["identical"], &report["changed"]), (&1.into(), &0.into()));
 }
 
 #[test]

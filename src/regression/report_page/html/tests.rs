@@ -3,11 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::*;
-use crate::regression::encoded_image::tests::unpacked;
-use crate::regression::encoded_image::{base64_bytes, pack_errors};
+use crate::regression::encoded_image::{base64_bytes, pack_errors, unpack_colors};
 use crate::regression::{
     ColorEncoding, EncodedImage, FolderSummary, FrameCommands, FrameResult, FrameStatus, IMAGE_BUDGET_BYTES,
-    Image, NamedCommand, Preset, ShotResult, compare,
+    Image, NamedCommand, Preset, ShotResult, VerdictCounts, compare,
 };
 
 const SIZE: (u32, u32) = (24, 16);
@@ -45,11 +44,12 @@ fn page(name: &str) -> ReportPage {
         not_kept: Vec::new(),
         seconds: 0.0,
     };
+    let counts = VerdictCounts { identical: 3, changed: 0, failed: 2 };
     let command = NamedCommand(name.to_owned(), format!("rayframe diff '{name}'"));
     ReportPage {
         title: name.to_owned(),
         command: "rayframe test".to_owned(),
-        folders: vec![FolderSummary { failed: 2, passed: 3, ..FolderSummary::default() }],
+        folders: vec![FolderSummary { counts, ..FolderSummary::default() }],
         shots: vec![shot],
         accept_command: String::new(),
         shot_commands: BTreeMap::from([(name.to_owned(), vec![command])]),
@@ -106,7 +106,7 @@ fn images_can_be_unpacked_from_the_page() {
     let id = format!("id=\"image-{}\">", shown["index"]);
     let packed = STANDARD.decode(between(&text, &id, "</script>")).unwrap();
     let half = |value: f32| half::f16::from_f32(value).to_bits();
-    let pixels = unpacked(&packed, 24);
+    let pixels = unpack_colors(&packed, SIZE).unwrap();
     assert_eq!((pixels.len(), pixels[30]), (384, [half(0.9), half(2.0 * 0.1), half(1.8)]));
 }
 
@@ -201,7 +201,9 @@ fn failures_are_listed_without_javascript() {
     let text = html(&page("a<b"), IMAGE_BUDGET_BYTES).unwrap();
     let plain = between(&text, "<noscript>", "</noscript>");
     assert!(
-        plain.contains("<p>2 failed, 3 passed.</p>")
+        plain.contains("<p>3 identical, 0 changed within limits, 2 failed.</p>")
+            && plain.contains("<h2>Failed</h2>")
+            && !plain.contains("<h2>Changed")
             && plain.contains("<li>a&lt;b2: different<br>mean FLIP: 0.")
     );
 }

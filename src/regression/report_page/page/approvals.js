@@ -9,7 +9,7 @@ const MEMORY = "approved:" + JSON.stringify([location.href.split("#")[0], report
 function canApprove(frame) {
   if (!report.can_approve) return false;
   if (frame.status === "orphaned") return true;
-  return (frame.status === "different" || frame.status === "missing") && frame.hash !== null;
+  return ["different", "missing", "changed"].includes(kindOf(frame)) && frame.hash !== null;
 }
 const isApproved = (frame) => approved.has(frame.name);
 const approvable = (shot) => shot.frames.filter(canApprove);
@@ -61,7 +61,7 @@ function showApprovals() {
   byId("approved-count").textContent = `${approved.size} of ${plural(all.length, "image")} approved`;
   byId("export").disabled = approved.size === 0;
   const [shot, frame] = [shownShot(), shownFrame()];
-  byId("approve").hidden = !report.can_approve || !frame || (!fails(frame) && approvable(shot).length === 0);
+  byId("approve").hidden = !report.can_approve || !frame || (!differs(frame) && approvable(shot).length === 0);
   if (!frame) return;
   showTick(byId("approve-frame"), canApprove(frame) ? [frame] : []);
   byId("approve-frame").nextElementSibling.textContent =

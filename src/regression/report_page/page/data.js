@@ -6,7 +6,7 @@ const report = JSON.parse(byId("data").textContent);
 for (const shot of report.shots) {
   const images = { expected: null, actual: null, errors: null, omitted: null };
   const comparison = { identical: false, checks: [], layers: [], root_mean_square: null, flip: null, likely: null };
-  const frame = { name: shot.name, frame: null, status: "broken", messages: ["has no frames"], hash: null };
+  const frame = { name: shot.name, frame: null, status: "broken", verdict: "failed", messages: ["has no frames"], hash: null };
   if (shot.frames.length === 0) shot.frames.push({ ...frame, ...images, ...comparison });
 }
 

@@ -1,16 +1,17 @@
-// Details of a failure: messages, measures, layers, commands.
+// Details of a failure or change: messages, measures, layers, commands.
 
 function showDetails() {
   const [shot, frame] = [shownShot(), shownFrame()];
   byId("shot-name").replaceChildren(...nameParts(shot.frames.length > 1 ? frame.name : shot.name));
-  byId("status").textContent = frame.status;
-  byId("status").className = "status " + frame.status;
+  byId("status").textContent = kindOf(frame) === "changed" ? "changed within limits" : kindOf(frame);
+  byId("status").className = "status " + kindOf(frame);
   byId("preset").textContent = "preset " + shot.preset;
   const indices = listed();
   byId("previous").disabled = indices.indexOf(state.shot) <= 0;
   byId("next").disabled = indices.indexOf(state.shot) === indices.length - 1;
   byId("position").textContent = `${indices.indexOf(state.shot) + 1 || "–"} of ${indices.length}`;
   byId("messages").replaceChildren(...frame.messages.map((message) => element("li", {}, message)));
+  byId("messages").className = frame.verdict;
   const cause = frame.likely;
   byId("cause").hidden = !cause;
   byId("cause").replaceChildren(element("span", { className: "quiet" }, "Likely cause: "), element("strong", {}, cause || ""));

@@ -15,12 +15,13 @@ function showGraph() {
   const flip = frame.flip;
   const numbers = flip ? `: mean FLIP ${flip.mean.toFixed(4)}, worst tile ${flip.tile.toFixed(4)}` : "";
   box.querySelector(".graph-shown").textContent = frameLabel(frame) + numbers;
-  const count = failing(shot).length;
-  box.querySelector(".graph-count").textContent = `${count} of ${plural(shot.frames.length, "frame")} failed`;
+  const count = shot.frames.filter(fails).length;
+  const changed = differing(shot).length - count;
+  box.querySelector(".graph-count").textContent = `${count} of ${plural(shot.frames.length, "frame")} failed${changed > 0 ? `, ${changed} changed` : ""}`;
   const slider = box.querySelector("[role=slider]");
   slider.setAttribute("aria-valuemax", shot.frames.length);
   slider.setAttribute("aria-valuenow", state.frame + 1);
-  slider.setAttribute("aria-valuetext", `${frameLabel(frame)}, ${frame.status}${numbers}`);
+  slider.setAttribute("aria-valuetext", `${frameLabel(frame)}, ${kindOf(frame)}${numbers}`);
   slider.replaceChildren(graphImage(shot, Math.max(240, slider.clientWidth)));
 }
 
@@ -94,8 +95,8 @@ function plotted(shot, plot, { x, top, step, width }) {
     if (value === null) {
       const size = 3.5;
       parts.push(vector("path", { class: "absent", d: `M${x(index) - size} ${base - 2 * size}l${2 * size} ${2 * size}m0 ${-2 * size}l${-2 * size} ${2 * size}` }));
-    } else if (fails(frame) || step > 5) {
-      parts.push(vector("circle", { class: "point" + (fails(frame) ? " fails" : ""), cx: x(index), cy: y(value), r: fails(frame) ? 3.5 : 2 }));
+    } else if (differs(frame) || step > 5) {
+      parts.push(vector("circle", { class: `point ${fails(frame) ? "fails" : frame.verdict}`, cx: x(index), cy: y(value), r: fails(frame) ? 3.5 : 2 }));
     }
   });
   return parts;

@@ -1,14 +1,14 @@
-// The list of failures with its filter, and the overview.
+// The list of failures and changes with its filter, and the overview.
 
-const KINDS = ["different", "missing", "orphaned", "broken"];
+const KINDS = ["different", "missing", "orphaned", "broken", "changed"];
 
-/** The statuses of a shot's failing frames. */
-const kindsOf = (shot) => new Set(failing(shot).map((frame) => frame.status));
+/** The kinds of a shot's frames that are not identical. */
+const kindsOf = (shot) => new Set(differing(shot).map(kindOf));
 
 function isListed(shot) {
   if (state.kinds.size > 0 && ![...kindsOf(shot)].some((kind) => state.kinds.has(kind))) return false;
   const words = state.filter.toLowerCase().split(/\s+/).filter(Boolean);
-  const text = [shot.name, ...failing(shot).flatMap((frame) => [frame.name, ...frame.messages, frame.likely || ""])].join("\n");
+  const text = [shot.name, ...differing(shot).flatMap((frame) => [frame.name, ...frame.messages, frame.likely || ""])].join("\n");
   return words.every((word) => text.toLowerCase().includes(word));
 }
 const listed = () => report.shots.map((_, index) => index).filter((index) => isListed(report.shots[index]));
@@ -21,15 +21,19 @@ function nameParts(name) {
 
 function showList() {
   const indices = listed();
-  byId("shots").replaceChildren(...indices.map(listItem));
+  const [failed, changed] = [false, true].map((isChange) => indices.filter((index) => onlyChanged(report.shots[index]) === isChange));
+  const section = (title, items) => (items.length > 0 ? [element("li", { className: "section quiet" }, title), ...items.map(listItem)] : []);
+  const hasChanges = report.shots.some(onlyChanged);
+  byId("shots").replaceChildren(...(hasChanges ? [...section("Failed", failed), ...section("Changed within limits", changed)] : indices.map(listItem)));
   byId("to-overview").setAttribute("aria-current", String(state.shot < 0));
   byId("shots-none").hidden = indices.length > 0 || report.shots.length === 0;
 }
 
 function listItem(index) {
   const shot = report.shots[index];
-  const frames = failing(shot);
-  const kind = frames[0]?.status || "different";
+  const frames = differing(shot);
+  const worst = frames.find(fails) || frames[0];
+  const kind = worst ? kindOf(worst) : "different";
   const all = approvable(shot);
   const isDone = all.length > 0 && all.every(isApproved);
   const count = shot.frames.length > 1 ? `${frames.length}/${shot.frames.length}` : "";
@@ -81,43 +85,54 @@ function openList(on) {
 const total = (key) => report.folders.reduce((sum, folder) => sum + folder[key], 0);
 
 function showOverview() {
-  const [failed, passed] = [total("failed"), total("passed")];
+  const [failed, changed, identical] = [total("failed"), total("changed"), total("identical")];
+  const differences = [...(failed > 0 ? [`${failed} failed`] : []), ...(changed > 0 ? [`${changed} changed within limits`] : [])];
   byId("overview-title").textContent =
-    failed > 0 ? `${failed} of ${plural(failed + passed, "image")} failed` : passed === 1 ? "The image matches its reference" : `All ${passed} images match their references`;
-  byId("overview-title").className = failed > 0 ? "" : "good";
+    differences.length > 0
+      ? `Of ${plural(failed + changed + identical, "image")}, ${differences.join(", ")}`
+      : identical === 1
+        ? "The image matches its reference"
+        : `All ${identical} images match their references`;
+  byId("overview-title").className = failed > 0 ? "" : changed > 0 ? "warn" : "good";
   byId("overview-note").hidden = report.omitted === 0;
   byId("overview-note").textContent =
     `The images of ${plural(report.omitted, "frame")} are omitted: a page holds at most ${report.budget_mebibytes} MiB of images. ` +
     "Where a command can show them, the frame names it.";
   byId("overview-command").replaceChildren(commandBox(report.command, "the command of this report"));
   byId("folders").replaceChildren(...(report.folders.length > 0 ? [folderTable()] : []));
-  byId("failures").replaceChildren(...(report.shots.length > 0 ? [failureTable()] : []));
+  const indices = report.shots.map((_, index) => index);
+  const [failures, changes] = [false, true].map((isChange) => indices.filter((index) => onlyChanged(report.shots[index]) === isChange));
+  byId("failures").replaceChildren(...(failures.length > 0 ? [element("h3", {}, "Failed"), shotTable(failures, "failure")] : []));
+  byId("changes").replaceChildren(...(changes.length > 0 ? [element("h3", {}, "Changed within limits"), shotTable(changes, "change")] : []));
 }
 
 const row = (kind, ...cells) => element("tr", {}, ...cells.map((cell, at) => element(kind, { className: at > 0 ? "number" : "path", scope: kind === "th" ? "col" : "" }, cell)));
 
 function folderTable() {
   const isTimed = report.folders.some((folder) => folder.seconds > 0);
-  const cells = (name, { passed, failed, seconds }) => [
+  const cells = (name, { identical, changed, failed, seconds }) => [
     name,
-    String(passed),
+    String(identical),
+    element("span", { className: changed > 0 ? "warn" : "quiet" }, String(changed)),
     element("span", { className: failed > 0 ? "bad" : "quiet" }, String(failed)),
     ...(isTimed ? [seconds.toFixed(1) + " s"] : []),
   ];
   const body = report.folders.map((folder) => row("td", ...cells(folder.name || "./", folder)));
-  const sums = { passed: total("passed"), failed: total("failed"), seconds: total("seconds") };
+  const sums = { identical: total("identical"), changed: total("changed"), failed: total("failed"), seconds: total("seconds") };
   const table = element(
     "table",
     {},
-    element("thead", {}, row("th", "folder", "passed", "failed", ...(isTimed ? ["time"] : []))),
+    element("thead", {}, row("th", "folder", "identical", "changed", "failed", ...(isTimed ? ["time"] : []))),
     element("tbody", {}, ...body),
   );
   if (body.length > 1) table.append(element("tfoot", {}, row("td", ...cells("all", sums))));
   return element("div", { className: "scroll narrow" }, table);
 }
 
-function failureTable() {
-  const rows = report.shots.map((shot, index) => {
+/** The table of the shots of these indices; `kind` is the head of their column. */
+function shotTable(indices, kind) {
+  const rows = indices.map((index) => {
+    const shot = report.shots[index];
     const worst = shot.frames[worstFrame(shot)];
     const link = element("button", { type: "button", className: "link" }, ...nameParts(shot.name));
     link.addEventListener("click", () => go(index, worstFrame(shot)));
@@ -128,6 +143,6 @@ function failureTable() {
     const why = worst?.likely || worst?.messages[0] || "";
     return element("tr", {}, element("th", { scope: "row", className: "path" }, link), element("td", {}, [...kindsOf(shot)].join(", ")), largest("mean"), largest("tile"), element("td", { className: "why" }, why));
   });
-  const head = ["failure", "kind", "mean FLIP", "worst tile", "likely cause or message"].map((name, at) => element("th", { scope: "col", className: at === 2 || at === 3 ? "number" : "" }, name));
+  const head = [kind, "kind", "mean FLIP", "worst tile", "likely cause or message"].map((name, at) => element("th", { scope: "col", className: at === 2 || at === 3 ? "number" : "" }, name));
   return element("div", { className: "scroll" }, element("table", {}, element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...rows)));
 }

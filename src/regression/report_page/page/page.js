@@ -20,7 +20,7 @@ function go(shot, frame) {
     showDetails();
     showGraph();
     load(shownFrame());
-    if (isNew) say(`${shownFrame().name}, ${shownFrame().status}`);
+    if (isNew) say(`${shownFrame().name}, ${kindOf(shownFrame())}`);
   } else beat();
   showApprovals();
   if (isNew) {
@@ -49,10 +49,10 @@ function step(direction) {
   if (next >= 0 && next < indices.length) go(indices[next], worstFrame(report.shots[indices[next]]));
 }
 
-function stepFrame(direction, onlyFailing) {
+function stepFrame(direction, onlyDiffering) {
   const frames = shownShot()?.frames || [];
   for (let at = state.frame + direction; at >= 0 && at < frames.length; at += direction) {
-    if (!onlyFailing || fails(frames[at])) return go(state.shot, at);
+    if (!onlyDiffering || differs(frames[at])) return go(state.shot, at);
   }
 }
 
@@ -156,7 +156,8 @@ function begin() {
   byId("hint").hidden = report.shots.length === 0;
   byId("counts").replaceChildren(
     element("span", { className: total("failed") > 0 ? "bad" : "quiet" }, `${total("failed")} failed`),
-    element("span", { className: "good" }, `${total("passed")} passed`),
+    element("span", { className: total("changed") > 0 ? "warn" : "quiet" }, `${total("changed")} changed`),
+    element("span", { className: "good" }, `${total("identical")} identical`),
   );
   byId("accept-command").replaceChildren(commandBox(report.accept_command, "accept"));
   byId("keys-on").checked = keysAreOn;
@@ -173,7 +174,7 @@ function begin() {
   setStops(0);
   showOverview();
   showList();
-  // A page of one failure shows it at once.
+  // A page of one shot shows it at once.
   if (!location.hash && report.shots.length === 1) go(0, worstFrame(report.shots[0]));
   else goByHash();
 }

@@ -25,10 +25,17 @@ const state = {
 
 const shownShot = () => report.shots[state.shot];
 const shownFrame = () => shownShot()?.frames[state.frame];
-const fails = (frame) => frame.status !== "passed";
-const failing = (shot) => shot.frames.filter(fails);
+const fails = (frame) => frame.verdict === "failed";
+const differs = (frame) => frame.verdict !== "identical";
+const differing = (shot) => shot.frames.filter(differs);
 
-/** The frame that is shown first: the one with the worst tile, or else the first failure. */
+/** The kind of a frame in lists: its status, or the verdict of a frame that passes. */
+const kindOf = (frame) => (frame.status === "passed" ? frame.verdict : frame.status);
+
+/** Whether no frame of the shot fails. */
+const onlyChanged = (shot) => !shot.frames.some(fails);
+
+/** The frame that is shown first: the failure with the worst tile, or else the first failure, or else the change with the worst tile. */
 const worstFrame = (shot) => shot.worst;
 
 function frameLabel(frame) {

@@ -1,0 +1,82 @@
+//! `rayframe accept --from DIR`: accepts the images in the report of a build server.
+
+use std::path::Path;
+
+use super::accept::{AcceptArgs, done, refuse_in_ci};
+use crate::progress::print_output;
+use rayframe::error::{Error, Result};
+use rayframe::regression::Verdict;
+use rayframe::regression::suite::{
+    self, PendingKind, RenderedChecks, RenderedImage, SuiteShot, read_approvals, rendered_images,
+    select_rendered,
+};
+
+/// Checks the selected images, and makes them references: all or none.
+pub(super) fn accept_rendered(args: &AcceptArgs, report: &Path) -> Result<()> {
+    refuse_in_ci("accept")?;
+    let suite = args.which.suite.read()?;
+    let shots = suite::discover(&suite)?;
+    let images = rendered_images(report)?;
+    let chosen = match &args.approvals {
+        Some(file) => approved(images, file)?,
+        None => chosen(args, images, &shots)?,
+    };
+    let mut checks = RenderedChecks::new(&suite, &shots, report);
+    let checked: Vec<_> = chosen.iter().map(|image| checks.change(image)).collect();
+    let mut refusals = checked.iter().filter_map(|checked| checked.as_ref().err());
+    if let Some(first) = refusals.next() {
+        let more = match refusals.count() {
+            0 => String::new(),
+            more => format!(" (and {more} more)"),
+        };
+        return Err(Error::Different { message: format!("nothing was accepted: {first}{more}") });
+    }
+    let changes: Vec<_> = checked.into_iter().flatten().flatten().collect();
+    for change in &changes {
+        let kind = match (change.is_removal(), change.reference.exists()) {
+            (true, _) => PendingKind::Remove,
+            (false, true) => PendingKind::Replace,
+            (false, false) => PendingKind::Add,
+        };
+        change.apply(&suite)?;
+        print_output(&format!("{} {}", done(kind), change.reference.display()));
+    }
+    if changes.is_empty() {
+        let nothing_chosen =
+            "the report has no such images; --changed selects those that changed within the limits";
+        print_output(if chosen.is_empty() { nothing_chosen } else { "all images are references already" });
+    }
+    Ok(())
+}
+
+/// The images that the options select. Only `--changed` or an exact name selects changes within the limits.
+fn chosen(args: &AcceptArgs, images: Vec<RenderedImage>, shots: &[SuiteShot]) -> Result<Vec<RenderedImage>> {
+    let word = &args.which.filter;
+    let (mut images, is_by_name) = select_rendered(images, shots, word);
+    if images.is_empty() && !word.is_empty() {
+        let word = word.escape_debug();
+        return Err(Error::usage(format!("no image of the report has the name \"{word}\", or contains it")));
+    }
+    if args.changed {
+        images.retain(|image| image.verdict == Verdict::Changed);
+    } else if !is_by_name {
+        images.retain(|image| image.verdict == Verdict::Failed);
+    }
+    Ok(images)
+}
+
+/// The approved images. Every approval must name an image of the report by its hash.
+fn approved(images: Vec<RenderedImage>, file: &Path) -> Result<Vec<RenderedImage>> {
+    let approvals = read_approvals(file)?;
+    let is_there = |name: &str, hash: &Option<String>| {
+        images.iter().any(|image| image.name == name && image.hash == *hash)
+    };
+    if let Some(missing) = approvals.iter().find(|approval| !is_there(&approval.name, &approval.hash)) {
+        let name = &missing.name;
+        let message =
+            format!("nothing was accepted: {name}: the image that was approved is not in the report");
+        return Err(Error::Different { message });
+    }
+    let names: Vec<_> = approvals.into_iter().map(|approval| approval.name).collect();
+    Ok(images.into_iter().filter(|image| names.contains(&image.name)).collect())
+}

@@ -1,0 +1,246 @@
+//! The summary of a result in Markdown, for pull requests: counts, and one table of failures and one of changes, worst first.
+//!
+//! It stays below the 65,536 characters of a comment on GitHub, and so below the 1 MiB of a step summary. Thumbnails lie in a folder
+//! beside the file.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use super::findings::Finding;
+use rayframe::error::Result;
+use rayframe::image_file::{DisplayImage, encode_png, probe_folder, write_atomically};
+use rayframe::regression::{Verdict, VerdictCounts, heat_map_thumbnail, thumbnail};
+
+/// Largest number of characters of the file.
+const MAX_CHARACTERS: usize = 65_536;
+/// Characters kept free for the lines after the last row.
+const TAIL_CHARACTERS: usize = 200;
+/// Characters of a message or cause, after which it is cut.
+const MAX_MESSAGE_CHARACTERS: usize = 240;
+/// Number of messages of an image.
+const MAX_MESSAGES: usize = 3;
+/// Columns of a thumbnail.
+const THUMBNAIL_COLUMNS: u32 = 160;
+/// Endings of thumbnails.
+const ENDINGS: [&str; 3] = ["reference.png", "new.png", "difference.png"];
+
+/// Writes the summary to `file`, and its thumbnails to the folder `FILE.files`, whose thumbnails of earlier runs are removed.
+///
+/// # Errors
+/// Those of writing files.
+pub(super) fn write_summary(
+    file: &Path,
+    title: &str,
+    counts: VerdictCounts,
+    findings: &[Finding<'_>],
+) -> Result<()> {
+    let folder = thumbnail_folder(file);
+    remove_thumbnails(&folder);
+    let mut text = format!("## {}: {}\n", escaped(title), headline(counts));
+    let mut left_out = 0;
+    for (verdict, heading) in [(Verdict::Failed, "Failed"), (Verdict::Changed, "Changed within limits")] {
+        let mut rows = findings.iter().enumerate().filter(|(_, finding)| finding.frame.verdict() == verdict);
+        let Some(first) = rows.next() else { continue };
+        let head = format!(
+            "\n### {heading}\n\n| image | verdict | measures | likely cause | reference | new | difference |\n\
+             |---|---|---|---|---|---|---|\n"
+        );
+        let mut has_head = false;
+        for (index, finding) in std::iter::once(first).chain(rows) {
+            let thumbnails = Thumbnails::new(index, finding);
+            let row = thumbnails.row(finding, &folder);
+            let head = if has_head { "" } else { &head };
+            let characters = [&text, head, &row].map(|part| part.chars().count()).iter().sum::<usize>();
+            // Once a row is left out, all others are, as they are better.
+            if left_out > 0 || characters + TAIL_CHARACTERS > MAX_CHARACTERS {
+                left_out += 1;
+                continue;
+            }
+            text.push_str(head);
+            has_head = true;
+            thumbnails.write(&folder)?;
+            text.push_str(&row);
+        }
+    }
+    if left_out > 0 {
+        let rows = if left_out == 1 { "row is" } else { "rows are" };
+        let _ = write!(text, "\n{left_out} more {rows} left out; the report has all.\n");
+    }
+    probe_folder(file)?;
+    write_atomically(file, text.as_bytes())
+}
+
+/// The counts, the worst first, without verdicts that no image has.
+fn headline(counts: VerdictCounts) -> String {
+    let VerdictCounts { identical, changed, failed } = counts;
+    let parts = [(failed, "failed"), (changed, "changed within limits"), (identical, "identical")];
+    let parts = parts.iter().filter(|(count, _)| *count > 0);
+    parts.map(|(count, words)| format!("{count} {words}")).collect::<Vec<_>>().join(", ")
+}
+
+/// The folder of the thumbnails.
+fn thumbnail_folder(file: &Path) -> PathBuf {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    file.with_file_name(format!("{name}.files"))
+}
+
+/// Removes thumbnails of earlier runs. Other files stay.
+fn remove_thumbnails(folder: &Path) {
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let is_numbered = name.starts_with(|first: char| first.is_ascii_digit());
+        if is_numbered && ENDINGS.iter().any(|ending| name.ends_with(ending)) {
+            // One that stays is not named by the new summary.
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// The thumbnails of an image: reference, new image and heat map.
+struct Thumbnails {
+    /// Beginning of their names.
+    name: String,
+    images: [Option<DisplayImage>; 3],
+}
+
+impl Thumbnails {
+    fn new(index: usize, finding: &Finding<'_>) -> Self {
+        let frame = finding.frame;
+        let plain = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '-' };
+        let small = |image| thumbnail(image, THUMBNAIL_COLUMNS);
+        let heat_map = |image| heat_map_thumbnail(image, THUMBNAIL_COLUMNS);
+        Self {
+            name: format!("{:04}-{}", index + 1, frame.name.chars().map(plain).collect::<String>()),
+            images: [
+                frame.expected.as_ref().and_then(small),
+                frame.actual.as_ref().and_then(small),
+                frame.actual.as_ref().and_then(heat_map),
+            ],
+        }
+    }
+
+    fn file_names(&self) -> [String; 3] {
+        ENDINGS.map(|ending| format!("{}-{ending}", self.name))
+    }
+
+    /// The row of the table.
+    fn row(&self, finding: &Finding<'_>, folder: &Path) -> String {
+        let frame = finding.frame;
+        let messages: Vec<String> = frame.messages.iter().take(MAX_MESSAGES).map(|text| cell(text)).collect();
+        let cause = frame.likely_cause().map(|cause| cell(&cause)).unwrap_or_default();
+        let mut row = format!(
+            "| <code>{}</code> | {} | {} | {cause} |",
+            html_escaped(&frame.name),
+            finding.title(),
+            messages.join("<br>")
+        );
+        let folder = address(&folder.file_name().unwrap_or_default().to_string_lossy());
+        for ((image, file), ending) in self.images.iter().zip(self.file_names()).zip(ENDINGS) {
+            let what = ending.trim_end_matches(".png");
+            let _ = match image {
+                Some(_) => write!(row, " ![{what}]({folder}/{}) |", address(&file)),
+                None => write!(row, " |"),
+            };
+        }
+        row + "\n"
+    }
+
+    fn write(&self, folder: &Path) -> Result<()> {
+        for (image, file) in self.images.iter().zip(self.file_names()) {
+            if let Some(image) = image {
+                let path = folder.join(file);
+                probe_folder(&path)?;
+                write_atomically(&path, &encode_png(image.size, &image.pixels, "")?)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Text for a cell of a table, on one line.
+fn cell(text: &str) -> String {
+    let mut short: String = text.chars().take(MAX_MESSAGE_CHARACTERS).collect();
+    if short.len() < text.len() {
+        short.push('…');
+    }
+    escaped(&short)
+}
+
+/// Text without Markdown.
+fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '\\' | '`' | '*' | '_' | '[' | ']' | '|' | '~' | '#' | '!' | '$' => {
+                escaped.extend(['\\', character]);
+            }
+            _ if character.is_control() => escaped.push(' '),
+            _ => escaped.push(character),
+        }
+    }
+    escaped
+}
+
+/// Text for an HTML element in a cell of a table.
+fn html_escaped(text: &str) -> String {
+    let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    let markdown = ['|', '\\', '`', '*', '_', '[', ']', '~', '$'];
+    text.chars().fold(String::new(), |mut escaped, character| {
+        if markdown.contains(&character) || character.is_control() {
+            let _ = write!(escaped, "&#{};", u32::from(character));
+        } else {
+            escaped.push(character);
+        }
+        escaped
+    })
+}
+
+/// A path as a relative address.
+fn address(path: &str) -> String {
+    path.bytes().fold(String::new(), |mut address, byte| {
+        if byte.is_ascii_alphanumeric() || b"._-".contains(&byte) {
+            address.push(char::from(byte));
+        } else {
+            let _ = write!(address, "%{byte:02X}");
+        }
+        address
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rayframe::regression::{FailOn, FrameResult, FrameStatus, SuiteResult};
+
+    #[test]
+    fn names_and_messages_cannot_leave_their_cell() {
+        assert_eq!(escaped("a|b*c\n<i>"), "a\\|b\\*c &lt;i&gt;");
+        assert_eq!(html_escaped("a|b_<"), "a&#124;b&#95;&lt;");
+        assert_eq!(address("my summary.md.files"), "my%20summary.md.files");
+        assert!(cell(&"x".repeat(1000)).chars().count() == MAX_MESSAGE_CHARACTERS + 1);
+    }
+
+    #[test]
+    fn long_summaries_say_how_many_rows_are_left_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let missing = |at: usize| {
+            let message = "there is no reference ".to_owned() + &"folder/".repeat(30);
+            FrameResult::new(format!("shot_{at:04}"), None, FrameStatus::Orphaned, message)
+        };
+        let result = SuiteResult { orphaned: (0..1000).map(missing).collect(), ..SuiteResult::default() };
+        let file = folder.path().join("summary.md");
+        std::fs::write(folder.path().join("suite.toml"), "").unwrap();
+        let suite = rayframe::regression::suite::Suite::read(folder.path()).unwrap();
+        let findings = super::super::findings::findings(&suite, &result, FailOn::default());
+        write_summary(&file, "suite", result.counts(), &findings).unwrap();
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert!(text.chars().count() <= MAX_CHARACTERS && text.len() > MAX_CHARACTERS / 2);
+        let rows = text.lines().filter(|line| line.starts_with("| <code>")).count();
+        assert!(text.ends_with(&format!("\n{} more rows are left out; the report has all.\n", 1000 - rows)));
+        assert!(text.starts_with("## suite: 1000 failed\n\n### Failed\n") && !text.contains("Changed"));
+        assert!(!thumbnail_folder(&file).exists());
+    }
+}

@@ -1,0 +1,67 @@
+//! The forms of a result for build servers and pull requests: JUnit XML, Markdown, and annotations.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::annotations::{code_quality, github_commands};
+use super::findings::findings;
+use super::junit::junit_xml;
+use super::markdown::write_summary;
+use crate::progress::print_raw;
+use rayframe::error::Result;
+use rayframe::image_file::{probe_folder, write_atomically};
+use rayframe::regression::suite::{Suite, suite_title};
+use rayframe::regression::{FailOn, SuiteResult};
+
+/// Options that write a result for build servers and pull requests.
+#[derive(Clone, Debug, Args)]
+#[group(id = "files", multiple = true)]
+pub(super) struct OutputFiles {
+    /// Write the result as JUnit XML, for build servers
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+    /// Write a summary in Markdown for pull requests, with thumbnails in the folder FILE.files
+    #[arg(long, value_name = "FILE.md")]
+    summary: Option<PathBuf>,
+    /// Write a report of GitLab's Code Quality
+    #[arg(long, value_name = "FILE.json")]
+    code_quality: Option<PathBuf>,
+    /// Print annotations of GitHub Actions to the standard error stream
+    #[arg(long)]
+    github_annotations: bool,
+}
+
+impl OutputFiles {
+    /// Checks that all files can be written.
+    ///
+    /// # Errors
+    /// [`Error::CannotCreate`](rayframe::error::Error::CannotCreate).
+    pub(super) fn check(&self) -> Result<()> {
+        [&self.junit, &self.summary, &self.code_quality]
+            .into_iter()
+            .flatten()
+            .try_for_each(|file| probe_folder(file))
+    }
+
+    /// Writes the files, and prints annotations.
+    ///
+    /// # Errors
+    /// Those of writing files.
+    pub(super) fn write(&self, suite: &Suite, result: &SuiteResult, fail_on: FailOn) -> Result<()> {
+        if let Some(file) = &self.junit {
+            write_atomically(file, junit_xml(result, fail_on)?.as_bytes())?;
+        }
+        let findings = findings(suite, result, fail_on);
+        if let Some(file) = &self.summary {
+            write_summary(file, &suite_title(suite), result.counts(), &findings)?;
+        }
+        if let Some(file) = &self.code_quality {
+            write_atomically(file, code_quality(&findings)?.as_bytes())?;
+        }
+        if self.github_annotations {
+            print_raw(&github_commands(&findings));
+        }
+        Ok(())
+    }
+}

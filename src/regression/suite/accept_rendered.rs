@@ -1,0 +1,140 @@
+//! Accepts images that a build server rendered, without rendering them again.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::filter::Filter;
+use super::job::job_of;
+use super::names::{image_name, reference_path};
+use super::orphans::orphaned_references;
+use super::pending::{discard_image, discard_removal};
+use super::render::reference_job;
+use super::rendered_images::{RenderedImage, image_path, reference_hash};
+use super::{Approval, Suite, SuiteShot};
+use crate::error::{Error, Result};
+use crate::image_file::{ExrHeader, probe_folder, write_atomically};
+use crate::regression::{Image, pixel_hash};
+use crate::sequence::render_hash;
+
+/// A checked change of a reference.
+#[derive(Debug)]
+pub struct RenderedChange {
+    /// The path of the reference.
+    pub reference: PathBuf,
+    name: String,
+    /// The new file. `None` removes the reference.
+    bytes: Option<Vec<u8>>,
+}
+
+/// Checks changes against the present references and shots. Render hashes are computed once for each shot.
+#[derive(Debug)]
+pub struct RenderedChecks<'a> {
+    suite: &'a Suite,
+    shots: &'a [SuiteShot],
+    report: &'a Path,
+    /// Render hashes by name of image, for each shot that was opened.
+    render_hashes: BTreeMap<String, BTreeMap<String, String>>,
+}
+
+/// The images that `filter` selects, and whether it is the exact name of a shot or image.
+pub fn select_rendered(
+    images: Vec<RenderedImage>,
+    shots: &[SuiteShot],
+    filter: &str,
+) -> (Vec<RenderedImage>, bool) {
+    let names: Vec<String> = images.iter().map(|image| image.name.clone()).collect();
+    let filter = Filter::new(filter, shots, names.iter().map(String::as_str));
+    let selected = images.into_iter().filter(|image| filter.matches_image(&image.name));
+    (selected.collect(), filter.is_name())
+}
+
+impl<'a> RenderedChecks<'a> {
+    /// Checks of the images in the folder of a report. `shots` are all shots of the suite.
+    pub fn new(suite: &'a Suite, shots: &'a [SuiteShot], report: &'a Path) -> Self {
+        Self { suite, shots, report, render_hashes: BTreeMap::new() }
+    }
+
+    /// The change that makes `image` the reference; `None` where it is the reference already.
+    ///
+    /// # Errors
+    /// [`Error::Different`] where the image, its reference or its shot is not that of the list, and errors of opening the shot.
+    pub fn change(&mut self, image: &RenderedImage) -> Result<Option<RenderedChange>> {
+        let RenderedImage { name, hash, .. } = image;
+        let refused = |why: &str| Err(Error::Different { message: format!("{name}: {why}") });
+        if (Approval { name: name.clone(), hash: hash.clone() }).is_applied(self.suite) {
+            return Ok(None);
+        }
+        if reference_hash(self.suite, name) != image.reference {
+            return refused("its reference is not the one that it was compared with; test again");
+        }
+        let reference = reference_path(&self.suite.references, name);
+        let Some(hash) = hash else {
+            if !orphaned_references(self.suite, self.shots)?.contains(name) {
+                return refused("a shot renders this reference now; test again");
+            }
+            return Ok(Some(RenderedChange { reference, name: name.clone(), bytes: None }));
+        };
+        let file = image_path(self.report, name);
+        let bytes = std::fs::read(&file).map_err(Error::missing(&file))?;
+        if pixel_hash(&Image::decode(&file, &bytes)?) != *hash {
+            return refused("its file is not the image that was tested");
+        }
+        if let Some(message) = self.suite.too_large(bytes.len() as u64) {
+            return Err(Error::refused(&file, "", message));
+        }
+        let header = ExrHeader::parse(&mut bytes.as_slice()).map_err(|why| Error::invalid(&file, "", why))?;
+        let rendered = header.render_hash();
+        if rendered.is_none() || self.render_hash(name)? != rendered {
+            return refused(
+                "its shot, scene or version of rayframe is not the one that rendered it; test again",
+            );
+        }
+        Ok(Some(RenderedChange { reference, name: name.clone(), bytes: Some(bytes) }))
+    }
+
+    /// The render hash that the image has here. `None` where no shot renders it.
+    fn render_hash(&mut self, name: &str) -> Result<Option<String>> {
+        let filter = Filter::new("", self.shots, std::iter::empty());
+        let owner = filter.owner(name).and_then(|owner| self.shots.iter().find(|shot| shot.name == owner));
+        let Some(shot) = owner else { return Ok(None) };
+        if !self.render_hashes.contains_key(&shot.name) {
+            let hashes = render_hashes(self.suite, shot)?;
+            self.render_hashes.insert(shot.name.clone(), hashes);
+        }
+        Ok(self.render_hashes.get(&shot.name).and_then(|hashes| hashes.get(name)).cloned())
+    }
+}
+
+/// The render hashes of all frames of a shot, by name of image.
+fn render_hashes(suite: &Suite, shot: &SuiteShot) -> Result<BTreeMap<String, String>> {
+    let job = reference_job(job_of(suite, &shot.path)?.sequence, Path::new(""))?;
+    let count = job.frames.len();
+    let hashes =
+        job.frames.iter().map(|&frame| (image_name(&shot.name, frame, count), render_hash(&job, frame)));
+    Ok(hashes.collect())
+}
+
+impl RenderedChange {
+    /// Writes or removes the reference, and discards pending changes of its name.
+    ///
+    /// # Errors
+    /// [`Error::CannotCreate`] or [`Error::WriteFailed`].
+    pub fn apply(&self, suite: &Suite) -> Result<()> {
+        let reference = &self.reference;
+        match &self.bytes {
+            Some(bytes) => {
+                probe_folder(reference)?;
+                write_atomically(reference, bytes)?;
+            }
+            None => std::fs::remove_file(reference)
+                .map_err(|source| Error::WriteFailed { path: reference.clone(), source })?,
+        }
+        discard_image(suite, &self.name)?;
+        discard_removal(suite, &self.name)
+    }
+
+    /// Whether the reference is removed.
+    pub fn is_removal(&self) -> bool {
+        self.bytes.is_none()
+    }
+}

@@ -1,0 +1,122 @@
+//! Rendered images in the report of a build server, which `rayframe accept --from` makes references without rendering again.
+//!
+//! `images.json` lists them beside `index.html`; the files are in the folder `images`, named like the shots.
+
+use std::path::{Component, Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
+
+use super::Suite;
+use super::names::reference_path;
+use crate::error::{Error, Result};
+use crate::image_file::{probe_folder, write_atomically};
+use crate::regression::result::{FrameResult, FrameStatus, SuiteResult};
+use crate::regression::verdict::Verdict;
+use crate::sequence::hex;
+
+/// The supported version of the list.
+const SCHEMA: u32 = 1;
+/// Name of the list.
+const LIST: &str = "images.json";
+/// Folder of the images, beside the list.
+const IMAGES: &str = "images";
+
+/// An image that changed or fails, or an orphaned reference.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq, Eq)]
+#[serde(deny_unknown_fields)]
+pub struct RenderedImage {
+    /// The name of the image.
+    pub name: String,
+    /// Whether it changed within the limits or failed.
+    pub verdict: Verdict,
+    /// The hash of its pixels ([`pixel_hash`](crate::regression::pixel_hash)). `None` for an orphaned reference.
+    pub hash: Option<String>,
+    /// SHA-256 of the file of the reference that it was compared with. `None` where there was none.
+    pub reference: Option<String>,
+}
+
+/// The file `images.json`.
+#[derive(Debug, Serialize, Deserialize)]
+struct ImageList {
+    schema: u32,
+    images: Vec<RenderedImage>,
+}
+
+/// The path of the image `name` in the folder of a report.
+pub(super) fn image_path(report: &Path, name: &str) -> PathBuf {
+    report.join(IMAGES).join(format!("{name}.exr"))
+}
+
+/// Stores a rendered image in the folder of a report.
+pub(super) fn store_rendered(report: &Path, name: &str, bytes: &[u8]) -> Result<()> {
+    let file = image_path(report, name);
+    probe_folder(&file)?;
+    write_atomically(&file, bytes)
+}
+
+/// Removes the list of an earlier run, and the images that it lists.
+pub(super) fn remove_rendered(report: &Path) {
+    for image in rendered_images(report).into_iter().flatten() {
+        // One that stays is not on the new list.
+        let _ = std::fs::remove_file(image_path(report, &image.name));
+    }
+    let _ = std::fs::remove_file(report.join(LIST));
+}
+
+/// Writes the list of the images of `result` to the folder of a report.
+///
+/// # Errors
+/// [`Error::CannotCreate`] or [`Error::WriteFailed`].
+pub(super) fn write_list(suite: &Suite, result: &SuiteResult, report: &Path) -> Result<()> {
+    let can_accept =
+        |frame: &&FrameResult| frame.verdict() != Verdict::Identical && frame.status != FrameStatus::Broken;
+    let images = result.frames().filter(can_accept).map(|frame| RenderedImage {
+        name: frame.name.clone(),
+        verdict: frame.verdict(),
+        hash: frame.actual_hash.clone(),
+        reference: reference_hash(suite, &frame.name),
+    });
+    let list = ImageList { schema: SCHEMA, images: images.collect() };
+    let json = serde_json::to_string_pretty(&list);
+    let json = json.map_err(|error| Error::Internal { message: error.to_string() })?;
+    let file = report.join(LIST);
+    probe_folder(&file)?;
+    write_atomically(&file, (json + "\n").as_bytes())
+}
+
+/// SHA-256 of the file of the reference `name`. `None` where there is none.
+pub(super) fn reference_hash(suite: &Suite, name: &str) -> Option<String> {
+    let bytes = std::fs::read(reference_path(&suite.references, name)).ok()?;
+    Some(hex(&Sha256::digest(bytes)))
+}
+
+/// Reads the list in the folder of a report.
+///
+/// # Errors
+/// [`Error::Usage`] for an archive, [`Error::Missing`] where there is no list, [`Error::Invalid`] for a malformed one.
+pub fn rendered_images(report: &Path) -> Result<Vec<RenderedImage>> {
+    if report.is_file() {
+        let message =
+            format!("{} is a file; unpack it, and name the folder that has {LIST}", report.display());
+        return Err(Error::usage(message));
+    }
+    let file = report.join(LIST);
+    let bytes = std::fs::read(&file).map_err(Error::missing(&file))?;
+    let list: ImageList = serde_json::from_slice(&bytes)
+        .map_err(|error| Error::invalid(&file, "", format!("is not a list of rendered images: {error}")))?;
+    if list.schema != SCHEMA {
+        let message = format!("has schema {}; this version supports {SCHEMA}", list.schema);
+        return Err(Error::invalid(&file, "/schema", message));
+    }
+    let is_below = |name: &str| {
+        !name.is_empty() && Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
+    };
+    match list.images.iter().find(|image| !is_below(&image.name)) {
+        Some(image) => {
+            let message = format!("the name \"{}\" leaves the folder", image.name.escape_debug());
+            Err(Error::invalid(&file, "/images", message))
+        }
+        None => Ok(list.images),
+    }
+}

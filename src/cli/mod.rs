@@ -50,7 +50,7 @@ enum Command {
     Merge(merge::MergeArgs),
     /// Show the contents of a file, what is rendered, and what is not supported
     Info(info::InfoArgs),
-    /// Compare two images or two sequences; exit code 0: same within the preset, 1: different
+    /// Compare two images, two sequences or two versions of an asset; exit code 0: same within the preset, 1: different
     Diff(diff::DiffArgs),
     /// Render a suite of shots and compare them with their references; exit code 1: something differs
     Test(test::TestArgs),

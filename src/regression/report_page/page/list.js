@@ -5,6 +5,10 @@ const KINDS = ["different", "missing", "orphaned", "broken"];
 /** The statuses of a shot's failing frames. */
 const kindsOf = (shot) => new Set(failing(shot).map((frame) => frame.status));
 
+/** The status of the first failing frame; of an asset's images also that of one that passes. */
+const kindOf = (shot) => failing(shot)[0]?.status || "passed";
+const kindText = (shot) => [...kindsOf(shot)].join(", ") || "passed";
+
 function isListed(shot) {
   if (state.kinds.size > 0 && ![...kindsOf(shot)].some((kind) => state.kinds.has(kind))) return false;
   const words = state.filter.toLowerCase().split(/\s+/).filter(Boolean);
@@ -29,13 +33,13 @@ function showList() {
 function listItem(index) {
   const shot = report.shots[index];
   const frames = failing(shot);
-  const kind = frames[0]?.status || "different";
+  const kind = kindOf(shot);
   const all = approvable(shot);
   const isDone = all.length > 0 && all.every(isApproved);
   const count = shot.frames.length > 1 ? `${frames.length}/${shot.frames.length}` : "";
   const button = element(
     "button",
-    { type: "button", "aria-current": String(index === state.shot), title: `${shot.name}: ${[...kindsOf(shot)].join(", ")}${isDone ? ", approved" : ""}` },
+    { type: "button", "aria-current": String(index === state.shot), title: `${shot.name}: ${kindText(shot)}${isDone ? ", approved" : ""}` },
     element("span", { className: `dot ${isDone ? "approved" : kind}` }),
     element("span", { className: "name" }, ...nameParts(shot.name), element("span", { className: "unseen" }, `, ${kind}${isDone ? ", approved" : ""}`)),
     element("span", { className: "quiet numbers" }, count),
@@ -90,7 +94,8 @@ function showOverview() {
     `The images of ${plural(report.omitted, "frame")} are omitted: a page holds at most ${report.budget_mebibytes} MiB of images. ` +
     "Where a command can show them, the frame names it.";
   byId("overview-command").replaceChildren(commandBox(report.command, "the command of this report"));
-  byId("folders").replaceChildren(...(report.folders.length > 0 ? [folderTable()] : []));
+  byId("folders").replaceChildren(...(report.folders.length > 0 && !report.asset ? [folderTable()] : []));
+  showChanges();
   byId("failures").replaceChildren(...(report.shots.length > 0 ? [failureTable()] : []));
 }
 
@@ -126,8 +131,8 @@ function failureTable() {
       return element("td", { className: "number" }, values.length > 0 ? Math.max(...values).toFixed(4) : "");
     };
     const why = worst?.likely || worst?.messages[0] || "";
-    return element("tr", {}, element("th", { scope: "row", className: "path" }, link), element("td", {}, [...kindsOf(shot)].join(", ")), largest("mean"), largest("tile"), element("td", { className: "why" }, why));
+    return element("tr", {}, element("th", { scope: "row", className: "path" }, link), element("td", {}, kindText(shot)), largest("mean"), largest("tile"), element("td", { className: "why" }, why));
   });
-  const head = ["failure", "kind", "mean FLIP", "worst tile", "likely cause or message"].map((name, at) => element("th", { scope: "col", className: at === 2 || at === 3 ? "number" : "" }, name));
+  const head = [report.asset ? "images" : "failure", "kind", "mean FLIP", "worst tile", "likely cause or message"].map((name, at) => element("th", { scope: "col", className: at === 2 || at === 3 ? "number" : "" }, name));
   return element("div", { className: "scroll" }, element("table", {}, element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...rows)));
 }

@@ -33,7 +33,7 @@ function changeGroup({ title, rows }) {
 }
 
 function changeRow({ mark, name, property, values }) {
-  const sign = element("span", { className: "mark " + MARKS[mark], title: MARKS[mark] }, mark === "-" ? "−" : mark);
+  const sign = element("span", { className: "sign " + MARKS[mark], title: MARKS[mark] }, mark === "-" ? "−" : mark);
   const label = name ? [sign, element("span", { className: "unseen" }, MARKS[mark] + " "), name] : [];
   return element("tr", { className: name ? "" : "more" }, element("th", { scope: "row", className: "path" }, ...label), element("td", { className: "property" }, property), element("td", { className: "values numbers" }, values));
 }

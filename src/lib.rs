@@ -84,6 +84,9 @@ mod renderer;
 pub mod merge;
 pub mod regression;
 
+#[doc(hidden)]
+pub mod asset_diff;
+
 pub use error::{Error, Result};
 pub use renderer::{RenderedFrame, Renderer, SequenceRenderer};
 

@@ -1,6 +1,11 @@
-//! `rayframe diff`: compares two images or two sequences within the limits of a preset.
+//! `rayframe diff`: compares two images, two sequences or two versions of an asset within the limits of a preset.
 
 mod args;
+mod asset_options;
+mod asset_page;
+mod asset_text;
+mod assets;
+mod limits;
 mod maps;
 mod page;
 mod report;
@@ -12,6 +17,7 @@ use rayframe::image_file::write_atomically;
 use rayframe::regression::{FilePair, Image, compare, pair_files, pixel_hash};
 
 pub(super) use args::DiffArgs;
+use asset_options::is_scene;
 use maps::MapPattern;
 use page::DiffPage;
 use rayframe::settings as layer_options;
@@ -19,6 +25,19 @@ use report::{FrameReport, Report};
 
 /// Compares, prints, and returns whether no verdict is one that `--fail-on` names.
 pub(super) fn run(args: &DiffArgs) -> Result<bool> {
+    match [&args.actual, &args.reference].map(|path| is_scene(path)) {
+        [true, true] => assets::run(args),
+        [false, false] => run_images(args),
+        _ => Err(Error::usage(format!(
+            "{} and {}: one is a scene and the other is not; name two of a kind",
+            args.actual.display(),
+            args.reference.display()
+        ))),
+    }
+}
+
+fn run_images(args: &DiffArgs) -> Result<bool> {
+    args.assets.refuse_for_images()?;
     let paired = pair_files(&args.actual, &args.reference)?;
     let heat_map = args.heat_map.as_deref().map(|name| MapPattern::heat_map(name, &paired)).transpose()?;
     let flip_map = args.flip_map.as_deref().map(|name| MapPattern::flip_map(name, &paired)).transpose()?;
@@ -42,11 +61,9 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     if let Some(page) = page {
         page.finish(args, &paired)?;
     }
-    let report = Report::new(args.preset, frames, &paired);
+    let report = Report::new(args, frames, &paired);
     if args.json {
-        let json = serde_json::to_string_pretty(&report)
-            .map_err(|error| Error::Internal { message: error.to_string() })?;
-        print_output(&json);
+        print_output(&report.json()?);
     } else {
         print_output(&text::text(&report, is_sequence));
     }
@@ -64,7 +81,7 @@ fn compared(
     // The page shows colours even where other layers are compared.
     let kept = page.is_some().then(|| whole.clone());
     let (actual, reference) = (whole.0.with_layers(&layers), whole.1.with_layers(&layers));
-    let mut comparison = compare(&actual, &reference, &args.preset.limits());
+    let mut comparison = compare(&actual, &reference, &args.limits.limits(args.preset));
     let map = comparison.flip_map.take();
     if let (Some(page), Some(whole)) = (page, kept) {
         page.add(pair, [&whole.0, &whole.1], &comparison, map.as_ref());

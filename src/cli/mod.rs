@@ -52,7 +52,7 @@ enum Command {
     Merge(merge::MergeArgs),
     /// Show the contents of a file, what is rendered, and what is not supported
     Info(info::InfoArgs),
-    /// Compare two images or two sequences; exit code 0: within the limits of the preset, 1: not
+    /// Compare two images, two sequences or two versions of an asset; exit code 0: within the limits of the preset, 1: not
     Diff(diff::DiffArgs),
     /// Render a suite of shots and compare them with their references; exit code 1: something fails
     Test(test::TestArgs),

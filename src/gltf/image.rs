@@ -10,33 +10,35 @@ use super::options::ImageLoading;
 use super::resources::Resources;
 use super::texture::TextureTable;
 use crate::error::{Error, Result};
-use crate::image_file::{DecodedTexels, ImageHeader, decode_texels};
-use crate::scene::{Image, Texels};
+use crate::image_file::{DecodedTexels, ImageHeader, decode_texels, image_format};
+use crate::scene::{Image, StoredImage, Texels};
 
-/// Imports the images of `textures` in their order, loaded as far as `loading` says. Decodes in parallel.
+/// Imports the images of `textures` in their order, loaded as far as `loading` says, and tells how they are stored. Decodes in
+/// parallel.
 pub(super) fn import(
     context: &mut Context,
     data: &Data,
     resources: &mut Resources,
     textures: &TextureTable,
     loading: ImageLoading,
-) -> Result<Vec<Image>> {
+) -> Result<(Vec<Image>, Vec<StoredImage>)> {
     let mut encoded = Vec::new();
     for &index in &textures.images {
         encoded.push(fetch(context, data, resources, index)?);
     }
+    let stored = encoded.iter().map(stored_image).collect();
     if loading != ImageLoading::Headers {
         image_budget::check(context, &encoded, textures)?;
     }
     if loading != ImageLoading::Texels {
-        return Ok(encoded.into_iter().map(without_texels).collect());
+        return Ok((encoded.into_iter().map(without_texels).collect(), stored));
     }
     for image in &encoded {
         context.charge(image.header.decoded_bytes, &image.pointer)?;
     }
     let context = &*context;
     let path = context.path;
-    let decoded: Vec<_> = encoded
+    let decoded: Vec<Result<Image>> = encoded
         .into_par_iter()
         .map(|image| {
             let texels = decode_texels(&image.bytes).map_err(|why| {
@@ -51,7 +53,11 @@ pub(super) fn import(
         })
         .collect();
     // The first error in the order of the file, independent of thread timing.
-    decoded.into_iter().collect()
+    Ok((decoded.into_iter().collect::<Result<_>>()?, stored))
+}
+
+fn stored_image(image: &EncodedImage<'_>) -> StoredImage {
+    StoredImage { format: image_format(&image.bytes).name(), bytes: image.bytes.len() as u64 }
 }
 
 fn without_texels(image: EncodedImage<'_>) -> Image {

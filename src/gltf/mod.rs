@@ -33,6 +33,7 @@ mod draco;
 mod draco;
 mod encoded_image;
 mod extensions;
+mod file_storage;
 mod formats;
 mod hierarchy;
 mod image;
@@ -123,7 +124,8 @@ fn import_file(
     // Import independent objects first, then those that refer to them.
     let mut textures = texture::TextureTable::new(&document);
     let materials = material::import(&mut context, &document, &mut textures)?;
-    let images = image::import(&mut context, &data, &mut resources, &textures, options.images)?;
+    let (images, stored_images) =
+        image::import(&mut context, &data, &mut resources, &textures, options.images)?;
     let mips = if options.images == ImageLoading::Texels {
         mip_maps::import(&mut context, &images, &textures)?
     } else {
@@ -141,6 +143,10 @@ fn import_file(
     let (animations, ignored_channels) = animation::import(&mut context, &data, &targets)?;
 
     let unused_textures = document.root.textures.len().saturating_sub(textures.textures.len());
+
+    let named_bytes = resources.file_bytes();
+    let file_bytes = named_bytes.saturating_add(file.bytes.len() as u64);
+    let storage = file_storage::file_storage(&document, file_bytes, stored_images);
 
     Ok(Scene {
         path: path.to_owned(),
@@ -165,6 +171,7 @@ fn import_file(
         unused_textures,
         extensions_used: document.root.extensions_used.clone(),
         extensions_required: document.root.extensions_required.clone(),
+        storage,
         warnings: context.into_warnings(),
     })
 }

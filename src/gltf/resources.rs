@@ -1,6 +1,7 @@
 //! External resources: buffers and image files inside the scene's folder, read once and hashed.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::thread::{self, Scope, ScopedJoinHandle};
@@ -49,6 +50,13 @@ impl<'s> Resources<'s> {
     /// SHA-256 over the scene file and all files read since, each preceded by its length.
     pub(super) fn finish_hash(self) -> [u8; 32] {
         self.hash.known().finalize().into()
+    }
+
+    /// Bytes of the files that were read in addition to the scene file, each counted once.
+    pub(super) fn file_bytes(&self) -> u64 {
+        let files: BTreeSet<&PathBuf> = self.files.iter().collect();
+        let sizes = files.into_iter().filter_map(|file| std::fs::metadata(file).ok());
+        sizes.fold(0, |sum, metadata| sum.saturating_add(metadata.len()))
     }
 
     fn add_to_hash(&mut self, bytes: &[u8]) {

@@ -20,6 +20,20 @@ pub(crate) enum ImageFormat {
     Unknown,
 }
 
+impl ImageFormat {
+    /// Name for reports.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Png => "PNG",
+            Self::Jpeg => "JPEG",
+            Self::WebP => "WebP",
+            Self::Ktx2 => "KTX2",
+            Self::Other(name) => name,
+            Self::Unknown => "unknown",
+        }
+    }
+}
+
 /// Header of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ImageHeader {

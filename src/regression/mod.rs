@@ -42,8 +42,8 @@ pub use non_finite::{NonFinite, non_finite};
 pub use pooling::{PooledErrors, pool};
 pub use presets::{Limits, Preset};
 pub use report_page::{
-    FolderSummary, FrameCommands, IMAGE_BUDGET_BYTES, ImageBudget, NamedCommand, ReportPage,
-    check_report_place, write_report,
+    AssetChanges, ChangeGroup, ChangeRow, FolderSummary, FrameCommands, IMAGE_BUDGET_BYTES, ImageBudget,
+    NamedCommand, ReportPage, check_report_place, write_report,
 };
 pub use result::{FrameResult, FrameStatus, ShotResult, SuiteResult};
 pub use root_mean_square::{RootMeanSquare, root_mean_square};

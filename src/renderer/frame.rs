@@ -25,7 +25,7 @@ pub struct RenderedFrame {
 }
 
 impl RenderedFrame {
-    pub(super) fn render(job: Arc<SequenceJob>, frame: i64, cancel: &CancelFlag) -> Result<Self> {
+    pub(crate) fn render(job: Arc<SequenceJob>, frame: i64, cancel: &CancelFlag) -> Result<Self> {
         let mut film = FrameTracer::empty_film(&job);
         let mut tracer = FrameTracer::new(&job, cancel);
         tracer.render(frame, &mut film, None, &|_| ())?;

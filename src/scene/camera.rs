@@ -39,6 +39,14 @@ pub enum Projection {
 }
 
 impl Projection {
+    /// The name in glTF.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Perspective { .. } => "perspective",
+            Self::Orthographic { .. } => "orthographic",
+        }
+    }
+
     /// Half the visible width and height for an image of `aspect_ratio` (width over height): at distance one for a perspective
     /// camera, in metres for an orthographic one.
     ///

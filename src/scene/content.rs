@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use super::{
-    Animation, Camera, Image, ImageLight, ImageLightIndex, ImageMips, Light, Material, Mesh, Node, NodeIndex,
-    Skin, Texture, Variant,
+    Animation, Camera, CameraIndex, FileStorage, Image, ImageLight, ImageLightIndex, ImageMips, Light,
+    LightIndex, Material, Mesh, Node, NodeIndex, Skin, Texture, TextureIndex, Variant,
 };
 use crate::error::Warning;
 
@@ -66,6 +66,34 @@ pub struct Scene {
     pub extensions_used: Vec<String>,
     /// Extensions that the file declares as required.
     pub extensions_required: Vec<String>,
+    /// How the file stores its content.
+    pub storage: FileStorage,
     /// Features of the file that are not honoured.
     pub warnings: Vec<Warning>,
+}
+
+impl Scene {
+    /// Name of a texture, or else of its image.
+    pub fn texture_name(&self, texture: TextureIndex) -> Option<&str> {
+        let texture = self.textures.get(texture.index())?;
+        let image = self.images.get(texture.image.index());
+        texture.name.as_deref().or_else(|| image.and_then(|image| image.name.as_deref()))
+    }
+
+    /// Name of a camera, or else of the first node that holds it.
+    pub fn camera_name(&self, camera: CameraIndex) -> Option<&str> {
+        let own = self.cameras.get(camera.index()).and_then(|camera| camera.name.as_deref());
+        own.or_else(|| self.holder_name(|node| node.camera == Some(camera)))
+    }
+
+    /// Name of a light, or else of the first node that holds it.
+    pub fn light_name(&self, light: LightIndex) -> Option<&str> {
+        let own = self.lights.get(light.index()).and_then(|light| light.name.as_deref());
+        own.or_else(|| self.holder_name(|node| node.light == Some(light)))
+    }
+
+    /// Name of the first node that `holds` something.
+    pub fn holder_name(&self, holds: impl Fn(&Node) -> bool) -> Option<&str> {
+        self.nodes.iter().find(|node| holds(node))?.name.as_deref()
+    }
 }

@@ -32,3 +32,14 @@ pub enum LightKind {
         outer_cone_radians: f32,
     },
 }
+
+impl LightKind {
+    /// The name in glTF.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Directional => "directional",
+            Self::Point => "point",
+            Self::Spot { .. } => "spot",
+        }
+    }
+}

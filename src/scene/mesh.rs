@@ -15,6 +15,23 @@ pub struct Mesh {
     pub weights: Vec<f32>,
 }
 
+impl Mesh {
+    /// Vertices of all primitives.
+    pub fn vertex_count(&self) -> usize {
+        self.primitives.iter().map(|part| part.positions.len()).sum()
+    }
+
+    /// Triangles of all primitives.
+    pub fn triangle_count(&self) -> usize {
+        self.primitives.iter().map(|part| part.triangles.len()).sum()
+    }
+
+    /// Morph targets, which all primitives share.
+    pub fn morph_target_count(&self) -> usize {
+        self.primitives.iter().map(|part| part.targets.len()).max().unwrap_or(0)
+    }
+}
+
 /// Indexed triangles with one material. All attribute lists have one entry for each vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Primitive {

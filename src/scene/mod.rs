@@ -13,6 +13,7 @@ mod camera_path;
 mod camera_placement;
 mod content;
 mod environment;
+mod file_storage;
 mod ground;
 mod image_light;
 mod index;
@@ -47,6 +48,7 @@ pub use environment::{
     BuiltInLight, ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, KeyLight,
 };
 pub(crate) use environment::{LookupLanes, LuminanceImage, columns_for_cube};
+pub use file_storage::{FileStorage, StoredImage};
 pub use ground::Ground;
 pub use image_light::{CubeLevel, ImageLight, ImageLightPose};
 pub use index::{

@@ -1,5 +1,7 @@
 //! Textures: images with samplers.
 
+use std::fmt;
+
 use super::ImageIndex;
 
 /// Image with its sampler.
@@ -26,6 +28,39 @@ pub struct Sampler {
     pub minify: Filter,
     /// Filter between mip levels for minification.
     pub mip: MipFilter,
+}
+
+impl fmt::Display for Sampler {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            formatter,
+            "{} {}, {} magnified, {}{} minified",
+            wrap(self.wrap_u),
+            wrap(self.wrap_v),
+            filter(self.magnify),
+            filter(self.minify),
+            match self.mip {
+                MipFilter::None => "",
+                MipFilter::Nearest => " in the nearest mip level",
+                MipFilter::Linear => " between mip levels",
+            }
+        )
+    }
+}
+
+fn filter(filter: Filter) -> &'static str {
+    match filter {
+        Filter::Nearest => "nearest",
+        Filter::Linear => "linear",
+    }
+}
+
+fn wrap(mode: WrapMode) -> &'static str {
+    match mode {
+        WrapMode::Repeat => "repeat",
+        WrapMode::MirroredRepeat => "mirror",
+        WrapMode::ClampToEdge => "clamp",
+    }
 }
 
 /// Filter between mip levels.
@@ -73,6 +108,16 @@ pub struct Image {
     pub height: u32,
     /// Row-major texels, `width · height` of them.
     pub texels: Texels,
+}
+
+impl Image {
+    /// Bits of a channel.
+    pub fn bits(&self) -> u32 {
+        match self.texels {
+            Texels::Rgba8(_) => 8,
+            Texels::Rgba16(_) => 16,
+        }
+    }
 }
 
 /// Encoding of texture channels, which determines decoding and averaging.

@@ -1,5 +1,6 @@
 //! `rayframe diff`: images, sequences, AOVs, difference maps and exit codes.
 
+mod assets;
 mod report;
 
 use std::path::{Path, PathBuf};

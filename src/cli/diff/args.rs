@@ -3,14 +3,17 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use rayframe::error::{Error, Result};
+use rayframe::regression::Preset;
 
 use super::super::fail_on::FailOnOption;
-use rayframe::regression::Preset;
+use super::asset_options::AssetOptions;
+use super::limits::LimitOptions;
 
 /// Options of `rayframe diff`.
 #[derive(Clone, Debug, Args)]
 pub(in crate::cli) struct DiffArgs {
-    /// The image (.exr, .png, .hdr), sequence (shot.####.exr, shot.%04d.exr) or folder to check
+    /// The image (.exr, .png, .hdr), sequence (shot.####.exr, shot.%04d.exr), folder or scene (.glb, .gltf) to check
     pub(super) actual: PathBuf,
     /// The reference, of the same kind; frames are matched by number
     pub(super) reference: PathBuf,
@@ -34,6 +37,28 @@ pub(in crate::cli) struct DiffArgs {
     /// Print JSON
     #[arg(long)]
     pub(super) json: bool,
+    #[command(flatten)]
+    pub(super) limits: LimitOptions,
+    #[command(flatten)]
+    pub(super) assets: AssetOptions,
+}
+
+/// Refuses options that scenes do not have.
+///
+/// # Errors
+/// [`Error::Usage`].
+pub(super) fn refuse_for_assets(args: &DiffArgs) -> Result<()> {
+    let options = [
+        ("--aovs", args.aovs != "all"),
+        ("--heat-map", args.heat_map.is_some()),
+        ("--flip-map", args.flip_map.is_some()),
+    ];
+    match options.iter().find(|(_, is_given)| *is_given) {
+        Some((option, _)) => Err(Error::usage(format!(
+            "{option} applies to images, not to scenes; --report shows heat maps of both scenes"
+        ))),
+        None => Ok(()),
+    }
 }
 
 fn preset(text: &str) -> std::result::Result<Preset, String> {

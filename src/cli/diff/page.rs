@@ -22,12 +22,7 @@ pub(super) struct DiffPage {
 impl DiffPage {
     /// Checks that the page can be written.
     pub(super) fn new(folder: &Path) -> Result<Self> {
-        if folder.as_os_str().is_empty() {
-            return Err(Error::usage("--report: name a folder"));
-        }
-        let path = folder.join("index.html");
-        check_report_place(&path)?;
-        Ok(Self { path, frames: Vec::new(), image_budget: ImageBudget::new() })
+        Ok(Self { path: report_file(folder)?, frames: Vec::new(), image_budget: ImageBudget::new() })
     }
 
     /// Adds two compared files. Images are kept where they are not identical.
@@ -78,6 +73,7 @@ impl DiffPage {
             shots: Vec::new(),
             shot_commands: BTreeMap::new(),
             frame_commands: frame_commands(args, paired, &self.frames),
+            asset: None,
             accept_command: String::new(),
         };
         if counts.worst() != Verdict::Identical {
@@ -86,8 +82,8 @@ impl DiffPage {
             page.shots.push(ShotResult {
                 name,
                 path: args.actual.clone(),
-                preset: args.preset.name().to_owned(),
-                limits: args.preset.limits(),
+                preset: args.limits.preset_name(args.preset),
+                limits: args.limits.limits(args.preset),
                 frames: self.frames,
                 warnings: Vec::new(),
                 not_kept: Vec::new(),
@@ -112,6 +108,19 @@ impl DiffPage {
         self.image_budget.admit(&mut frame);
         self.frames.push(frame);
     }
+}
+
+/// The file of a page in `folder`, after a check that it can be written.
+///
+/// # Errors
+/// [`Error::Usage`] for an empty name, and those of [`check_report_place`].
+pub(super) fn report_file(folder: &Path) -> Result<PathBuf> {
+    if folder.as_os_str().is_empty() {
+        return Err(Error::usage("--report: name a folder"));
+    }
+    let path = folder.join("index.html");
+    check_report_place(&path)?;
+    Ok(path)
 }
 
 /// Commands that repeat the comparison as JSON, for one frame, as a heat map and as a page.
@@ -170,9 +179,12 @@ fn worst_pair<'a>(paired: &'a PairedFiles, frames: &[FrameResult]) -> Option<&'a
     worst.map(|(_, pair)| pair)
 }
 
-fn command(args: &DiffArgs, actual: &Path, reference: &Path, options: &[&str]) -> String {
+/// The command that compares two files by the same limits, quoted for a shell.
+pub(super) fn command(args: &DiffArgs, actual: &Path, reference: &Path, options: &[&str]) -> String {
     let (actual, reference) = (shown(actual), shown(reference));
+    let own = [args.limits.words(), args.assets.words()].concat();
     let mut words = vec!["rayframe", "diff", &actual, &reference, "--preset", args.preset.name()];
+    words.extend(own.iter().map(String::as_str));
     if args.aovs != "all" {
         words.extend(["--aovs", &args.aovs]);
     }

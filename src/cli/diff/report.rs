@@ -5,7 +5,9 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::args::shown;
+use super::args::{DiffArgs, shown};
+use rayframe::asset_diff::{AssetFacts, Change};
+use rayframe::error::{Error, Result};
 use rayframe::regression::{
     Comparison, FilePair, Limits, PairedFiles, PooledErrors, Preset, Verdict, VerdictCounts,
 };
@@ -14,9 +16,12 @@ const SCHEMA: u32 = 1;
 
 /// The result of all frames.
 #[derive(Debug, Serialize)]
-pub(super) struct Report {
+pub(super) struct Report<'a> {
     schema: u32,
-    pub(super) preset: Preset,
+    preset: Preset,
+    /// The preset's name, with a suffix where single limits are changed.
+    #[serde(skip)]
+    pub(super) preset_name: String,
     /// Infinite limits are `null`.
     limits: Limits,
     /// Whether everything passes and nothing is missing.
@@ -29,6 +34,19 @@ pub(super) struct Report {
     pub(super) missing_in_reference: Vec<String>,
     pub(super) series: Series,
     pub(super) frames: Vec<FrameReport>,
+    /// The contents of two scenes; absent for images.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) asset: Option<AssetReport<'a>>,
+}
+
+/// What changed between two scenes.
+#[derive(Debug, Serialize)]
+pub(super) struct AssetReport<'a> {
+    /// Content that is lost, one line each, where that fails.
+    pub(super) losses: Vec<String>,
+    pub(super) changes: &'a [Change],
+    pub(super) actual: &'a AssetFacts,
+    pub(super) reference: &'a AssetFacts,
 }
 
 /// One number a frame, in the order of `frames`; `null` where there is none.
@@ -43,6 +61,9 @@ pub(super) struct Series {
 /// The comparison of two files.
 #[derive(Debug, Serialize)]
 pub(super) struct FrameReport {
+    /// The view of an asset; absent for images.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) view: Option<String>,
     pub(super) frame: Option<i64>,
     pub(super) actual: String,
     pub(super) reference: String,
@@ -63,6 +84,7 @@ impl FrameReport {
         [actual_hash, reference_hash]: [String; 2],
     ) -> Self {
         Self {
+            view: None,
             frame: pair.frame,
             actual: shown(&pair.actual),
             reference: shown(&pair.reference),
@@ -76,8 +98,8 @@ impl FrameReport {
     }
 }
 
-impl Report {
-    pub(super) fn new(preset: Preset, frames: Vec<FrameReport>, paired: &PairedFiles) -> Self {
+impl Report<'_> {
+    pub(super) fn new(args: &DiffArgs, frames: Vec<FrameReport>, paired: &PairedFiles) -> Self {
         let (missing_in_actual, missing_in_reference) = missing(paired);
         let nothing_missing = missing_in_actual.is_empty() && missing_in_reference.is_empty();
         let flip = |value: fn(&PooledErrors) -> f64| {
@@ -96,15 +118,22 @@ impl Report {
         let verdict = if nothing_missing { worst } else { Verdict::Failed };
         Self {
             schema: SCHEMA,
-            preset,
-            limits: preset.limits(),
+            preset: args.preset,
+            preset_name: args.limits.preset_name(args.preset),
+            limits: args.limits.limits(args.preset),
             same: verdict != Verdict::Failed,
             verdict,
             missing_in_actual,
             missing_in_reference,
             series,
             frames,
+            asset: None,
         }
+    }
+
+    /// The text of the JSON.
+    pub(super) fn json(&self) -> Result<String> {
+        serde_json::to_string_pretty(self).map_err(|error| Error::Internal { message: error.to_string() })
     }
 }
 

@@ -11,13 +11,13 @@ use rayframe::regression::{Verdict, VerdictCounts};
 const COLUMNS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
 /// The whole report, without a line end.
-pub(super) fn text(report: &Report, is_sequence: bool) -> String {
+pub(super) fn text(report: &Report<'_>, is_sequence: bool) -> String {
     let mut text = String::new();
     if is_sequence {
         table(&mut text, report);
     } else {
         for frame in &report.frames {
-            image(&mut text, frame, report.preset.name());
+            image(&mut text, frame, &report.preset_name);
         }
     }
     text.trim_end().to_owned()
@@ -35,7 +35,7 @@ fn image(text: &mut String, frame: &FrameReport, preset: &str) {
     details(text, frame);
 }
 
-fn details(text: &mut String, frame: &FrameReport) {
+pub(super) fn details(text: &mut String, frame: &FrameReport) {
     for mismatch in &frame.comparison.mismatches {
         let _ = writeln!(text, "  FAIL {}", one_line(&mismatch.to_string()));
     }
@@ -52,7 +52,7 @@ fn details(text: &mut String, frame: &FrameReport) {
 }
 
 /// One line a frame, graphs, missing frames, and the details of failures.
-fn table(text: &mut String, report: &Report) {
+fn table(text: &mut String, report: &Report<'_>) {
     let _ = writeln!(text, " frame  mean FLIP  worst tile  RMSE       result");
     for frame in &report.frames {
         let number = frame.frame.map_or_else(|| "-".to_owned(), |frame| frame.to_string());
@@ -93,14 +93,14 @@ fn table(text: &mut String, report: &Report) {
         text,
         "{} (preset {}): {} identical, {} changed within limits, {} failed, {lost} missing",
         report.verdict.words(),
-        report.preset.name(),
+        report.preset_name,
         counted(counts.identical as u64, "frame"),
         counts.changed,
         counts.failed
     );
 }
 
-fn outcome(frame: &FrameReport) -> String {
+pub(super) fn outcome(frame: &FrameReport) -> String {
     match frame.failures.as_slice() {
         [] => frame.verdict.words().to_owned(),
         [only] => one_line(only),

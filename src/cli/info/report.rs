@@ -5,8 +5,7 @@ use serde::Serialize;
 use rayframe::error::Warning;
 use rayframe::gltf::{ExtensionSupport, extension_support};
 use rayframe::scene::{
-    AlphaMode, Filter, Image, LightKind, Material, MipFilter, Node, Projection, Scene, Selection, Texels,
-    Texture, WrapMode,
+    AlphaMode, CameraIndex, Image, LightIndex, Material, Node, Scene, Selection, Texture, TextureIndex,
 };
 use rayframe::sequence::{FrameRate, duration_seconds, triangle_count};
 
@@ -162,7 +161,12 @@ impl Report {
             meshes: scene.meshes.iter().map(mesh).collect(),
             materials: materials(scene),
             variants: scene.variants.iter().map(|variant| variant.name.clone()).collect(),
-            textures: scene.textures.iter().map(|item| texture(scene, item)).collect(),
+            textures: scene
+                .textures
+                .iter()
+                .enumerate()
+                .map(|(index, item)| texture(scene, index, item))
+                .collect(),
             unused_textures: scene.unused_textures,
             clips: clips(scene),
             cameras: cameras(scene),
@@ -207,14 +211,13 @@ fn holding_nodes(scene: &Scene) -> Vec<NodeReport> {
 }
 
 fn mesh(mesh: &rayframe::scene::Mesh) -> MeshReport {
-    let primitives = &mesh.primitives;
     MeshReport {
         name: mesh.name.clone(),
-        primitives: primitives.len(),
-        vertices: primitives.iter().map(|part| part.positions.len()).sum(),
-        triangles: primitives.iter().map(|part| part.triangles.len()).sum(),
-        morph_targets: primitives.iter().map(|part| part.targets.len()).max().unwrap_or(0),
-        is_skinned: primitives.iter().any(|part| part.influences.is_some()),
+        primitives: mesh.primitives.len(),
+        vertices: mesh.vertex_count(),
+        triangles: mesh.triangle_count(),
+        morph_targets: mesh.morph_target_count(),
+        is_skinned: mesh.primitives.iter().any(|part| part.influences.is_some()),
     }
 }
 
@@ -257,49 +260,15 @@ fn material(material: &Material, is_default: bool) -> MaterialReport {
     }
 }
 
-fn texture(scene: &Scene, texture: &Texture) -> TextureReport {
+fn texture(scene: &Scene, index: usize, texture: &Texture) -> TextureReport {
     let image = scene.images.get(texture.image.index());
-    let name = texture.name.clone().or_else(|| image.and_then(|image| image.name.clone()));
     TextureReport {
-        name,
+        name: scene.texture_name(TextureIndex(index as u32)).map(ToOwned::to_owned),
         width: image.map_or(0, |image| image.width),
         height: image.map_or(0, |image| image.height),
-        bits: image.map_or(0, bits),
-        sampling: format!(
-            "{} {}, {} magnified, {}{} minified",
-            wrap(texture.sampler.wrap_u),
-            wrap(texture.sampler.wrap_v),
-            filter(texture.sampler.magnify),
-            filter(texture.sampler.minify),
-            match texture.sampler.mip {
-                MipFilter::None => "",
-                MipFilter::Nearest => " in the nearest mip level",
-                MipFilter::Linear => " between mip levels",
-            }
-        ),
+        bits: image.map_or(0, Image::bits),
+        sampling: texture.sampler.to_string(),
         support: SUPPORTED,
-    }
-}
-
-fn bits(image: &Image) -> u32 {
-    match image.texels {
-        Texels::Rgba8(_) => 8,
-        Texels::Rgba16(_) => 16,
-    }
-}
-
-fn filter(filter: Filter) -> &'static str {
-    match filter {
-        Filter::Nearest => "nearest",
-        Filter::Linear => "linear",
-    }
-}
-
-fn wrap(mode: WrapMode) -> &'static str {
-    match mode {
-        WrapMode::Repeat => "repeat",
-        WrapMode::MirroredRepeat => "mirror",
-        WrapMode::ClampToEdge => "clamp",
     }
 }
 
@@ -322,30 +291,27 @@ fn clips(scene: &Scene) -> Vec<ClipReport> {
 }
 
 fn cameras(scene: &Scene) -> Vec<CameraReport> {
-    let holds = |node: &Node, index| node.camera.is_some_and(|camera| camera.index() == index);
-    let report = |(index, camera): (usize, &rayframe::scene::Camera)| CameraReport {
-        name: camera.name.clone().or_else(|| holder_name(scene, |node| holds(node, index))),
-        kind: match camera.projection {
-            Projection::Perspective { .. } => "perspective",
-            Projection::Orthographic { .. } => "orthographic",
-        },
-        is_placed: scene.nodes.iter().any(|node| holds(node, index)),
-        support: SUPPORTED,
+    let report = |(index, camera): (usize, &rayframe::scene::Camera)| {
+        let index = CameraIndex(index as u32);
+        CameraReport {
+            name: scene.camera_name(index).map(ToOwned::to_owned),
+            kind: camera.projection.name(),
+            is_placed: scene.nodes.iter().any(|node| node.camera == Some(index)),
+            support: SUPPORTED,
+        }
     };
     scene.cameras.iter().enumerate().map(report).collect()
 }
 
 fn lights(scene: &Scene) -> Vec<LightReport> {
-    let holds = |node: &Node, index| node.light.is_some_and(|light| light.index() == index);
-    let report = |(index, light): (usize, &rayframe::scene::Light)| LightReport {
-        name: light.name.clone().or_else(|| holder_name(scene, |node| holds(node, index))),
-        kind: match light.kind {
-            LightKind::Directional => "directional",
-            LightKind::Point => "point",
-            LightKind::Spot { .. } => "spot",
-        },
-        is_placed: scene.nodes.iter().any(|node| holds(node, index)),
-        support: SUPPORTED,
+    let report = |(index, light): (usize, &rayframe::scene::Light)| {
+        let index = LightIndex(index as u32);
+        LightReport {
+            name: scene.light_name(index).map(ToOwned::to_owned),
+            kind: light.kind.name(),
+            is_placed: scene.nodes.iter().any(|node| node.light == Some(index)),
+            support: SUPPORTED,
+        }
     };
     scene.lights.iter().enumerate().map(report).collect()
 }
@@ -362,11 +328,6 @@ fn image_lights(scene: &Scene) -> Vec<ImageLightReport> {
         support: SUPPORTED,
     };
     scene.image_lights.iter().enumerate().map(report).collect()
-}
-
-/// The name of the first node that `holds` something, for things without a name of their own.
-fn holder_name(scene: &Scene, holds: impl Fn(&Node) -> bool) -> Option<String> {
-    scene.nodes.iter().find(|node| holds(node))?.name.clone()
 }
 
 fn extensions(scene: &Scene) -> Vec<ExtensionReport> {

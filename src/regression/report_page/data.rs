@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::page::{FolderSummary, NamedCommand, ReportPage};
+use super::page::{AssetChanges, FolderSummary, NamedCommand, ReportPage};
 use super::page_images::{FrameImages, Omission, PageImages, worst_first};
 use crate::regression::ColorEncoding;
 use crate::regression::encoded_image::EncodedImage;
@@ -19,6 +19,7 @@ pub(super) struct PageData<'a> {
     can_approve: bool,
     /// Empty where nothing can be approved.
     accept_command: &'a str,
+    asset: Option<&'a AssetChanges>,
     folders: &'a [FolderSummary],
     shots: Vec<ShotData<'a>>,
     budget_mebibytes: usize,
@@ -76,6 +77,7 @@ impl<'a> PageData<'a> {
             command: &page.command,
             can_approve: !page.accept_command.is_empty(),
             accept_command: &page.accept_command,
+            asset: page.asset.as_ref(),
             folders: &page.folders,
             shots: shots.map(|(shot, images)| shot_data(page, shot, images)).collect(),
             budget_mebibytes: budget_bytes >> 20,

@@ -6,13 +6,17 @@ use base64::{Engine as _, engine::general_purpose::STANDARD};
 use sha2::{Digest as _, Sha256};
 
 use super::data::PageData;
-use super::page::{FolderSummary, ReportPage};
+use super::page::{AssetChanges, ChangeGroup, ChangeRow, FolderSummary, ReportPage};
 use super::page_images::PageImages;
 use crate::error::{Error, Result};
 use crate::regression::{Verdict, VerdictCounts};
 
 const PAGE: &str = include_str!("page/page.html");
-const STYLE: &str = concat!(include_str!("page/page.css"), include_str!("page/viewer.css"),);
+const STYLE: &str = concat!(
+    include_str!("page/page.css"),
+    include_str!("page/viewer.css"),
+    include_str!("page/changes.css"),
+);
 /// All scripts in one function, so that none of their names are global.
 const SCRIPT: &str = concat!(
     "(() => {\n\"use strict\";\n",
@@ -25,6 +29,7 @@ const SCRIPT: &str = concat!(
     include_str!("page/graph.js"),
     include_str!("page/approvals.js"),
     include_str!("page/list.js"),
+    include_str!("page/changes.js"),
     include_str!("page/details.js"),
     include_str!("page/keys.js"),
     include_str!("page/tools.js"),
@@ -84,8 +89,11 @@ fn policy(script: &str, style: &str) -> String {
     )
 }
 
-/// The lists of failures and changes for browsers without JavaScript.
+/// The changes of an asset, and the lists of failures and changes, for browsers without JavaScript.
 fn plain_list(text: &mut String, page: &ReportPage) {
+    if let Some(asset) = &page.asset {
+        plain_changes(text, asset);
+    }
     let sum = |count: fn(&FolderSummary) -> usize| page.folders.iter().map(count).sum();
     let counts = VerdictCounts {
         identical: sum(|folder| folder.counts.identical),
@@ -109,6 +117,21 @@ fn plain_list(text: &mut String, page: &ReportPage) {
         }
         text.push_str("\n</ul>");
     }
+}
+
+fn plain_changes(text: &mut String, asset: &AssetChanges) {
+    text.push_str("<ul>");
+    for loss in &asset.losses {
+        let _ = write!(text, "\n<li>{}</li>", escaped(loss));
+    }
+    for ChangeGroup { title, rows } in &asset.groups {
+        let _ = write!(text, "\n<li>{}:", escaped(title));
+        for ChangeRow { mark, name, property, values } in rows {
+            let _ = write!(text, "<br>{mark} {} {} {}", escaped(name), escaped(property), escaped(values));
+        }
+        text.push_str("</li>");
+    }
+    text.push_str("\n</ul>\n");
 }
 
 /// Writes each image as an element of its own, so that the script unpacks only those that are shown.

@@ -15,7 +15,9 @@ use crate::error::{Error, Result};
 use crate::image_file::{probe_folder, write_atomically};
 
 pub use image_budget::{IMAGE_BUDGET_BYTES, ImageBudget};
-pub use page::{FolderSummary, FrameCommands, NamedCommand, ReportPage};
+pub use page::{
+    AssetChanges, ChangeGroup, ChangeRow, FolderSummary, FrameCommands, NamedCommand, ReportPage,
+};
 
 /// The tag by which a report page is recognised before it is replaced.
 const GENERATOR: &str = "<meta name=\"generator\" content=\"rayframe\">";

@@ -22,6 +22,9 @@ pub struct ReportPage {
     pub shot_commands: BTreeMap<String, Vec<NamedCommand>>,
     /// Commands that show a frame whose images are omitted, by the frame's name.
     pub frame_commands: BTreeMap<String, FrameCommands>,
+    /// What changed between the two versions of an asset that the images show; `None` for other images. A page of an asset opens
+    /// with its changes and lists the images that pass, too.
+    pub asset: Option<AssetChanges>,
     /// The command that accepts the exported `approvals.json`, quoted for a shell. Empty where nothing can be approved; the page
     /// then has no tick boxes.
     pub accept_command: String,
@@ -50,4 +53,35 @@ pub struct FolderSummary {
     pub counts: VerdictCounts,
     /// Seconds spent rendering and comparing.
     pub seconds: f64,
+}
+
+/// The changes of an asset.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct AssetChanges {
+    /// Content that is lost, one line each, which fails the comparison.
+    pub losses: Vec<String>,
+    /// All changes by kind of thing.
+    pub groups: Vec<ChangeGroup>,
+}
+
+/// Changes of one kind of thing, such as materials.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct ChangeGroup {
+    /// The title.
+    pub title: &'static str,
+    /// The changes, those of one item together.
+    pub rows: Vec<ChangeRow>,
+}
+
+/// A change of one property, or of an item as a whole.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct ChangeRow {
+    /// `-` removed, `+` added, `~` changed.
+    pub mark: char,
+    /// The item; empty where it is that of the row above.
+    pub name: String,
+    /// The property; empty for an item that is removed or added.
+    pub property: String,
+    /// The values before and after.
+    pub values: String,
 }

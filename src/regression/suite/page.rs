@@ -35,6 +35,7 @@ pub fn report_page(suite: &Suite, result: SuiteResult, command: &str, keeps_pend
         shots,
         shot_commands,
         frame_commands: BTreeMap::new(),
+        asset: None,
         accept_command: format!("rayframe accept --approvals approvals.json --suite {}", quoted(suite_path)),
     }
 }

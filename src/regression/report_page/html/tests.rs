@@ -51,6 +51,7 @@ fn page(name: &str) -> ReportPage {
         command: "rayframe test".to_owned(),
         folders: vec![FolderSummary { counts, ..FolderSummary::default() }],
         shots: vec![shot],
+        asset: None,
         accept_command: String::new(),
         shot_commands: BTreeMap::from([(name.to_owned(), vec![command])]),
         frame_commands: BTreeMap::new(),

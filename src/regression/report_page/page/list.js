@@ -1,9 +1,17 @@
 // The list of failures and changes with its filter, and the overview.
 
+/** The verdicts of shots, worst first, with their titles. */
+const VERDICTS = [
+  ["failed", "Failed"],
+  ["changed", "Changed within limits"],
+  ["identical", "Identical"],
+];
 const KINDS = ["different", "missing", "orphaned", "broken", "changed"];
 
 /** The kinds of a shot's frames that are not identical. */
 const kindsOf = (shot) => new Set(differing(shot).map(kindOf));
+
+const kindText = (shot) => [...kindsOf(shot)].join(", ") || "identical";
 
 function isListed(shot) {
   if (state.kinds.size > 0 && ![...kindsOf(shot)].some((kind) => state.kinds.has(kind))) return false;
@@ -21,10 +29,12 @@ function nameParts(name) {
 
 function showList() {
   const indices = listed();
-  const [failed, changed] = [false, true].map((isChange) => indices.filter((index) => onlyChanged(report.shots[index]) === isChange));
-  const section = (title, items) => (items.length > 0 ? [element("li", { className: "section quiet" }, title), ...items.map(listItem)] : []);
-  const hasChanges = report.shots.some(onlyChanged);
-  byId("shots").replaceChildren(...(hasChanges ? [...section("Failed", failed), ...section("Changed within limits", changed)] : indices.map(listItem)));
+  const sections = VERDICTS.flatMap(([verdict, title]) => {
+    const items = indices.filter((index) => verdictOf(report.shots[index]) === verdict);
+    return items.length > 0 ? [element("li", { className: "section quiet" }, title), ...items.map(listItem)] : [];
+  });
+  const onlyFailures = report.shots.every((shot) => verdictOf(shot) === "failed");
+  byId("shots").replaceChildren(...(onlyFailures ? indices.map(listItem) : sections));
   byId("to-overview").setAttribute("aria-current", String(state.shot < 0));
   byId("shots-none").hidden = indices.length > 0 || report.shots.length === 0;
 }
@@ -33,13 +43,13 @@ function listItem(index) {
   const shot = report.shots[index];
   const frames = differing(shot);
   const worst = frames.find(fails) || frames[0];
-  const kind = worst ? kindOf(worst) : "different";
+  const kind = worst ? kindOf(worst) : "identical";
   const all = approvable(shot);
   const isDone = all.length > 0 && all.every(isApproved);
   const count = shot.frames.length > 1 ? `${frames.length}/${shot.frames.length}` : "";
   const button = element(
     "button",
-    { type: "button", "aria-current": String(index === state.shot), title: `${shot.name}: ${[...kindsOf(shot)].join(", ")}${isDone ? ", approved" : ""}` },
+    { type: "button", "aria-current": String(index === state.shot), title: `${shot.name}: ${kindText(shot)}${isDone ? ", approved" : ""}` },
     element("span", { className: `dot ${isDone ? "approved" : kind}` }),
     element("span", { className: "name" }, ...nameParts(shot.name), element("span", { className: "unseen" }, `, ${kind}${isDone ? ", approved" : ""}`)),
     element("span", { className: "quiet numbers" }, count),
@@ -99,11 +109,14 @@ function showOverview() {
     `The images of ${plural(report.omitted, "frame")} are omitted: a page holds at most ${report.budget_mebibytes} MiB of images. ` +
     "Where a command can show them, the frame names it.";
   byId("overview-command").replaceChildren(commandBox(report.command, "the command of this report"));
-  byId("folders").replaceChildren(...(report.folders.length > 0 ? [folderTable()] : []));
+  byId("folders").replaceChildren(...(report.folders.length > 0 && !report.asset ? [folderTable()] : []));
+  showFileChanges();
   const indices = report.shots.map((_, index) => index);
-  const [failures, changes] = [false, true].map((isChange) => indices.filter((index) => onlyChanged(report.shots[index]) === isChange));
-  byId("failures").replaceChildren(...(failures.length > 0 ? [element("h3", {}, "Failed"), shotTable(failures, "failure")] : []));
-  byId("changes").replaceChildren(...(changes.length > 0 ? [element("h3", {}, "Changed within limits"), shotTable(changes, "change")] : []));
+  const tables = VERDICTS.map(([verdict, title]) => {
+    const shots = indices.filter((index) => verdictOf(report.shots[index]) === verdict);
+    return element("div", { className: "kind" }, ...(shots.length > 0 ? [element("h3", {}, title), shotTable(shots)] : []));
+  });
+  byId("verdicts").replaceChildren(...tables);
 }
 
 const row = (kind, ...cells) => element("tr", {}, ...cells.map((cell, at) => element(kind, { className: at > 0 ? "number" : "path", scope: kind === "th" ? "col" : "" }, cell)));
@@ -129,8 +142,8 @@ function folderTable() {
   return element("div", { className: "scroll narrow" }, table);
 }
 
-/** The table of the shots of these indices; `kind` is the head of their column. */
-function shotTable(indices, kind) {
+/** The table of the shots of these indices. */
+function shotTable(indices) {
   const rows = indices.map((index) => {
     const shot = report.shots[index];
     const worst = shot.frames[worstFrame(shot)];
@@ -141,8 +154,8 @@ function shotTable(indices, kind) {
       return element("td", { className: "number" }, values.length > 0 ? Math.max(...values).toFixed(4) : "");
     };
     const why = worst?.likely || worst?.messages[0] || "";
-    return element("tr", {}, element("th", { scope: "row", className: "path" }, link), element("td", {}, [...kindsOf(shot)].join(", ")), largest("mean"), largest("tile"), element("td", { className: "why" }, why));
+    return element("tr", {}, element("th", { scope: "row", className: "path" }, link), element("td", {}, kindText(shot)), largest("mean"), largest("tile"), element("td", { className: "why" }, why));
   });
-  const head = [kind, "kind", "mean FLIP", "worst tile", "likely cause or message"].map((name, at) => element("th", { scope: "col", className: at === 2 || at === 3 ? "number" : "" }, name));
+  const head = [report.asset ? "images" : "shot", "kind", "mean FLIP", "worst tile", "likely cause or message"].map((name, at) => element("th", { scope: "col", className: at === 2 || at === 3 ? "number" : "" }, name));
   return element("div", { className: "scroll" }, element("table", {}, element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...rows)));
 }

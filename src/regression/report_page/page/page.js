@@ -163,7 +163,7 @@ function begin() {
   byId("keys-on").checked = keysAreOn;
   setTheme(THEMES.includes(memory.read("theme")) ? memory.read("theme") : "auto");
   // A single shot without approvals needs no list.
-  const isAlone = report.shots.length < 2 && !report.can_approve;
+  const isAlone = report.shots.length < 2 && !report.can_approve && !report.asset;
   document.body.classList.toggle("alone", isAlone);
   byId("home").hidden = !isAlone || report.shots.length === 0;
   recallApprovals();
@@ -175,7 +175,7 @@ function begin() {
   showOverview();
   showList();
   // A page of one shot shows it at once.
-  if (!location.hash && report.shots.length === 1) go(0, worstFrame(report.shots[0]));
+  if (!location.hash && report.shots.length === 1 && !report.asset) go(0, worstFrame(report.shots[0]));
   else goByHash();
 }
 

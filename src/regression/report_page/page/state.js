@@ -32,8 +32,8 @@ const differing = (shot) => shot.frames.filter(differs);
 /** The kind of a frame in lists: its status, or the verdict of a frame that passes. */
 const kindOf = (frame) => (frame.status === "passed" ? frame.verdict : frame.status);
 
-/** Whether no frame of the shot fails. */
-const onlyChanged = (shot) => !shot.frames.some(fails);
+/** The worst verdict of a shot's frames. */
+const verdictOf = (shot) => (shot.frames.some(fails) ? "failed" : shot.frames.some(differs) ? "changed" : "identical");
 
 /** The frame that is shown first: the failure with the worst tile, or else the first failure, or else the change with the worst tile. */
 const worstFrame = (shot) => shot.worst;

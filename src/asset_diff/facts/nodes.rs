@@ -1,0 +1,122 @@
+//! Nodes by their paths, and skins.
+
+use glam::Mat4;
+
+use crate::asset_diff::item::Item;
+use crate::asset_diff::value::Value;
+use crate::scene::{CameraIndex, LightIndex, LocalTransform, MeshIndex, Node, NodeIndex, Scene};
+
+/// Nodes in the order of the file. Their names are paths, such as `Robot/Arm`.
+pub(super) fn nodes(scene: &Scene) -> Vec<Item> {
+    let paths = paths(scene);
+    let item = |(node, path): (&Node, &String)| {
+        let draws = node.mesh.is_some_and(|mesh| has_triangles(scene, mesh));
+        let mut item = Item {
+            name: path.clone(),
+            is_named: node.name.is_some(),
+            alias: Some(node.name.clone().unwrap_or_else(|| path.clone())),
+            // Nothing outside of the file can refer to a node without a name.
+            is_content: draws && node.name.is_some(),
+            properties: Vec::new(),
+        };
+        describe(&mut item, scene, node, &paths);
+        item
+    };
+    scene.nodes.iter().zip(&paths).map(item).collect()
+}
+
+/// Skins with the names of their joints.
+pub(super) fn skins(scene: &Scene) -> Vec<Item> {
+    let paths = paths(scene);
+    let item = |(index, skin): (usize, &crate::scene::Skin)| {
+        let mut item = Item::new(skin.name.as_deref(), index);
+        let holder = scene.holder_name(|node| node.skin.is_some_and(|skin| skin.index() == index));
+        item.alias = holder.map(ToOwned::to_owned);
+        let mut names: Vec<_> = skin.joints.iter().map(|joint| node_name(scene, *joint, &paths)).collect();
+        names.sort();
+        item.set("joints", Value::count(names.len()));
+        item.set("joint names", Value::List(names));
+        item
+    };
+    scene.skins.iter().enumerate().map(item).collect()
+}
+
+/// The name of a node, or its path without one.
+pub(super) fn node_name(scene: &Scene, node: NodeIndex, paths: &[String]) -> String {
+    let own = scene.nodes.get(node.index()).and_then(|node| node.name.clone());
+    own.or_else(|| paths.get(node.index()).cloned()).unwrap_or_default()
+}
+
+/// The path of each node: names from its root to it. For a node without a name stands its number among its siblings, such as `[0]`.
+pub(super) fn paths(scene: &Scene) -> Vec<String> {
+    let mut paths = vec![String::new(); scene.nodes.len()];
+    let mut roots = 0..;
+    for &index in &scene.node_order {
+        let Some(node) = scene.nodes.get(index.index()) else { continue };
+        let parent = node.parent.and_then(|parent| scene.nodes.get(parent.index()));
+        let number = match parent {
+            Some(parent) => parent.children.iter().position(|child| *child == index),
+            None => roots.next(),
+        };
+        let number = number.unwrap_or(0);
+        let own = node.name.clone().unwrap_or_else(|| format!("[{number}]"));
+        paths[index.index()] = match node.parent {
+            Some(parent) => format!("{}/{own}", paths[parent.index()]),
+            None => own,
+        };
+    }
+    paths
+}
+
+fn has_triangles(scene: &Scene, mesh: MeshIndex) -> bool {
+    scene.meshes.get(mesh.index()).is_some_and(|mesh| mesh.triangle_count() > 0)
+}
+
+fn describe(item: &mut Item, scene: &Scene, node: &Node, paths: &[String]) {
+    if let Some(parent) = node.parent {
+        item.set("parent", Value::Text(node_name(scene, parent, paths)));
+    }
+    transform(item, &node.local);
+    if let Some(mesh) = node.mesh {
+        let name = scene.meshes.get(mesh.index()).and_then(|mesh| mesh.name.as_deref());
+        item.set("mesh", Value::label(name, mesh.index()));
+    }
+    if let Some(skin) = node.skin {
+        let name = scene.skins.get(skin.index()).and_then(|skin| skin.name.as_deref());
+        item.set("skin", Value::label(name, skin.index()));
+    }
+    if let Some(camera) = node.camera {
+        item.set("camera", Value::label(scene.camera_name(CameraIndex(camera.0)), camera.index()));
+    }
+    if let Some(light) = node.light {
+        item.set("light", Value::label(scene.light_name(LightIndex(light.0)), light.index()));
+    }
+    if let Some(instances) = &node.instances {
+        item.set("instances", Value::count(instances.len()));
+    }
+    if let Some(weights) = &node.weights {
+        item.set("morph weights", Value::Vector(weights.clone()));
+    }
+    if node.is_hidden {
+        item.set("hidden", Value::Flag(true));
+    }
+}
+
+/// Translation, rotation and scale; a matrix that shears as it is.
+fn transform(item: &mut Item, local: &LocalTransform) {
+    let (scale, rotation, translation) = match local {
+        LocalTransform::Trs { translation, rotation, scale } => (*scale, *rotation, *translation),
+        LocalTransform::Matrix(matrix) => {
+            let parts = matrix.to_scale_rotation_translation();
+            let (scale, rotation, translation) = parts;
+            let joined = Mat4::from_scale_rotation_translation(scale, rotation, translation);
+            if !joined.abs_diff_eq(*matrix, 1e-4 * scale.max_element().max(1.0)) {
+                return item.set("matrix", Value::Vector(matrix.to_cols_array().to_vec()));
+            }
+            parts
+        }
+    };
+    item.set("translation", Value::Vector(translation.to_array().to_vec()));
+    item.set("rotation", Value::Rotation(rotation.to_array()));
+    item.set("scale", Value::Vector(scale.to_array().to_vec()));
+}

@@ -1,0 +1,48 @@
+//! Textures that materials use, with their images.
+
+use crate::asset_diff::item::Item;
+use crate::asset_diff::value::Value;
+use crate::scene::{Image, Scene, Texture, TextureIndex};
+
+use super::materials::texture_slots;
+use super::texture_names::texture_name;
+
+/// Textures in the order of first use. Names of files count without folder and ending, which change with the format.
+pub(super) fn textures(scene: &Scene) -> Vec<Item> {
+    scene.textures.iter().enumerate().map(|(index, item)| texture(scene, index, item)).collect()
+}
+
+/// Memory of an image with mip maps on a graphics processor: one byte a texel for KTX2, which stays compressed there, four for all
+/// others, and a third for the mip maps.
+pub(super) fn texture_memory_bytes(scene: &Scene, image: usize) -> u64 {
+    let Some(Image { width, height, .. }) = scene.images.get(image) else { return 0 };
+    let is_compressed = scene.storage.images.get(image).is_some_and(|image| image.format == "KTX2");
+    let texels = u64::from(*width) * u64::from(*height);
+    texels * if is_compressed { 1 } else { 4 } * 4 / 3
+}
+
+fn texture(scene: &Scene, index: usize, texture: &Texture) -> Item {
+    let own = TextureIndex(index as u32);
+    let mut item = Item::new(texture_name(scene, own), index);
+    let mut uses = Vec::new();
+    for (number, material) in scene.materials.iter().enumerate() {
+        let name = material.name.clone().unwrap_or_else(|| format!("#{number}"));
+        let slots = texture_slots(material).into_iter().filter(|(_, slot)| slot.texture == own);
+        uses.extend(slots.map(|(slot, _)| format!("{name}: {slot}")));
+    }
+    item.alias = uses.first().cloned();
+    uses.sort();
+    let image = texture.image.index();
+    if let Some(Image { width, height, .. }) = scene.images.get(image) {
+        item.set("size", Value::Text(format!("{width}x{height}")));
+    }
+    if let Some(stored) = scene.storage.images.get(image) {
+        item.set("format", Value::Text(stored.format.to_owned()));
+        item.set("encoded image", Value::Bytes(stored.bytes));
+    }
+    item.set("memory", Value::Bytes(texture_memory_bytes(scene, image)));
+    item.set("bits", Value::Count(scene.images.get(image).map_or(0, |image| image.bits().into())));
+    item.set("sampling", Value::Text(texture.sampler.to_string()));
+    item.set("uses", Value::List(uses));
+    item
+}

@@ -1,0 +1,99 @@
+//! Pairs of items of two files that stand for the same thing.
+
+use std::collections::BTreeMap;
+
+use super::item::Item;
+
+/// Indices of items of the actual and of the reference group.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Matching {
+    /// Actual and reference index, in the order of the reference.
+    pub(super) pairs: Vec<(usize, usize)>,
+    /// Indices of the actual group without a counterpart.
+    pub(super) added: Vec<usize>,
+    /// Indices of the reference group without a counterpart.
+    pub(super) removed: Vec<usize>,
+}
+
+impl Matching {
+    /// Pairs items by name, then by alias. Those that are left are paired in their order where they are equally many and one side
+    /// has no names: programs drop names, and unnamed items have nothing but their order.
+    pub(super) fn new(actual: &[Item], reference: &[Item]) -> Self {
+        let mut matching = Self {
+            pairs: Vec::new(),
+            added: (0..actual.len()).collect(),
+            removed: (0..reference.len()).collect(),
+        };
+        matching.pair_by(actual, reference, |item| item.is_named.then_some(item.name.as_str()));
+        matching.pair_by(actual, reference, |item| item.alias.as_deref());
+        let is_unnamed =
+            |items: &[Item], indices: &[usize]| indices.iter().all(|&index| !items[index].is_named);
+        let is_either_unnamed =
+            is_unnamed(actual, &matching.added) || is_unnamed(reference, &matching.removed);
+        if is_either_unnamed && matching.added.len() == matching.removed.len() {
+            matching.pairs.extend(matching.added.drain(..).zip(matching.removed.drain(..)));
+        }
+        matching.pairs.sort_by_key(|&(_, reference)| reference);
+        matching
+    }
+
+    /// Pairs what is left and has equal keys; of several items with one key the first with the first.
+    fn pair_by(
+        &mut self,
+        actual: &[Item],
+        reference: &[Item],
+        key: impl for<'i> Fn(&'i Item) -> Option<&'i str>,
+    ) {
+        let mut by_key = BTreeMap::<&str, Vec<usize>>::new();
+        for &index in self.added.iter().rev() {
+            if let Some(key) = key(&actual[index]) {
+                by_key.entry(key).or_default().push(index);
+            }
+        }
+        let pairs = &mut self.pairs;
+        self.removed.retain(|&index| {
+            let found = key(&reference[index]).and_then(|key| by_key.get_mut(key)?.pop());
+            pairs.extend(found.map(|found| (found, index)));
+            found.is_none()
+        });
+        self.added.retain(|index| !pairs.iter().any(|pair| pair.0 == *index));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn items(names: &[Option<&str>]) -> Vec<Item> {
+        names.iter().enumerate().map(|(index, name)| Item::new(*name, index)).collect()
+    }
+
+    #[test]
+    fn names_pair_items_in_any_order() {
+        let actual = items(&[Some("b"), Some("new"), Some("a"), Some("a")]);
+        let reference = items(&[Some("a"), Some("b"), Some("a"), Some("old")]);
+        let matching = Matching::new(&actual, &reference);
+        assert_eq!(matching.pairs, [(2, 0), (0, 1), (3, 2)]);
+        assert_eq!((matching.added, matching.removed), (vec![1], vec![3]));
+    }
+
+    #[test]
+    fn dropped_names_leave_the_order() {
+        let reference = items(&[Some("a"), Some("b")]);
+        let stripped = Matching::new(&items(&[None, None]), &reference);
+        assert_eq!(stripped.pairs, [(0, 0), (1, 1)]);
+        // With one item less there is no telling which.
+        let fewer = Matching::new(&items(&[None]), &reference);
+        assert_eq!((fewer.pairs.len(), fewer.added.len(), fewer.removed.len()), (0, 1, 2));
+        // A renamed item is another one.
+        let renamed = Matching::new(&items(&[Some("a"), Some("c")]), &reference);
+        assert_eq!((renamed.pairs.len(), renamed.added, renamed.removed), (1, vec![1], vec![1]));
+    }
+
+    #[test]
+    fn aliases_pair_what_names_do_not() {
+        let (mut actual, mut reference) = (items(&[Some("x"), None]), items(&[None, Some("y")]));
+        (actual[0].alias, reference[0].alias) = (Some("holder".to_owned()), Some("holder".to_owned()));
+        assert_eq!(Matching::new(&actual, &reference).pairs, [(0, 0), (1, 1)]);
+    }
+}

@@ -1,0 +1,165 @@
+//! Two versions of an asset, rendered alike.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::difference::AssetDifference;
+use super::facts::AssetFacts;
+use super::item::GroupKind;
+use super::matching::Matching;
+use super::same_ids::replace_ids;
+use super::views::{PairedIndex, Sides, View, ViewCamera, views};
+use crate::cancel::CancelFlag;
+use crate::error::{Result, Warning};
+use crate::framing::{CameraRule, resolve_camera};
+use crate::gltf::ImageLoading;
+use crate::image::Image;
+use crate::renderer::RenderedFrame;
+use crate::scene::{
+    CameraRequest, ClipSelection, Environment, NameOrIndex, Orbit, Scene, Selection, SelectionRequest,
+    ViewRequest,
+};
+use crate::sequence::SequenceJob;
+use crate::settings::Settings;
+use crate::shot::{ShotSettings, load_scene, resolve_scene};
+
+/// The view from the other side than [`Orbit::THREE_QUARTER`].
+const BACK: Orbit =
+    Orbit { azimuth_degrees: Orbit::THREE_QUARTER.azimuth_degrees + 180.0, ..Orbit::THREE_QUARTER };
+
+/// Two versions of an asset: the actual one and its reference.
+#[derive(Debug)]
+pub struct AssetPair {
+    actual: Asset,
+    reference: Asset,
+    difference: AssetDifference,
+    views: Vec<View>,
+    cancel: CancelFlag,
+}
+
+/// One version.
+#[derive(Debug)]
+struct Asset {
+    scene: Arc<Scene>,
+    facts: AssetFacts,
+    settings: Settings,
+}
+
+impl Asset {
+    fn open(path: &Path, settings: &Settings) -> Result<Self> {
+        let settings = Settings { scene: Some(path.to_owned().into()), ..settings.clone() };
+        let shot = ShotSettings::merge([settings.clone()], None)?;
+        let scene = Arc::new(load_scene(&shot, ImageLoading::Texels)?);
+        Ok(Self { facts: AssetFacts::new(&scene), scene, settings })
+    }
+
+    /// The job of a view.
+    fn job(&self, index: impl Fn(PairedIndex) -> usize, view: &View) -> Result<SequenceJob> {
+        let named = |pair: PairedIndex| NameOrIndex::Index(index(pair));
+        let mut settings = self.settings.clone();
+        settings.camera = Some(match view.camera {
+            ViewCamera::OfFile(pair) => CameraRequest::Camera(named(pair)).into(),
+            ViewCamera::Front | ViewCamera::Back => CameraRequest::Auto.into(),
+        });
+        settings.animation =
+            Some(view.clip.map_or(ClipSelection::None, |pair| ClipSelection::One(named(pair))).into());
+        settings.variant = view.variant.map(|pair| named(pair).into());
+        if view.camera == ViewCamera::Back {
+            settings.orbit = Some(BACK.into());
+        }
+        let shot = ShotSettings::merge([settings], None)?;
+        Ok(resolve_scene(&shot, Arc::clone(&self.scene))?.sequence)
+    }
+}
+
+impl AssetPair {
+    /// Imports two scenes and compares their facts. Of `settings`, those of image size, sampling, shading and environment apply;
+    /// cameras, clips, variants and frames are those of the [views](AssetPair::views).
+    ///
+    /// # Errors
+    /// Those of importing a scene, and [`Error::Setting`](crate::Error::Setting) for wrong settings.
+    pub fn open(actual: &Path, reference: &Path, settings: &Settings, cancel: &CancelFlag) -> Result<Self> {
+        let [actual, reference] = [Asset::open(actual, settings)?, Asset::open(reference, settings)?];
+        let sides =
+            Sides { scenes: [&actual.scene, &reference.scene], facts: [&actual.facts, &reference.facts] };
+        let views = views(&sides, is_interior(&reference.scene)?);
+        let difference = AssetDifference::new(&actual.facts, &reference.facts);
+        Ok(Self { actual, reference, difference, views, cancel: cancel.clone() })
+    }
+
+    /// What changed in the file.
+    pub fn difference(&self) -> &AssetDifference {
+        &self.difference
+    }
+
+    /// The facts of the actual asset and of the reference.
+    pub fn facts(&self) -> [&AssetFacts; 2] {
+        [&self.actual.facts, &self.reference.facts]
+    }
+
+    /// Features of the actual asset and of the reference that are not honoured.
+    pub fn warnings(&self) -> [&[Warning]; 2] {
+        [&self.actual.scene.warnings, &self.reference.scene.warnings]
+    }
+
+    /// The views in which [`AssetPair::render`] renders both.
+    pub fn views(&self) -> &[View] {
+        &self.views
+    }
+
+    /// Renders both assets in each frame of `view`, and calls `on_frame` with the frame number and the actual and the reference
+    /// image. Ids of meshes and materials are those of the reference.
+    ///
+    /// # Errors
+    /// Those of rendering, and those of `on_frame`.
+    pub fn render(&self, view: &View, mut on_frame: impl FnMut(i64, [Image; 2]) -> Result<()>) -> Result<()> {
+        let reference = self.reference.job(|pair| pair.reference, view)?;
+        let mut actual = self.actual.job(|pair| pair.actual, view)?;
+        if !matches!(view.camera, ViewCamera::OfFile(_)) {
+            actual.selection.camera = reference.selection.camera.clone();
+        }
+        share_light(&mut actual, &reference);
+        let [actual, reference] = [Arc::new(actual), Arc::new(reference)];
+        for &frame in &view.frames {
+            let image = |job| RenderedFrame::render(Arc::clone(job), frame, &self.cancel)?.image();
+            let (mut ours, theirs) =
+                (image(&actual)?.rounded_to_halves(), image(&reference)?.rounded_to_halves());
+            self.replace_ids(&mut ours);
+            on_frame(frame, [ours, theirs])?;
+        }
+        Ok(())
+    }
+
+    fn replace_ids(&self, image: &mut Image) {
+        for (group, layer) in [(GroupKind::Meshes, "object_id"), (GroupKind::Materials, "material_id")] {
+            let [actual, reference] = self.facts().map(|facts| facts.items(group));
+            replace_ids(image, layer, &Matching::new(actual, reference));
+        }
+    }
+}
+
+/// Lights the actual asset like the reference where the light depends on whether a file has its own. The light of an asset that has
+/// lost its own is not replaced by the studio.
+fn share_light(actual: &mut SequenceJob, reference: &SequenceJob) {
+    if !reference.is_environment_default {
+        return;
+    }
+    let has_own =
+        |job: &SequenceJob| job.selection.image_light.is_some() || job.selection.has_lights(&job.scene);
+    match (has_own(actual), has_own(reference)) {
+        (_, false) => actual.environment = reference.environment.clone(),
+        (false, true) => actual.environment = Environment::None,
+        (true, true) => {}
+    }
+}
+
+/// Whether the automatic camera sees the default scene from inside.
+fn is_interior(scene: &Scene) -> Result<bool> {
+    let request = SelectionRequest {
+        clips: ClipSelection::None,
+        camera: Some(CameraRequest::Auto),
+        ..Default::default()
+    };
+    let (selection, _) = Selection::resolve(&request, scene)?;
+    Ok(resolve_camera(scene, selection, &ViewRequest::default(), 16.0 / 9.0).rule == CameraRule::Inside)
+}

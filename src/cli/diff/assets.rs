@@ -1,0 +1,103 @@
+//! Comparison of two versions of an asset: their contents, and renders of both.
+
+use rayframe::asset_diff::{AssetPair, View};
+use rayframe::cancel::CancelFlag;
+use rayframe::error::Result;
+use rayframe::regression::{
+    Comparison, FilePair, Image, Limits, PairedFiles, Preset, ShotResult, Verdict, compare, pixel_hash,
+};
+
+use super::args::{DiffArgs, refuse_for_assets};
+use super::asset_page::AssetPage;
+use super::asset_text;
+use super::report::{AssetReport, FrameReport, Report};
+use crate::cli::warnings::report_warnings;
+use crate::progress::print_output;
+
+/// Compares, prints, and returns whether all images are within the limits and no content is lost.
+pub(super) fn run(args: &DiffArgs) -> Result<bool> {
+    refuse_for_assets(args)?;
+    let mut page = args.report.as_deref().map(AssetPage::new).transpose()?;
+    let pair = AssetPair::open(&args.actual, &args.reference, &args.assets.settings()?, &CancelFlag::new())?;
+    for (path, warnings) in [&args.actual, &args.reference].into_iter().zip(pair.warnings()) {
+        report_warnings(path, warnings, false)?;
+    }
+    let difference = pair.difference();
+    let losses: Vec<_> = difference.losses().filter(|change| args.assets.fails(change)).collect();
+    let losses: Vec<_> = losses.into_iter().map(rayframe::asset_diff::Change::loss_text).collect();
+    let mut frames = Vec::new();
+    for view in pair.views() {
+        let mut shot = page.is_some().then(|| shot(args, view));
+        pair.render(view, |frame, images| {
+            let (report, comparison) = compared(args, view, frame, &images);
+            if let (Some(page), Some(shot)) = (&page, &mut shot) {
+                shot.frames.push(page.frame(view, frame, &images, comparison));
+            }
+            frames.push(report);
+            Ok(())
+        })?;
+        if let (Some(page), Some(shot)) = (&mut page, shot) {
+            page.push(shot);
+        }
+    }
+    if let Some(page) = page {
+        page.finish(args, difference, losses.clone())?;
+    }
+    let mut report = Report::new(args, frames, &PairedFiles::default());
+    if !losses.is_empty() {
+        report.same = false;
+        report.verdict = Verdict::Failed;
+    }
+    if args.json {
+        let [actual, reference] = pair.facts();
+        report.asset = Some(AssetReport { losses, changes: &difference.changes, actual, reference });
+        print_output(&report.json()?);
+    } else {
+        print_output(&asset_text::text(&report, difference, &losses));
+    }
+    Ok(!args.fail_on.value().fails(report.verdict))
+}
+
+fn compared(args: &DiffArgs, view: &View, frame: i64, images: &[Image; 2]) -> (FrameReport, Comparison) {
+    let [actual, reference] = images;
+    let comparison = comparison(actual, reference, args);
+    let pair = FilePair {
+        frame: (view.frames.len() > 1).then_some(frame),
+        actual: args.actual.clone(),
+        reference: args.reference.clone(),
+    };
+    let hashes = [pixel_hash(actual), pixel_hash(reference)];
+    let told = Comparison { flip_map: None, ..comparison.clone() };
+    let mut report = FrameReport::new(&pair, told, hashes);
+    report.view = Some(view.name.clone());
+    (report, comparison)
+}
+
+/// Compares two renders. Ids and albedo explain differences and do not fail by themselves, but for the preset `exact`: other vertices
+/// and smaller textures change them along edges where nobody sees it.
+fn comparison(actual: &Image, reference: &Image, args: &DiffArgs) -> Comparison {
+    let limits = args.limits.limits(args.preset);
+    if args.preset == Preset::Exact {
+        return compare(actual, reference, &limits);
+    }
+    let colors = Limits { data_share: f64::INFINITY, ..limits };
+    let comparison = compare(actual, reference, &colors);
+    if comparison.passes() {
+        return comparison;
+    }
+    Comparison { cause: compare(actual, reference, &limits).cause, ..comparison }
+}
+
+/// The result of a view without its frames.
+fn shot(args: &DiffArgs, view: &View) -> ShotResult {
+    ShotResult {
+        name: view.name.clone(),
+        path: args.actual.clone(),
+        preset: args.limits.preset_name(args.preset),
+        limits: args.limits.limits(args.preset),
+        frames: Vec::new(),
+        warnings: Vec::new(),
+        not_kept: Vec::new(),
+        seconds: 0.0,
+    }
+}

@@ -13,6 +13,9 @@ pub(in crate::cli) struct LimitOptions {
     /// Largest FLIP of a tile of 8x8 pixels, from 0 to 1, in place of the preset's
     #[arg(long, value_name = "X", value_parser = limit)]
     tile_flip: Option<f64>,
+    /// Largest mean FLIP of an object, where both have its layer object_id, in place of the preset's
+    #[arg(long, value_name = "X", value_parser = limit)]
+    object_flip: Option<f64>,
     /// Largest difference of mean brightness as a share of the reference's, in place of the preset's
     #[arg(long, value_name = "X", value_parser = limit)]
     brightness: Option<f64>,
@@ -25,6 +28,7 @@ impl LimitOptions {
         Limits {
             mean_flip: self.mean_flip.unwrap_or(limits.mean_flip),
             tile_flip: self.tile_flip.unwrap_or(limits.tile_flip),
+            object_flip: self.object_flip.unwrap_or(limits.object_flip),
             brightness: self.brightness.unwrap_or(limits.brightness),
             ..limits
         }
@@ -42,8 +46,12 @@ impl LimitOptions {
 
     /// The options as they may be typed.
     pub(super) fn words(&self) -> Vec<String> {
-        let options =
-            [("mean-flip", self.mean_flip), ("tile-flip", self.tile_flip), ("brightness", self.brightness)];
+        let options = [
+            ("mean-flip", self.mean_flip),
+            ("tile-flip", self.tile_flip),
+            ("object-flip", self.object_flip),
+            ("brightness", self.brightness),
+        ];
         let typed =
             options.into_iter().filter_map(|(name, value)| Some([format!("--{name}"), value?.to_string()]));
         typed.flatten().collect()

@@ -7,6 +7,7 @@
 
 mod animation;
 mod camera;
+mod content;
 mod deform;
 mod material_flags;
 mod mesh_instance;
@@ -14,6 +15,7 @@ mod posed_nodes;
 mod surfaces;
 mod transform;
 
+pub use content::{PosedContent, PosedMesh};
 pub use deform::PosedVertex;
 pub(crate) use material_flags::{is_volume, transmits};
 pub use mesh_instance::MeshInstance;

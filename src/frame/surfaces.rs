@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::bvh::TriangleFlags;
 use crate::geometry::Triangle;
 use crate::scene::{
-    ImageLightPose, Material, Node, NodeIndex, Primitive, Scene, Selection, Skin, VariantIndex,
+    ImageLightPose, Material, MeshIndex, Node, NodeIndex, Primitive, Scene, Selection, Skin, VariantIndex,
 };
 
 use super::animation::ScenePose;
@@ -51,7 +51,7 @@ pub(super) struct Scratch {
     pub(super) pose: ScenePose,
     /// World matrices, by [`NodeIndex`].
     pub(super) world: Vec<Mat4>,
-    joint_matrices: Vec<Mat4>,
+    pub(super) joint_matrices: Vec<Mat4>,
 }
 
 impl Frame {
@@ -122,7 +122,7 @@ impl Frame {
         for (index, instance) in self.instances.iter_mut().enumerate() {
             let primitive = instance.primitive(scene);
             let node = &scene.nodes[instance.node.index()];
-            let weights = morph_weights(scene, pose, instance);
+            let weights = morph_weights(scene, pose, instance.node, instance.mesh);
             instance.morphed = deform::morph_attributes(primitive, weights);
 
             // Transform the vertices
@@ -153,12 +153,17 @@ impl Frame {
 }
 
 /// Morph target weights. The node's precede the mesh's, and animated ones precede those at rest.
-fn morph_weights<'a>(scene: &'a Scene, pose: &'a ScenePose, instance: &MeshInstance) -> &'a [f32] {
-    pose.weights[instance.node.index()]
+pub(super) fn morph_weights<'a>(
+    scene: &'a Scene,
+    pose: &'a ScenePose,
+    node: NodeIndex,
+    mesh: MeshIndex,
+) -> &'a [f32] {
+    pose.weights[node.index()]
         .as_ref()
-        .or(scene.nodes[instance.node.index()].weights.as_ref())
-        .or(pose.mesh_weights[instance.mesh.index()].as_ref())
-        .unwrap_or(&scene.meshes[instance.mesh.index()].weights)
+        .or(scene.nodes[node.index()].weights.as_ref())
+        .or(pose.mesh_weights[mesh.index()].as_ref())
+        .unwrap_or(&scene.meshes[mesh.index()].weights)
 }
 
 /// World from mesh space, without skinning.
@@ -171,7 +176,7 @@ fn instance_matrix(node: &Node, instance: &MeshInstance, world: &[Mat4]) -> Mat4
 }
 
 /// Joint matrix = world from joint · inverse bind matrix.
-fn fill_joint_matrices(skin: &Skin, world: &[Mat4], joint_matrices: &mut Vec<Mat4>) {
+pub(super) fn fill_joint_matrices(skin: &Skin, world: &[Mat4], joint_matrices: &mut Vec<Mat4>) {
     let pairs = skin.joints.iter().zip(&skin.inverse_bind_matrices);
     joint_matrices.clear();
     joint_matrices.extend(pairs.map(|(joint, inverse_bind)| world[joint.index()] * *inverse_bind));

@@ -5,6 +5,7 @@
 
 mod channel;
 mod plate;
+mod rendered_scene;
 mod window;
 
 use std::borrow::Cow;
@@ -13,6 +14,7 @@ use crate::color::srgb_to_linear;
 
 pub use channel::{BEAUTY, Channel, Samples, finite_f32, half_from_f32, halves_from_f32, layer_of};
 pub use plate::{Plate, PlateFit, over, resample};
+pub use rendered_scene::{PartHashes, RenderedScene};
 pub use window::PixelWindow;
 
 /// Meaning of the values of an image's colour channels.
@@ -35,6 +37,8 @@ pub struct Image {
     pub encoding: ColorEncoding,
     /// The channels, each name once.
     pub channels: Vec<Channel>,
+    /// What it was rendered from, as the attributes of its file tell.
+    pub scene: RenderedScene,
 }
 
 /// Floating-point RGBA pixels, interleaved.
@@ -56,7 +60,8 @@ impl Image {
         // In the order of their names.
         let channels = [(3, "A"), (2, "B"), (1, "G"), (0, "R")].into_iter().map(channel).collect();
         let window = PixelWindow::full(width, height);
-        Self { display_window: window, data_window: window, encoding, channels }
+        let scene = RenderedScene::default();
+        Self { display_window: window, data_window: window, encoding, channels, scene }
     }
 
     /// Columns and rows of the data window.

@@ -93,7 +93,7 @@ fn stored_channel(channel: Channel) -> Channel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::PixelWindow;
+    use crate::image::{PixelWindow, RenderedScene};
 
     const WINDOW: PixelWindow = PixelWindow { x0: 3, y0: 1, x1: 5, y1: 2 };
 
@@ -106,6 +106,7 @@ mod tests {
             display_window: PixelWindow::full(6, 5),
             data_window: WINDOW,
             encoding: ColorEncoding::Linear,
+            scene: RenderedScene::default(),
             channels: vec![
                 Channel { name: "object_id".into(), samples: Samples::Uint(vec![7, u32::MAX]) },
                 Channel { name: "R".into(), samples: Samples::Half(vec![half(0.5), half(f32::NAN)]) },

@@ -245,7 +245,7 @@ fn channels(mut value: &[u8]) -> Result<Vec<(String, ExrSampleType)>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::{Channel, ColorEncoding, Image, Samples};
+    use crate::image::{Channel, ColorEncoding, Image, RenderedScene, Samples};
     use crate::image_file::{ExrCompression, FrameAttributes, RunStamp, encode_exr};
 
     fn attributes(stamp: Option<RunStamp>) -> FrameAttributes {
@@ -269,6 +269,7 @@ mod tests {
             display_window: PixelWindow::full(100, 90),
             data_window: PixelWindow { x0, y0, x1: x0 + 4, y1: y0 + 3 },
             encoding: ColorEncoding::Linear,
+            scene: RenderedScene::default(),
             channels: vec![
                 channel("R", Samples::Half(vec![half::f16::ONE; 12])),
                 channel("Z", Samples::Float(vec![1.0; 12])),

@@ -7,11 +7,13 @@ use std::path::Path;
 use exr::image::read::read;
 use exr::image::{AnyChannel, AnyChannels, FlatSamples, Layer};
 use exr::math::Vec2;
+use exr::meta::attribute::AttributeValue;
+use exr::meta::header::LayerAttributes;
 use exr::prelude::{ReadChannels as _, ReadLayers as _};
 
 use super::exr_rgba::check_memory;
 use crate::error::Error;
-use crate::image::{Channel, ColorEncoding, Image, PixelWindow, Samples};
+use crate::image::{Channel, ColorEncoding, Image, PartHashes, PixelWindow, RenderedScene, Samples};
 
 /// Decodes the flat channels of all parts of `bytes`, the content of the file `path`.
 ///
@@ -52,6 +54,7 @@ fn decode(bytes: &[u8]) -> Result<Image, String> {
         return Err("has pixels outside its display window, which is not supported".to_owned());
     };
     let (width, height) = (size.0 as u32, size.1 as u32);
+    let scene = rendered_scene(&first.attributes);
     let mut channels: Vec<Channel> = Vec::new();
     for part in parts {
         let prefix = prefix_of(&part);
@@ -64,11 +67,24 @@ fn decode(bytes: &[u8]) -> Result<Image, String> {
         }
     }
     Ok(Image {
+        scene,
         display_window: PixelWindow::full(display.size.0 as u32, display.size.1 as u32),
         data_window: PixelWindow { x0, y0, x1: x0.saturating_add(width), y1: y0.saturating_add(height) },
         encoding: ColorEncoding::Linear,
         channels,
     })
+}
+
+/// What the attributes of the first part tell of the scene.
+fn rendered_scene(attributes: &LayerAttributes) -> RenderedScene {
+    // Files of images that no camera took have the identity.
+    let has_lens = |ndc: &[f32; 16]| *ndc != glam::Mat4::IDENTITY.to_cols_array();
+    let camera = attributes.world_to_camera.zip(attributes.world_to_normalized_device.filter(has_lens));
+    let parts = attributes.other.iter().find_map(|(name, value)| match value {
+        AttributeValue::Text(text) if *name == *PartHashes::ATTRIBUTE => PartHashes::parse(&text.to_string()),
+        _ => None,
+    });
+    RenderedScene { camera: camera.map(|(camera, ndc)| [camera, ndc]), parts }
 }
 
 /// Beginning of the names of a part's channels.

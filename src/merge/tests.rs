@@ -1,5 +1,5 @@
 use super::*;
-use crate::image::{Channel, ColorEncoding, Image, Samples};
+use crate::image::{Channel, ColorEncoding, Image, RenderedScene, Samples};
 use crate::image_file::{ExrCompression, FrameAttributes, encode_exr};
 
 /// An image of 5x4 pixels with samples of each type.
@@ -9,6 +9,7 @@ fn whole_image(compression: ExrCompression) -> Vec<u8> {
         display_window: PixelWindow::full(5, 4),
         data_window: PixelWindow::full(5, 4),
         encoding: ColorEncoding::Linear,
+        scene: RenderedScene::default(),
         channels: vec![
             channel("R", Samples::Half((0..20_u8).map(half::f16::from).collect())),
             channel("Z", Samples::Float((0..20_u8).map(f32::from).collect())),

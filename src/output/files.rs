@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::color::{ToneCurve, exposure_scale, linear_to_srgb8, srgb8_to_linear};
 use crate::error::Result;
 use crate::film::{Film, PixelWindow};
-use crate::image::{Channel, ColorEncoding, Image, Plate, half_from_f32};
+use crate::image::{Channel, ColorEncoding, Image, Plate, RenderedScene, half_from_f32};
 use crate::image_file::{DisplayImage, ExrCompression, FrameAttributes, encode_exr, encode_png};
 
 use super::channels::aov_channels;
@@ -84,6 +84,7 @@ fn image(film: &Film, channels: Vec<Channel>) -> Image {
         data_window: film.window,
         encoding: ColorEncoding::Linear,
         channels,
+        scene: RenderedScene::default(),
     }
 }
 

@@ -147,7 +147,7 @@ fn set_sums<T>(
 mod tests {
     use super::*;
     use crate::film::{PixelWindow, add_exact_share};
-    use crate::image::ColorEncoding;
+    use crate::image::{ColorEncoding, RenderedScene};
 
     fn exact(value: f32) -> ExactSum {
         let mut sum = ExactSum::default();
@@ -170,6 +170,7 @@ mod tests {
             display_window: PixelWindow::full(8, 8),
             data_window: window,
             encoding: ColorEncoding::Linear,
+            scene: RenderedScene::default(),
             channels: sum_channels(&sums),
         };
         assert_eq!(sums_of_image(&image, flags), Some(sums));

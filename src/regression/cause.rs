@@ -1,10 +1,13 @@
-//! The likely cause of a difference between two images, inferred from their layers, or from the colours alone.
+//! The likely cause of a difference between two images.
 //!
-//! An estimate for people, by rules in this order: displacement of the whole image, layers of geometry, layers of materials, noise,
-//! light. An object that moves alone before a uniform background is taken for a camera that moves.
+//! Files of Rayframe tell what they were rendered from (`super::changes`): then the cause is what changed, and layers
+//! only decide between several changes. For other images it is inferred, by rules in this order: displacement of the whole image, layers
+//! of geometry, layers of materials, noise, light. Without enough to tell, the cause is [`Cause::MaterialOrLight`] or
+//! [`Cause::Unclear`].
 
 use serde::Serialize;
 
+use super::changes::{Part, changed_parts, has_moved};
 use super::shift::best_shift;
 use super::{Image, LayerDifference};
 use crate::color::luminance;
@@ -31,24 +34,24 @@ const MATERIAL: [&str; 5] = ["material_id", "albedo", "normal", "uv", "crypto_ma
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Cause {
-    /// The whole image is displaced.
+    /// The camera changed, or the whole image is displaced.
     Camera {
-        /// Pixels to the right.
-        right: f64,
+        /// Pixels to the right; `None` where no single displacement explains the difference.
+        right: Option<f64>,
         /// Pixels downwards.
-        down: f64,
+        down: Option<f64>,
     },
     /// Objects moved, appeared, disappeared or changed shape.
     Geometry {
-        /// The layer that differs.
-        layer: String,
+        /// The layer that differs; `None` where only the files tell.
+        layer: Option<String>,
         /// Number of pixels that differ.
         pixels: usize,
     },
     /// Materials of surfaces changed.
     Material {
-        /// The layer that differs.
-        layer: String,
+        /// The layer that differs; `None` where only the files tell.
+        layer: Option<String>,
         /// Number of pixels that differ.
         pixels: usize,
     },
@@ -57,8 +60,10 @@ pub enum Cause {
         /// Factors on red, green and blue, where they explain the difference.
         factors: Option<[f64; 3]>,
     },
-    /// Geometry is equal; without an albedo layer, colour and light cannot be told apart.
+    /// Geometry is equal, and materials cannot be told from light, or both changed.
     MaterialOrLight,
+    /// Geometry, materials, lights and camera are equal: other settings, or another version of the program.
+    Settings,
     /// Unstructured differences.
     Noise,
     /// There are no layers from which to infer a cause.
@@ -71,7 +76,7 @@ pub enum Cause {
 impl std::fmt::Display for Cause {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Camera { right, down } => {
+            Self::Camera { right: Some(right), down: Some(down) } => {
                 let (x, y) =
                     (if *right < 0.0 { "left" } else { "right" }, if *down < 0.0 { "up" } else { "down" });
                 write!(
@@ -81,24 +86,30 @@ impl std::fmt::Display for Cause {
                     down.abs()
                 )
             }
-            Self::Geometry { layer, pixels } => {
+            Self::Camera { .. } => write!(formatter, "camera: it moved, or its field of view changed"),
+            Self::Geometry { layer: Some(layer), pixels } => {
                 write!(formatter, "geometry: {layer} differs in {}", pixels_text(*pixels))
             }
-            Self::Material { layer, pixels } => {
+            Self::Geometry { layer: None, .. } => {
+                write!(formatter, "geometry: vertices, normals, texture coordinates or the pose changed")
+            }
+            Self::Material { layer: Some(layer), pixels } => {
                 write!(formatter, "material: {layer} differs in {}", pixels_text(*pixels))
+            }
+            Self::Material { layer: None, .. } => {
+                write!(formatter, "material: materials or textures changed")
             }
             Self::Light { factors: Some([r, g, b]) } => {
                 write!(formatter, "light: red times {r:.3}, green times {g:.3}, blue times {b:.3}")
             }
-            Self::Light { factors: None } => {
-                write!(
-                    formatter,
-                    "light: geometry and albedo are equal; lights, environment, roughness, metalness, emission or transmission changed"
-                )
-            }
+            Self::Light { factors: None } => write!(formatter, "light: lights or the environment changed"),
             Self::MaterialOrLight => write!(
                 formatter,
-                "material or light: geometry is equal; an albedo layer would tell material from light"
+                "material or light: geometry is equal; lights, the environment, roughness, metalness, emission or transmission changed"
+            ),
+            Self::Settings => write!(
+                formatter,
+                "settings: the scene is equal; render settings or the version of Rayframe changed"
             ),
             Self::Noise => write!(formatter, "noise: the differences are unstructured"),
             Self::Unclear { share } => {
@@ -119,28 +130,125 @@ fn pixels_text(count: usize) -> String {
 /// The likely cause of the differences between two images of one size. `layers` are the layers of both images, with the numbers of
 /// pixels that differ beyond the limits.
 pub fn likely_cause(actual: &Image, reference: &Image, layers: &[LayerDifference]) -> Option<Cause> {
-    let greys = [actual, reference].map(|image| image.colors().map(|colors| tone_mapped(&colors)));
-    let [actual_grey, reference_grey] = &greys;
-    if let (Some(actual), Some(grey)) = (actual_grey, reference_grey)
-        && let Some(shift) = best_shift(actual, grey, reference.size())
-        && shift.explained >= EXPLAINED_BY_SHIFT
-        && shift.right.abs() + shift.down.abs() >= LEAST_SHIFT
-    {
-        return Some(Cause::Camera { right: shift.right, down: shift.down });
+    let evidence = Evidence::of(actual, reference, layers);
+    match changed_parts(&actual.scene, &reference.scene) {
+        // Only ids have other numbers.
+        Some(changes) if changes.is_empty() && evidence.has_equal_colors() => None,
+        Some(changes) => Some(known_cause(&changes, &evidence)),
+        None => inferred_cause(&evidence),
     }
-    let differing = |names: &[&str]| {
-        let found = names
-            .iter()
-            .find_map(|name| layers.iter().find(|layer| layer.layer == *name && layer.different_pixels > 0));
-        found.map(|layer| (layer.layer.clone(), layer.different_pixels))
-    };
-    if let Some((layer, pixels)) = differing(&GEOMETRY) {
-        return Some(Cause::Geometry { layer, pixels });
+}
+
+/// What the pixels tell.
+struct Evidence<'a> {
+    images: [&'a Image; 2],
+    /// Tone-mapped luminance of both, where there are colours.
+    greys: Option<[Vec<f32>; 2]>,
+    layers: &'a [LayerDifference],
+}
+
+impl<'a> Evidence<'a> {
+    fn of(actual: &'a Image, reference: &'a Image, layers: &'a [LayerDifference]) -> Self {
+        let grey = |image: &Image| image.colors().map(|colors| tone_mapped(&colors));
+        let greys = grey(actual).zip(grey(reference)).map(|(actual, reference)| [actual, reference]);
+        Self { images: [actual, reference], greys, layers }
     }
-    if let Some((layer, pixels)) = differing(&MATERIAL) {
-        return Some(Cause::Material { layer, pixels });
+
+    /// The first of `names` that is a layer which differs beyond its limits, and the number of pixels.
+    fn differing(&self, names: &[&str]) -> Option<(String, usize)> {
+        let found =
+            |name: &&str| self.layers.iter().find(|layer| layer.layer == *name && layer.different_pixels > 0);
+        names.iter().find_map(found).map(|layer| (layer.layer.clone(), layer.different_pixels))
     }
-    let (Some(actual_grey), Some(reference_grey)) = (actual_grey, reference_grey) else { return None };
+
+    fn has(&self, names: &[&str]) -> bool {
+        self.layers.iter().any(|layer| names.contains(&layer.layer.as_str()))
+    }
+
+    /// Whether a value of a layer differs at all.
+    fn differs_at_all(&self, names: &[&str]) -> bool {
+        let layers = self.layers.iter().filter(|layer| names.contains(&layer.layer.as_str()));
+        layers.flat_map(|layer| &layer.channels).any(|channel| channel.different > 0)
+    }
+
+    fn has_equal_colors(&self) -> bool {
+        self.greys.as_ref().is_some_and(|[actual, reference]| actual == reference)
+    }
+
+    /// The displacement that explains most of the difference.
+    fn displacement(&self) -> Option<(f64, f64)> {
+        let [actual, reference] = self.greys.as_ref()?;
+        let shift = best_shift(actual, reference, self.images[1].size())?;
+        let is_cause =
+            shift.explained >= EXPLAINED_BY_SHIFT && shift.right.abs() + shift.down.abs() >= LEAST_SHIFT;
+        is_cause.then_some((shift.right, shift.down))
+    }
+
+    /// The factors on light that explain most of the difference.
+    fn factors(&self) -> Option<[f64; 3]> {
+        let [actual, reference] = self.images.map(|image| image.clone().into_linear().colors());
+        light_factors(&actual?, &reference?)
+    }
+
+    /// The cause without any that could be told.
+    fn unclear(&self) -> Cause {
+        let pixels = self.greys.as_ref().map_or(&[][..], |[actual, _]| actual);
+        let others = self.greys.iter().flat_map(|[_, reference]| reference);
+        let different = pixels.iter().zip(others).filter(|(actual, reference)| actual != reference).count();
+        Cause::Unclear { share: different as f64 / pixels.len().max(1) as f64 }
+    }
+
+    fn geometry(&self) -> Cause {
+        let (layer, pixels) = self.differing(&GEOMETRY).unzip();
+        Cause::Geometry { layer, pixels: pixels.unwrap_or(0) }
+    }
+
+    fn material(&self) -> Cause {
+        let (layer, pixels) = self.differing(&MATERIAL).unzip();
+        Cause::Material { layer, pixels: pixels.unwrap_or(0) }
+    }
+}
+
+/// The cause where the files tell what changed.
+fn known_cause(changes: &[Part], evidence: &Evidence<'_>) -> Cause {
+    let [camera, geometry, materials, lights] =
+        [Part::Camera, Part::Geometry, Part::Materials, Part::Lights].map(|part| changes.contains(&part));
+    // Of several changes only layers tell which one the pixels show.
+    if geometry && !camera && (materials || lights) && !evidence.has(&GEOMETRY) {
+        return evidence.unclear();
+    }
+    // The automatic camera follows the geometry. Of other changes, those of geometry move edges.
+    if geometry && (camera || !(materials || lights) || evidence.differs_at_all(&GEOMETRY)) {
+        return if camera { Cause::Geometry { layer: None, pixels: 0 } } else { evidence.geometry() };
+    }
+    if camera {
+        let (right, down) = evidence.displacement().unzip();
+        return Cause::Camera { right, down };
+    }
+    match (materials, lights) {
+        (true, true) => Cause::MaterialOrLight,
+        (true, false) => evidence.material(),
+        (false, true) => Cause::Light { factors: evidence.factors() },
+        (false, false) => Cause::Settings,
+    }
+}
+
+/// The cause that the pixels suggest.
+fn inferred_cause(evidence: &Evidence<'_>) -> Option<Cause> {
+    let [actual, reference] = evidence.images;
+    // The same camera displaces nothing.
+    let cameras = actual.scene.camera.as_ref().zip(reference.scene.camera.as_ref());
+    let may_have_moved = cameras.is_none_or(|(actual, reference)| has_moved(actual, reference));
+    if may_have_moved && let Some((right, down)) = evidence.displacement() {
+        return Some(Cause::Camera { right: Some(right), down: Some(down) });
+    }
+    if evidence.differing(&GEOMETRY).is_some() {
+        return Some(evidence.geometry());
+    }
+    if evidence.differing(&MATERIAL).is_some() {
+        return Some(evidence.material());
+    }
+    let [actual_grey, reference_grey] = evidence.greys.as_ref()?;
     let differences: Vec<f64> =
         actual_grey.iter().zip(reference_grey).map(|(a, b)| f64::from(*a) - f64::from(*b)).collect();
     if differences.iter().all(|&difference| difference == 0.0) {
@@ -149,20 +257,16 @@ pub fn likely_cause(actual: &Image, reference: &Image, layers: &[LayerDifference
     if is_noise(&differences, reference.size().0 as usize) {
         return Some(Cause::Noise);
     }
-    let factors =
-        light_factors(&actual.clone().into_linear().colors()?, &reference.clone().into_linear().colors()?);
-    let has = |names: &[&str]| layers.iter().any(|layer| names.contains(&layer.layer.as_str()));
-    let has_surfaces = has(&GEOMETRY) || has(&MATERIAL);
-    // One factor on all colours suggests a light; a factor on each may as well be a material, without an albedo layer.
-    let is_grey = factors.is_some_and(|[r, g, b]| (r / g - 1.0).abs() < 0.02 && (b / g - 1.0).abs() < 0.02);
-    if has_surfaces && !has(&["albedo"]) && !is_grey {
+    let factors = evidence.factors();
+    let has_surfaces = evidence.has(&GEOMETRY) || evidence.has(&MATERIAL);
+    // Factors may as well be those of a material, unless its colour is known to be equal.
+    if has_surfaces && (factors.is_none() || !evidence.has(&["albedo"])) {
         return Some(Cause::MaterialOrLight);
     }
-    if factors.is_some() || has(&GEOMETRY) {
+    if factors.is_some() {
         return Some(Cause::Light { factors });
     }
-    let different = differences.iter().filter(|difference| **difference != 0.0).count();
-    Some(Cause::Unclear { share: different as f64 / differences.len() as f64 })
+    Some(evidence.unclear())
 }
 
 /// Tone-mapped luminance between 0 and 1. Values that are not finite become 0.
@@ -212,72 +316,4 @@ fn light_factors(actual: &[[f32; 3]], reference: &[[f32; 3]]) -> Option<[f64; 3]
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::regression::{ColorEncoding, Samples};
-
-    const SIZE: (u32, u32) = (64, 48);
-
-    /// A smooth pattern, changed by a function of light and position.
-    fn image(change: impl Fn(f32, f32, f32) -> f32) -> Image {
-        let pixel = |at: u32| {
-            let (x, y) = ((at % SIZE.0) as f32, (at / SIZE.0) as f32);
-            let light = 0.5 + 0.3 * libm::sinf(x * 0.3) * libm::cosf(y * 0.2);
-            let value = change(light, x, y);
-            [value, value * 0.5, value * 0.25, 1.0]
-        };
-        let pixels: Vec<_> = (0..SIZE.0 * SIZE.1).map(pixel).collect();
-        Image::from_rgba(SIZE, ColorEncoding::Linear, &pixels)
-    }
-
-    fn differing(layer: &str, different_pixels: usize) -> LayerDifference {
-        LayerDifference { layer: layer.to_owned(), different_pixels, ..LayerDifference::default() }
-    }
-
-    #[test]
-    fn colours_alone_identify_camera_light_noise_and_unclear_causes() {
-        let reference = image(|light, _, _| light);
-        let cause = |actual: &Image| likely_cause(actual, &reference, &[]);
-        let moved = image(|_, x, y| 0.5 + 0.3 * libm::sinf((x - 2.0) * 0.3) * libm::cosf((y + 1.0) * 0.2));
-        let found = cause(&moved);
-        let Some(Cause::Camera { right, down }) = found else { panic!("{found:?}") };
-        assert!((right - 2.0).abs() < 0.05 && (down + 1.0).abs() < 0.05);
-        let found = cause(&image(|light, _, _| light * 1.1));
-        let Some(Cause::Light { factors: Some([red, ..]) }) = found else { panic!("{found:?}") };
-        assert!((red - 1.1).abs() < 1e-4);
-        // A hash of the position, between −0.01 and 0.01.
-        let grain = |x: f32, y: f32| {
-            let mixed = (x as u32).wrapping_mul(73_856_093) ^ (y as u32).wrapping_mul(19_349_663);
-            let mixed = mixed.wrapping_mul(2_654_435_761);
-            ((mixed >> 16) % 1000) as f32 / 50_000.0 - 0.01
-        };
-        assert_eq!(cause(&image(|light, x, y| light + grain(x, y))), Some(Cause::Noise));
-        let part = image(|light, x, y| if x < 8.0 && y < 8.0 { 0.0 } else { light });
-        assert_eq!(cause(&part), Some(Cause::Unclear { share: 64.0 / 3072.0 }));
-        assert_eq!(cause(&reference), None);
-    }
-
-    #[test]
-    fn layers_distinguish_geometry_material_and_light() {
-        let reference = image(|light, _, _| light);
-        let part = image(|light, x, y| if x < 8.0 && y < 8.0 { 0.0 } else { light });
-        let cause = |layers: &[LayerDifference]| likely_cause(&part, &reference, layers).unwrap();
-        let (depth, albedo) = (differing("depth", 64), differing("albedo", 60));
-        assert!(matches!(cause(&[albedo.clone(), depth]), Cause::Geometry { pixels: 64, .. }));
-        assert!(matches!(cause(&[differing("depth", 0), albedo]), Cause::Material { pixels: 60, .. }));
-        assert_eq!(cause(&[differing("depth", 0), differing("albedo", 0)]), Cause::Light { factors: None });
-        let ids = [differing("object_id", 0), differing("material_id", 0)];
-        assert_eq!(cause(&ids), Cause::MaterialOrLight);
-        // Twice the light, and another base colour.
-        let of = |actual: &Image| likely_cause(actual, &reference, &ids).unwrap();
-        assert!(matches!(of(&image(|light, _, _| light * 2.0)), Cause::Light { factors: Some(_) }));
-        let mut painted = reference.clone();
-        for channel in painted.channels.iter_mut().filter(|channel| channel.name == "R") {
-            let Samples::Float(values) = &mut channel.samples else { continue };
-            for value in values {
-                *value *= 0.5;
-            }
-        }
-        assert_eq!(of(&painted), Cause::MaterialOrLight);
-    }
-}
+mod tests;

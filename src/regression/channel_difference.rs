@@ -1,5 +1,7 @@
 //! Differences between the values of two channels, and counts of those beyond limits.
 
+use std::collections::{HashMap, HashSet};
+
 use serde::Serialize;
 
 use super::Samples;
@@ -58,9 +60,13 @@ pub fn channel_difference(
         (_, (Samples::Uint(actual), Samples::Uint(reference))) => Pair::Ids(actual, reference),
         _ => Pair::Mixed,
     };
+    let renumbered = match values {
+        Pair::Ids(actual, reference) => renumbering(actual, reference),
+        Pair::Floats(..) | Pair::Mixed => HashMap::new(),
+    };
     for (at, is_beyond) in is_beyond.iter_mut().enumerate() {
         found.different += usize::from(!same_bits(values, at));
-        let Some((difference, magnitude)) = difference(values, at) else { continue };
+        let Some((difference, magnitude)) = difference(values, at, &renumbered) else { continue };
         if difference == 0.0 {
             continue;
         }
@@ -98,17 +104,40 @@ fn same_bits(values: Pair<'_>, at: usize) -> bool {
 }
 
 /// The absolute difference and the reference's magnitude; `None` when either value is not finite. Ids that differ are infinitely
-/// far apart by share and 1 by value, as are numbers and ids.
-fn difference(values: Pair<'_>, at: usize) -> Option<(f64, f64)> {
+/// far apart by share and 1 by value, as are numbers and ids. An id equals the one that `renumbered` gives it.
+fn difference(values: Pair<'_>, at: usize, renumbered: &HashMap<u32, u32>) -> Option<(f64, f64)> {
     match values {
         Pair::Floats(actual, reference) => {
             let (actual, reference) = (f64::from(actual[at]), f64::from(reference[at]));
             let is_finite = actual.is_finite() && reference.is_finite();
             is_finite.then(|| ((actual - reference).abs(), reference.abs()))
         }
-        Pair::Ids(actual, reference) => Some((f64::from(u8::from(actual[at] != reference[at])), 0.0)),
+        Pair::Ids(actual, reference) => {
+            let is_other = renumbered.get(&reference[at]) != Some(&actual[at]);
+            Some((f64::from(u8::from(is_other)), 0.0))
+        }
         Pair::Mixed => Some((1.0, 0.0)),
     }
+}
+
+/// The id that each id of the reference has in the other image: ids are indices in the file, and a file that lists its
+/// meshes in another order shows the same. Each id has at most one other: the pair with the most pixels comes first, of equal ones the
+/// pair with the smallest ids. No id, 0, stays so.
+fn renumbering(actual: &[u32], reference: &[u32]) -> HashMap<u32, u32> {
+    let mut pixels: HashMap<(u32, u32), usize> = HashMap::new();
+    for pair in reference.iter().copied().zip(actual.iter().copied()) {
+        *pixels.entry(pair).or_default() += 1;
+    }
+    let mut pairs: Vec<_> = pixels.into_iter().collect();
+    pairs.sort_unstable_by_key(|&(pair, count)| (std::cmp::Reverse(count), pair));
+    let (mut renumbered, mut taken) = (HashMap::from([(0, 0)]), HashSet::from([0]));
+    for ((theirs, ours), _) in pairs {
+        if !taken.contains(&ours) && !renumbered.contains_key(&theirs) {
+            renumbered.insert(theirs, ours);
+            taken.insert(ours);
+        }
+    }
+    renumbered
 }
 
 #[cfg(test)]
@@ -130,12 +159,24 @@ mod tests {
     }
 
     #[test]
-    fn ids_are_equal_or_not() {
-        let (a, b) = (Samples::Uint(vec![1, 5]), Samples::Uint(vec![1, 6]));
-        let mut beyond = [false; 2];
-        let limits = ValueLimits { absolute: 0.5, relative: 100.0 };
-        let found = channel_difference("node_id", (&a, &b), &limits, 2, &mut beyond);
-        assert_eq!((found.different, found.largest, found.largest_at), (1, 1.0, (1, 0)));
-        assert_eq!(beyond, [false, true]);
+    fn ids_are_equal_up_to_their_numbers() {
+        let beyond_of = |actual: &[u32], reference: &[u32]| {
+            let mut beyond = vec![false; actual.len()];
+            let limits = ValueLimits { absolute: 0.5, relative: 100.0 };
+            let values = (&Samples::Uint(actual.to_vec()), &Samples::Uint(reference.to_vec()));
+            let found = channel_difference("node_id", values, &limits, 8, &mut beyond);
+            (found, beyond)
+        };
+        // Objects 1 and 2 change numbers; their bits differ, and no pixel shows another object.
+        let (found, beyond) = beyond_of(&[0, 2, 2, 1, 1, 1], &[0, 1, 1, 2, 2, 2]);
+        assert_eq!((found.different, found.largest), (5, 0.0));
+        assert!(!beyond.contains(&true));
+        // A pixel of object 1 shows object 2.
+        let (found, beyond) = beyond_of(&[1, 1, 2, 2, 2], &[1, 1, 1, 2, 2]);
+        assert_eq!((found.different, found.largest, found.largest_at), (1, 1.0, (2, 0)));
+        assert_eq!(beyond, [false, false, true, false, false]);
+        // An object vanishes: it is not renumbered to the background, nor to another object.
+        assert_eq!(beyond_of(&[0, 0, 0, 3], &[0, 5, 5, 3]).1, [false, true, true, false]);
+        assert_eq!(beyond_of(&[3, 3, 3, 3], &[3, 5, 5, 3]).1, [false, true, true, false]);
     }
 }

@@ -6,13 +6,16 @@ use super::comparison::{Check, Comparison, Mismatch};
 use super::exact::are_identical;
 use super::flip::{FlipMap, PIXELS_PER_DEGREE, flip_display, flip_light};
 use super::non_finite::non_finite;
-use super::pooling::pool;
+use super::pooling::{ObjectError, pool, pool_objects};
 use super::presets::Limits;
 use super::root_mean_square::root_mean_square;
 use super::verdict::Verdict;
-use super::{ColorEncoding, Image};
+use super::{ColorEncoding, Image, Samples};
 use crate::color::luminance;
 use crate::output::Aov;
+
+/// The layer of the ids of objects.
+const OBJECT_IDS: &str = "object_id";
 
 /// Compares an image with its reference.
 ///
@@ -30,7 +33,8 @@ pub fn compare(actual: &Image, reference: &Image, limits: &Limits) -> Comparison
     comparison.is_identical = are_identical(actual, reference);
     compare_layers(&mut comparison, actual, reference, limits);
     if let (Some(ours), Some(theirs)) = (actual.colors(), reference.colors()) {
-        compare_colors(&mut comparison, &Colors { actual: &ours, reference: &theirs }, reference, limits);
+        let colors = Colors { actual: &ours, reference: &theirs };
+        compare_colors(&mut comparison, &colors, [actual, reference], limits);
     }
     comparison.cause = match comparison.verdict() {
         Verdict::Identical => None,
@@ -154,9 +158,10 @@ struct Colors<'a> {
 fn compare_colors(
     comparison: &mut Comparison,
     &Colors { actual, reference }: &Colors<'_>,
-    image: &Image,
+    images: [&Image; 2],
     limits: &Limits,
 ) {
+    let [_, image] = images;
     let is_display = image.encoding == ColorEncoding::Srgb;
     comparison.root_mean_square = Some(root_mean_square(actual, reference, is_display.then_some(1.0)));
     let flip = if is_display { flip_display } else { flip_light };
@@ -166,13 +171,18 @@ fn compare_colors(
     } else {
         flip(reference, actual, image.size(), PIXELS_PER_DEGREE)
     };
-    let pooled = pool(&map);
+    let mut pooled = pool(&map);
+    pooled.object = worst_object(&map, images);
     let brightness = brightness_difference(actual, reference);
-    for (measure, measured, limit, at) in [
+    let of_object = pooled
+        .object
+        .map(|object| ("FLIP of the worst object", object.mean, limits.object_flip, Some(object.at)));
+    let measures = [
         ("mean FLIP", pooled.mean, limits.mean_flip, None),
         ("FLIP of the worst tile", pooled.tile, limits.tile_flip, Some(pooled.tile_at)),
-        ("difference of mean brightness", brightness, limits.brightness, None),
-    ] {
+    ];
+    let of_image = ("difference of mean brightness", brightness, limits.brightness, None);
+    for (measure, measured, limit, at) in measures.into_iter().chain(of_object).chain([of_image]) {
         let at = at.filter(|_| measured > 0.0);
         comparison.checks.push(Check {
             measure: measure.to_owned(),
@@ -185,6 +195,17 @@ fn compare_colors(
     comparison.flip = Some(pooled);
     comparison.exposures = map.exposures;
     comparison.flip_map = Some(map);
+}
+
+/// The worst object of either image, where both have ids: an object that vanishes is in the reference alone.
+fn worst_object(map: &FlipMap, [actual, reference]: [&Image; 2]) -> Option<ObjectError> {
+    let [Samples::Uint(ours), Samples::Uint(theirs)] =
+        [&actual.channel(OBJECT_IDS)?.samples, &reference.channel(OBJECT_IDS)?.samples]
+    else {
+        return None;
+    };
+    let worst = [pool_objects(map, theirs), pool_objects(map, ours)];
+    worst.into_iter().flatten().reduce(|a, b| if b.mean > a.mean { b } else { a })
 }
 
 /// Absolute difference of mean luminance, as a share of the reference's.
@@ -237,6 +258,46 @@ mod tests {
         assert!(failures.contains("worst at column 7, row 2"), "{failures}");
         assert!(!comparison.is_identical);
         assert!(compare(&actual, &reference, &Preset::Strict.limits()).passes());
+    }
+
+    /// A grey wall, and before it an object of 48x48 pixels with id 2 whose light is 0.3 times `factor`.
+    fn object_before_a_wall(factor: f32) -> Image {
+        let is_object = |at: u32| (50..98).contains(&(at % 160)) && (20..68).contains(&(at / 160));
+        let light = |at: u32| if is_object(at) { 0.3 * factor } else { 0.5 };
+        let pixels: Vec<_> = (0..160 * 90).map(|at| [light(at), light(at), light(at), 1.0]).collect();
+        let mut image = Image::from_rgba((160, 90), ColorEncoding::Linear, &pixels);
+        let ids = (0..160 * 90).map(|at| if is_object(at) { 2 } else { 1 }).collect();
+        image.channels.push(Channel { name: OBJECT_IDS.to_owned(), samples: Samples::Uint(ids) });
+        image
+    }
+
+    #[test]
+    fn a_slight_change_of_a_whole_object_fails_by_the_object_alone() {
+        let limits = Preset::Visual.limits();
+        let reference = object_before_a_wall(1.0);
+        let comparison = compare(&object_before_a_wall(0.92), &reference, &limits);
+        let [failure] = comparison.failures().try_into().unwrap();
+        assert!(failure.starts_with("FLIP of the worst object: 0.06"), "{failure}");
+        let worst = comparison.flip.and_then(|flip| flip.object).unwrap();
+        assert_eq!((worst.id, worst.pixels), (2, 48 * 48));
+        assert!(compare(&object_before_a_wall(0.98), &reference, &limits).passes());
+        // Without ids in both images there are no objects.
+        let mut without = object_before_a_wall(0.92);
+        without.channels.retain(|channel| channel.name != OBJECT_IDS);
+        assert_eq!(compare(&without, &reference, &limits).flip.and_then(|flip| flip.object), None);
+    }
+
+    #[test]
+    fn an_object_that_vanishes_is_found_by_the_ids_of_the_reference() {
+        let reference = object_before_a_wall(1.0);
+        let mut gone = object_before_a_wall(5.0 / 3.0);
+        for channel in &mut gone.channels {
+            if let Samples::Uint(ids) = &mut channel.samples {
+                ids.fill(1);
+            }
+        }
+        let worst = compare(&gone, &reference, &Preset::Visual.limits()).flip.and_then(|flip| flip.object);
+        assert_eq!(worst.map(|worst| worst.id), Some(2));
     }
 
     #[test]

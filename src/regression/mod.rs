@@ -10,6 +10,7 @@
 //! Nothing here prints.
 
 mod cause;
+mod changes;
 mod channel_difference;
 mod compare;
 mod comparison;
@@ -39,7 +40,7 @@ pub use exact::{are_identical, pixel_hash};
 pub use flip::{ExposureRange, FlipMap, PIXELS_PER_DEGREE, flip_display, flip_light};
 pub use heat_map::{heat_map, magma};
 pub use non_finite::{NonFinite, non_finite};
-pub use pooling::{PooledErrors, pool};
+pub use pooling::{ObjectError, PooledErrors, pool, pool_objects};
 pub use presets::{Limits, Preset};
 pub use report_page::{
     FolderSummary, FrameCommands, IMAGE_BUDGET_BYTES, ImageBudget, NamedCommand, ReportPage,

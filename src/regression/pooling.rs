@@ -1,7 +1,10 @@
 //! Pooling of the errors of all pixels into single numbers.
 //!
 //! Means and weighted percentiles follow section 5 of the paper on [FLIP](super::FlipMap). The worst tile is our addition: a small object
-//! that vanishes hardly changes the mean of an image, but it changes the mean of its tile.
+//! that vanishes hardly changes the mean of an image, but it changes the mean of its tile. So is the [worst object](pool_objects): a
+//! slight change of a whole object changes the mean of its pixels, whatever its share of the image.
+
+use std::collections::HashMap;
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -12,6 +15,8 @@ use super::FlipMap;
 const TILE: usize = 8;
 /// Pixels from one tile to the next. Every square of six pixels lies within a tile.
 const STEP: usize = 2;
+/// Objects of fewer pixels than a tile count as having that many, so that a few pixels of an edge are no changed object.
+const LEAST_OBJECT_PIXELS: usize = TILE * TILE;
 
 /// Pooled errors of a FLIP map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -28,6 +33,21 @@ pub struct PooledErrors {
     pub tile: f64,
     /// Column and row of the first pixel of that tile.
     pub tile_at: (u32, u32),
+    /// The object with the largest mean. `None` without ids, and where no pixel has an object.
+    pub object: Option<ObjectError>,
+}
+
+/// The error of one object.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ObjectError {
+    /// The mean error of the object's pixels, of which it has at least 64.
+    pub mean: f64,
+    /// The object's id.
+    pub id: u32,
+    /// Number of its pixels.
+    pub pixels: usize,
+    /// Column and row of its largest error.
+    pub at: (u32, u32),
 }
 
 /// Pools the errors of a map.
@@ -52,7 +72,43 @@ pub fn pool(map: &FlipMap) -> PooledErrors {
         largest_at: (largest_at % width, largest_at / width),
         tile,
         tile_at,
+        object: None,
     }
+}
+
+/// The object with the largest mean error, in one pass. `ids` has the id of every pixel; 0 is none. Of equal means the object that
+/// comes first in row-major order counts.
+pub fn pool_objects(map: &FlipMap, ids: &[u32]) -> Option<ObjectError> {
+    /// Sums over the pixels of one object.
+    struct Sums {
+        id: u32,
+        sum: f64,
+        pixels: usize,
+        largest: (f32, usize),
+    }
+    let mut objects: Vec<Sums> = Vec::new();
+    let mut indices = HashMap::new();
+    // Adjacent pixels mostly show the same object.
+    let mut last = (0, 0);
+    for (at, (&id, &error)) in ids.iter().zip(&map.errors).enumerate().filter(|(_, (id, _))| **id != 0) {
+        if id != last.0 {
+            last = (id, *indices.entry(id).or_insert(objects.len()));
+            if last.1 == objects.len() {
+                objects.push(Sums { id, sum: 0.0, pixels: 0, largest: (-1.0, at) });
+            }
+        }
+        let object = &mut objects[last.1];
+        object.sum += f64::from(error);
+        object.pixels += 1;
+        if error > object.largest.0 {
+            object.largest = (error, at);
+        }
+    }
+    let errors = objects.into_iter().map(|Sums { id, sum, pixels, largest: (_, at) }| {
+        let at = (at as u32 % map.size.0, at as u32 / map.size.0);
+        ObjectError { mean: sum / pixels.max(LEAST_OBJECT_PIXELS) as f64, id, pixels, at }
+    });
+    errors.reduce(|worst, object| if object.mean > worst.mean { object } else { worst })
 }
 
 fn weighted_percentiles(errors: &[f32], sum: f64, shares: [f64; 3]) -> [f64; 3] {
@@ -118,6 +174,35 @@ mod tests {
         assert_eq!((pooled.mean, pooled.tile), (18.0 / 57600.0, 18.0 / 64.0));
         // Tiles start at even columns and rows, the last at 172; the first that holds it all starts at (100, 172).
         assert_eq!((pooled.tile_at, pooled.largest_at), ((100, 172), (101, 173)));
+    }
+
+    #[test]
+    fn a_small_object_that_changes_fully_is_found_in_a_large_image() {
+        // 12x12 pixels of error 0.8 in 1920x1080: the mean of the image is 0.00006.
+        let is_inside = |x: u32, y: u32| (1001..1013).contains(&x) && (501..513).contains(&y);
+        let full = map((1920, 1080), |x, y| if is_inside(x, y) { 0.8 } else { 0.0 });
+        let ids: Vec<u32> = (0..1920 * 1080)
+            .map(|at| match (at % 1920, at / 1920) {
+                (x, y) if is_inside(x, y) => 7,
+                (_, 0..540) => 3,
+                _ => 0,
+            })
+            .collect();
+        let worst = pool_objects(&full, &ids).unwrap();
+        assert!((worst.mean - 0.8).abs() < 1e-6 && pool(&full).mean < 1e-4, "{worst:?}");
+        assert_eq!((worst.id, worst.pixels, worst.at), (7, 144, (1001, 501)));
+        // Three pixels of its edge: 3 · 0.8 / 144.
+        let edge = map((1920, 1080), |x, y| if x == 1001 && (501..504).contains(&y) { 0.8 } else { 0.0 });
+        assert!((pool_objects(&edge, &ids).unwrap().mean - 2.4 / 144.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn objects_of_a_few_pixels_count_as_a_tile() {
+        let row = map((100, 1), |x, _| if x < 4 { 0.64 } else { 0.0 });
+        let ids: Vec<u32> = (0..100).map(|x| if x < 4 { 9 } else { 4 }).collect();
+        let worst = pool_objects(&row, &ids).unwrap();
+        assert!((worst.mean - 0.04).abs() < 1e-6 && worst.id == 9 && worst.pixels == 4, "{worst:?}");
+        assert_eq!(pool_objects(&row, &[0; 100]), None);
     }
 
     #[test]

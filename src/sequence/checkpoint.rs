@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::error::Result;
 use crate::film::PixelWindow;
-use crate::image::{Channel, ColorEncoding, Image, Samples};
+use crate::image::{Channel, ColorEncoding, Image, RenderedScene, Samples};
 use crate::image_file::{
     ExrCompression, ExrHeader, FrameAttributes, SAMPLE_RANGE, decode_exr, encode_exr, write_atomically,
 };
@@ -89,6 +89,7 @@ impl<'a> Checkpoint<'a> {
             data_window: frame.sums().window,
             encoding: ColorEncoding::Linear,
             channels,
+            scene: RenderedScene::default(),
         };
         let mut texts = vec![(TAKEN.to_owned(), frame.taken().to_string())];
         let IntegratorStatistics { camera_rays, camera_hits, .. } = statistics.integrator;

@@ -1,13 +1,13 @@
 //! Tracing of single frames into a film: their shutter samples and pixel centres.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::bvh::BuildStatistics;
 use crate::cancel::CancelFlag;
 use crate::denoise::{Denoiser, NoisyImage};
 use crate::error::{Error, Result};
 use crate::film::{AovFlags, Film};
-use crate::image::Plate;
+use crate::image::{PartHashes, Plate};
 use crate::image_file::{FrameAttributes, SAMPLE_RANGE};
 use crate::output::{InstanceIds, frame_attributes};
 use crate::render::{Integrator, PathFrame, RenderStatistics, SceneView, ShutterSample, render_frame_into};
@@ -15,6 +15,7 @@ use crate::render::{Integrator, PathFrame, RenderStatistics, SceneView, ShutterS
 use super::checkpoint::Checkpoint;
 use super::pass_clock::PassClock;
 use super::posed_frames::PosedFrames;
+use super::scene_parts::{StaticHashes, part_hashes};
 use super::{FrameProgress, Phases, SequenceJob};
 
 /// Denoises the colours of a film. Returns those before.
@@ -46,6 +47,8 @@ pub(crate) struct FrameTracer<'a> {
     /// Ids and names of the mesh instances of all frames.
     instance_ids: Option<Arc<InstanceIds>>,
     posed: PosedFrames,
+    /// Hashes of vertices and texels, computed once.
+    static_hashes: OnceLock<StaticHashes>,
     /// The plate behind a frame.
     plate: Option<(i64, Arc<Plate>)>,
 }
@@ -63,7 +66,8 @@ pub(crate) struct FrameStatistics {
 
 impl<'a> FrameTracer<'a> {
     pub(crate) fn new(job: &'a SequenceJob, cancel: &'a CancelFlag) -> Self {
-        Self { job, cancel, scratch: None, instance_ids: None, posed: PosedFrames::default(), plate: None }
+        let (posed, static_hashes) = (PosedFrames::default(), OnceLock::new());
+        Self { job, cancel, scratch: None, instance_ids: None, posed, static_hashes, plate: None }
     }
 
     /// Forgets the poses of earlier frames, which a panic may have left inconsistent.
@@ -247,6 +251,9 @@ impl<'a> FrameTracer<'a> {
             render_hash,
             (camera, resolution),
         );
+        let statics = self.static_hashes.get_or_init(|| StaticHashes::of(&self.job.scene));
+        let parts = part_hashes(self.job, statics, frame);
+        attributes.texts.push((PartHashes::ATTRIBUTE.to_owned(), parts.text()));
         let range = self.job.render.sample_range_text();
         attributes.texts.extend(range.map(|range| (SAMPLE_RANGE.to_owned(), range)));
         attributes

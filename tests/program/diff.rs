@@ -91,7 +91,7 @@ fn two_images_match_or_differ_with_value_and_limit() {
     assert_eq!(output.status.code(), Some(1), "{told}");
     assert!(told.starts_with("failed (preset visual): "), "{told}");
     assert!(
-        told.contains("  FAIL FLIP of the worst tile: 0.") && told.contains(" > 0.2, worst at column "),
+        told.contains("  FAIL FLIP of the worst tile: 0.") && told.contains(" > 0.1, worst at column "),
         "{told}"
     );
     assert!(told.contains("  ok   difference of mean brightness: 0 <= 0.03"), "{told}");

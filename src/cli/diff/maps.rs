@@ -5,7 +5,7 @@ use std::ffi::OsStr;
 use std::path::PathBuf;
 
 use rayframe::error::{Error, Result};
-use rayframe::image::{Channel, ColorEncoding, Image, PixelWindow, Samples};
+use rayframe::image::{Channel, ColorEncoding, Image, PixelWindow, RenderedScene, Samples};
 use rayframe::image_file::{ExrCompression, FrameAttributes, encode_exr, encode_png};
 use rayframe::regression::{FlipMap, PairedFiles, heat_map};
 use rayframe::sequence::{OutputFormat, OutputPattern};
@@ -72,6 +72,7 @@ fn encode_errors(map: &FlipMap) -> Result<Vec<u8>> {
         data_window: window,
         encoding: ColorEncoding::Linear,
         channels: vec![Channel { name: "Y".to_owned(), samples: Samples::Float(map.errors.clone()) }],
+        scene: RenderedScene::default(),
     };
     encode_exr(image, ExrCompression::Zip, &FrameAttributes::unknown())
 }

@@ -23,7 +23,7 @@ preset = "visual"           # exact, strict, visual or noisy; shot files may hav
 resolution = [320, 180]
 samples = 4
 frames = 0                  # of an animation or turntable: 0, [0, 12, 24], "1-10" or "all"
-aovs = ["object_id", "material_id"]   # a few bytes that tell geometry from material; "albedo" and "depth" tell more
+aovs = ["object_id", "material_id"]   # a few bytes that find objects that changed; "albedo" and "depth" find more
 "#;
 
 /// The patterns of `.gitignore`.

@@ -4,7 +4,7 @@ use exr::meta::header::LayerAttributes;
 use exr::prelude::{Compression, Vec2};
 
 use super::*;
-use crate::image::{Channel, ColorEncoding, PixelWindow, half_from_f32};
+use crate::image::{Channel, ColorEncoding, PixelWindow, RenderedScene, half_from_f32};
 use crate::image_file::exr_rgba::read_first_part;
 use crate::image_file::{RunStamp, StoredFrame, decode_exr_rgba, inspect_exr};
 
@@ -37,6 +37,7 @@ fn image((width, height): (u32, u32), channels: Vec<Channel>) -> Image {
         data_window: PixelWindow { x0: 3, y0: 5, x1: 3 + width, y1: 5 + height },
         encoding: ColorEncoding::Linear,
         channels,
+        scene: RenderedScene::default(),
     }
 }
 

@@ -9,7 +9,7 @@ use crate::settings::{TomlEntry, TomlFile, entries, nearest, number};
 /// Name of the table.
 const TEST: &str = "test";
 /// Keys of the table.
-const KEYS: [&str; 11] = [
+const KEYS: [&str; 12] = [
     "preset",
     "different_values",
     "light_absolute",
@@ -20,6 +20,7 @@ const KEYS: [&str; 11] = [
     "data_share",
     "mean_flip",
     "tile_flip",
+    "object_flip",
     "brightness",
 ];
 
@@ -85,6 +86,7 @@ impl Limits {
             "data_share" => &mut self.data_share,
             "mean_flip" => &mut self.mean_flip,
             "tile_flip" => &mut self.tile_flip,
+            "object_flip" => &mut self.object_flip,
             "brightness" => &mut self.brightness,
             _ => return None,
         })

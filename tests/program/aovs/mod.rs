@@ -80,7 +80,9 @@ fn a_plain_render_has_no_aovs() {
     assert!(own.capture_date.is_none() && own.owner.is_none());
     let names: Vec<_> = own.other.keys().map(ToString::to_string).collect();
     assert!(
-        names.iter().all(|name| ["frame", "timeSeconds", "renderHash"].contains(&name.as_str())),
+        names
+            .iter()
+            .all(|name| ["frame", "timeSeconds", "renderHash", "sceneParts"].contains(&name.as_str())),
         "{names:?}"
     );
 }

@@ -114,7 +114,7 @@ fn shot_files_have_settings_and_limits_of_their_own() {
     stage.write("dim.toml", "scene = 'point.gltf'\nlight_scale = 0.5\n[test]\npreset = 'exact'\n");
     stage.write(
         "bright.toml",
-        "scene = 'point.gltf'\nlight_scale = 2\n[test]\nmean_flip = 1\ntile_flip = 1\nbrightness = 1\n",
+        "scene = 'point.gltf'\nlight_scale = 2\n[test]\nmean_flip = 1\ntile_flip = 1\nobject_flip = 1\nbrightness = 1\n",
     );
     let list = stage.run(&["test", "--list"]);
     assert_eq!(list.stdout, "bright\ndim\n");

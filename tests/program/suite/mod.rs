@@ -1,6 +1,7 @@
 //! `rayframe test`, `accept`, `reject` and `review`.
 
 mod approvals;
+mod causes;
 mod failures;
 mod forms;
 mod rendered;

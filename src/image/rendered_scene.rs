@@ -1,0 +1,54 @@
+//! What an image was rendered from, as its file's attributes tell: the camera, and hashes of the parts of the scene.
+
+/// What an image was rendered from. Other programs' files tell some of it or nothing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RenderedScene {
+    /// The matrices `worldToCamera` and `worldToNDC`, one after the other.
+    pub camera: Option<[[f32; 16]; 2]>,
+    /// Hashes of the parts of the scene.
+    pub parts: Option<PartHashes>,
+}
+
+/// Hashes of the parts of a scene at the time of a frame, 16 hexadecimal digits each. Names and unused content do not count.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PartHashes {
+    /// Vertices and triangles, with the world matrices, joints and morph weights of the nodes that show them.
+    pub geometry: String,
+    /// Materials and textures.
+    pub materials: String,
+    /// Lights and the environment.
+    pub lights: String,
+}
+
+impl PartHashes {
+    /// Name of the text attribute in EXR files.
+    pub const ATTRIBUTE: &'static str = "sceneParts";
+
+    /// The value of the attribute.
+    pub fn text(&self) -> String {
+        let Self { geometry, materials, lights } = self;
+        format!("geometry={geometry} materials={materials} lights={lights}")
+    }
+
+    /// The hashes of a value of the attribute; `None` for any other text.
+    pub fn parse(text: &str) -> Option<Self> {
+        let value = |name: &str| {
+            let word = text.split(' ').find_map(|word| word.strip_prefix(name)?.strip_prefix('='));
+            word.map(str::to_owned)
+        };
+        Some(Self { geometry: value("geometry")?, materials: value("materials")?, lights: value("lights")? })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hashes_are_read_as_they_are_written() {
+        let [geometry, materials, lights] = ["a1", "b2", "c3"].map(str::to_owned);
+        let parts = PartHashes { geometry, materials, lights };
+        assert_eq!(PartHashes::parse(&parts.text()), Some(parts));
+        assert_eq!(PartHashes::parse("geometry=a1 lights=c3"), None);
+    }
+}

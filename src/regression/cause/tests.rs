@@ -1,0 +1,115 @@
+use super::*;
+use crate::image::{PartHashes, RenderedScene};
+use crate::regression::{ChannelDifference, ColorEncoding};
+
+const SIZE: (u32, u32) = (64, 48);
+
+/// A smooth pattern, changed by a function of light and position.
+fn image(change: impl Fn(f32, f32, f32) -> f32) -> Image {
+    let pixel = |at: u32| {
+        let (x, y) = ((at % SIZE.0) as f32, (at / SIZE.0) as f32);
+        let light = 0.5 + 0.3 * libm::sinf(x * 0.3) * libm::cosf(y * 0.2);
+        let value = change(light, x, y);
+        [value, value * 0.5, value * 0.25, 1.0]
+    };
+    let pixels: Vec<_> = (0..SIZE.0 * SIZE.1).map(pixel).collect();
+    Image::from_rgba(SIZE, ColorEncoding::Linear, &pixels)
+}
+
+fn differing(layer: &str, different_pixels: usize) -> LayerDifference {
+    LayerDifference { layer: layer.to_owned(), different_pixels, ..LayerDifference::default() }
+}
+
+#[test]
+fn colours_alone_identify_camera_light_noise_and_unclear_causes() {
+    let reference = image(|light, _, _| light);
+    let cause = |actual: &Image| likely_cause(actual, &reference, &[]);
+    let moved = image(|_, x, y| 0.5 + 0.3 * libm::sinf((x - 2.0) * 0.3) * libm::cosf((y + 1.0) * 0.2));
+    let found = cause(&moved);
+    let Some(Cause::Camera { right: Some(right), down: Some(down) }) = found else { panic!("{found:?}") };
+    assert!((right - 2.0).abs() < 0.05 && (down + 1.0).abs() < 0.05);
+    let found = cause(&image(|light, _, _| light * 1.1));
+    let Some(Cause::Light { factors: Some([red, ..]) }) = found else { panic!("{found:?}") };
+    assert!((red - 1.1).abs() < 1e-4);
+    // A hash of the position, between −0.01 and 0.01.
+    let grain = |x: f32, y: f32| {
+        let mixed = (x as u32).wrapping_mul(73_856_093) ^ (y as u32).wrapping_mul(19_349_663);
+        let mixed = mixed.wrapping_mul(2_654_435_761);
+        ((mixed >> 16) % 1000) as f32 / 50_000.0 - 0.01
+    };
+    assert_eq!(cause(&image(|light, x, y| light + grain(x, y))), Some(Cause::Noise));
+    let part = image(|light, x, y| if x < 8.0 && y < 8.0 { 0.0 } else { light });
+    assert_eq!(cause(&part), Some(Cause::Unclear { share: 64.0 / 3072.0 }));
+    assert_eq!(cause(&reference), None);
+}
+
+#[test]
+fn layers_distinguish_geometry_material_and_light() {
+    let reference = image(|light, _, _| light);
+    let part = image(|light, x, y| if x < 8.0 && y < 8.0 { 0.0 } else { light });
+    let cause = |layers: &[LayerDifference]| likely_cause(&part, &reference, layers).unwrap();
+    let (depth, albedo) = (differing("depth", 64), differing("albedo", 60));
+    assert!(matches!(cause(&[albedo.clone(), depth]), Cause::Geometry { pixels: 64, .. }));
+    assert!(matches!(cause(&[differing("depth", 0), albedo]), Cause::Material { pixels: 60, .. }));
+    let equal = [differing("depth", 0), differing("albedo", 0)];
+    assert_eq!(cause(&equal), Cause::MaterialOrLight);
+    // Twice the light, where ids alone cannot tell it from a paler material.
+    let brighter = image(|light, _, _| light * 2.0);
+    let of = |layers: &[LayerDifference]| likely_cause(&brighter, &reference, layers).unwrap();
+    assert!(matches!(of(&equal), Cause::Light { factors: Some(_) }));
+    assert_eq!(of(&[differing("object_id", 0), differing("material_id", 0)]), Cause::MaterialOrLight);
+}
+
+/// An image that was rendered from a scene of these parts.
+fn rendered(pixels: &Image, camera: f32, [geometry, materials, lights]: [&str; 3]) -> Image {
+    let [geometry, materials, lights] = [geometry, materials, lights].map(str::to_owned);
+    let parts = Some(PartHashes { geometry, materials, lights });
+    let scene = RenderedScene { camera: Some([[camera; 16]; 2]), parts };
+    Image { scene, ..pixels.clone() }
+}
+
+#[test]
+fn files_that_tell_their_scene_name_what_changed() {
+    let before = image(|light, _, _| light);
+    let reference = rendered(&before, 0.5, ["g", "m", "l"]);
+    // The same pixels for every cause: half of the light, as a material or a light gives it.
+    let darker = image(|light, _, _| light * 0.5);
+    let ids = [differing("object_id", 0)];
+    let cause = |camera: f32, parts: [&str; 3]| {
+        likely_cause(&rendered(&darker, camera, parts), &reference, &ids).unwrap()
+    };
+    assert!(matches!(cause(0.5, ["G", "m", "l"]), Cause::Geometry { layer: None, .. }));
+    assert!(matches!(cause(0.5, ["g", "M", "l"]), Cause::Material { layer: None, .. }));
+    assert!(matches!(cause(0.5, ["g", "m", "L"]), Cause::Light { factors: Some(_) }));
+    assert_eq!(cause(0.5, ["g", "M", "L"]), Cause::MaterialOrLight);
+    assert_eq!(cause(0.5, ["g", "m", "l"]), Cause::Settings);
+    // The same pixels, and objects with other numbers.
+    assert_eq!(likely_cause(&reference.clone(), &reference, &ids), None);
+    assert!(matches!(cause(0.6, ["g", "m", "l"]), Cause::Camera { .. }));
+    // The automatic camera follows a model that grows. Rounding moves no camera.
+    assert!(matches!(cause(0.6, ["G", "m", "l"]), Cause::Geometry { .. }));
+    assert!(matches!(cause(0.500_000_1, ["g", "M", "l"]), Cause::Material { .. }));
+    // Of two changes without a layer either may be the cause.
+    let mixed = likely_cause(&rendered(&darker, 0.5, ["G", "M", "l"]), &reference, &[]);
+    assert!(matches!(mixed, Some(Cause::Unclear { .. })), "{mixed:?}");
+    // Vertices in another order move no edge; a lost object does.
+    assert!(matches!(cause(0.5, ["G", "M", "l"]), Cause::Material { .. }));
+    let channel = ChannelDifference { different: 9, ..ChannelDifference::default() };
+    let lost = [LayerDifference { channels: vec![channel], ..differing("object_id", 9) }];
+    let found = likely_cause(&rendered(&darker, 0.5, ["G", "M", "l"]), &reference, &lost);
+    assert!(matches!(found, Some(Cause::Geometry { pixels: 9, .. })), "{found:?}");
+}
+
+#[test]
+fn an_object_that_moves_before_the_same_camera_is_no_camera() {
+    let reference = image(|light, _, _| light);
+    let moved = image(|_, x, y| 0.5 + 0.3 * libm::sinf((x - 2.0) * 0.3) * libm::cosf((y + 1.0) * 0.2));
+    let layers = [differing("object_id", 50)];
+    let seen = |image: &Image, camera: f32| {
+        let scene = RenderedScene { camera: Some([[camera; 16]; 2]), parts: None };
+        Image { scene, ..image.clone() }
+    };
+    let cause = |camera: f32| likely_cause(&seen(&moved, camera), &seen(&reference, 1.0), &layers);
+    assert!(matches!(cause(1.0), Some(Cause::Geometry { pixels: 50, .. })));
+    assert!(matches!(cause(2.0), Some(Cause::Camera { .. })));
+}

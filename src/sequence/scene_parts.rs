@@ -1,0 +1,172 @@
+//! Hashes of the parts of a scene at the time of a frame, from which a comparison tells what changed.
+//!
+//! They say which of geometry, materials and lights differ between two images, whatever it does to pixels. The order of nodes, names
+//! and content that nothing uses do not count.
+
+use glam::{Mat4, Vec2, Vec3, Vec4};
+use rayon::prelude::*;
+use sha2::{Digest as _, Sha256};
+
+use super::{SequenceJob, hex};
+use crate::frame::{Frame, PosedContent, PosedLight};
+use crate::image::PartHashes;
+use crate::scene::{Image, Light, Material, MorphTarget, Primitive, Scene, SkinInfluences, Texels, Texture};
+
+/// Bytes of a hash that are kept.
+const KEPT: usize = 8;
+/// Numbers that are hashed at a time.
+const BLOCK: usize = 1024;
+
+type Hash = [u8; 32];
+
+/// Hashes of what no clip moves: vertices and texels.
+pub(super) struct StaticHashes {
+    /// By [`crate::scene::MeshIndex`].
+    meshes: Vec<Hash>,
+    textures: Hash,
+}
+
+impl StaticHashes {
+    pub(super) fn of(scene: &Scene) -> Self {
+        let meshes = scene
+            .meshes
+            .par_iter()
+            .map(|mesh| joined(mesh.primitives.par_iter().map(hash_of_primitive).collect::<Vec<_>>()));
+        let images: Vec<_> = scene.images.par_iter().map(hash_of_image).collect();
+        let textures = scene.textures.iter().map(|Texture { image, sampler, name: _ }| {
+            let image = images.get(image.index()).map_or_else(String::new, |image| hex(image));
+            Sha256::digest(format!("{image} {sampler:?}")).into()
+        });
+        Self { textures: joined(textures), meshes: meshes.collect() }
+    }
+}
+
+/// The hashes at the time of `frame`.
+pub(super) fn part_hashes(job: &SequenceJob, statics: &StaticHashes, frame: i64) -> PartHashes {
+    let scene = &job.scene;
+    let content = Frame::content_at(scene, &job.selection, job.rate.time_seconds(frame));
+    let [geometry, materials, lights] =
+        [geometry(statics, &content), materials(job, statics, &content), lights(job, &content)]
+            .map(|hash| hex(&hash[..KEPT]));
+    PartHashes { geometry, materials, lights }
+}
+
+/// Meshes in any order, each with its matrices and weights.
+fn geometry(statics: &StaticHashes, content: &PosedContent) -> Hash {
+    let mut meshes: Vec<Hash> = content
+        .meshes
+        .iter()
+        .map(|posed| {
+            let mut hash = Sha256::new_with_prefix(statics.meshes[posed.mesh.index()]);
+            add(&mut hash, posed.matrices.iter().flat_map(Mat4::to_cols_array));
+            add(&mut hash, posed.weights.iter().copied());
+            hash.finalize().into()
+        })
+        .collect();
+    meshes.sort_unstable();
+    joined(meshes)
+}
+
+/// The materials of all visible primitives, and all textures.
+fn materials(job: &SequenceJob, statics: &StaticHashes, content: &PosedContent) -> Hash {
+    let primitives = content.meshes.iter().flat_map(|posed| &job.scene.meshes[posed.mesh.index()].primitives);
+    let mut used: Vec<Hash> = primitives
+        .filter_map(|primitive| content.materials.get(primitive.material_in(job.selection.variant).index()))
+        .map(|material| Sha256::digest(format!("{:?}", Material { name: None, ..material.clone() })).into())
+        .collect();
+    // Once each: an object that vanishes changes no material.
+    used.sort_unstable();
+    used.dedup();
+    joined(used.into_iter().chain([statics.textures]))
+}
+
+fn lights(job: &SequenceJob, content: &PosedContent) -> Hash {
+    let nameless = |light: &PosedLight| {
+        let light = PosedLight { light: Light { name: None, ..light.light.clone() }, ..light.clone() };
+        format!("{light:?}")
+    };
+    let mut lights: Vec<_> = content.lights.iter().map(nameless).collect();
+    lights.sort_unstable();
+    let of_job = format!(
+        "{} {:?} {} {:?}",
+        job.environment.content_key(),
+        content.image_light,
+        job.render.light_scale,
+        job.render.light_size
+    );
+    Sha256::digest(lights.join(" ") + &of_job).into()
+}
+
+fn hash_of_primitive(primitive: &Primitive) -> Hash {
+    // The material belongs to another part.
+    let Primitive {
+        positions,
+        normals,
+        tangents,
+        uvs,
+        colors,
+        influences,
+        triangles,
+        material: _,
+        variants: _,
+        targets,
+    } = primitive;
+    let mut hash = Sha256::new();
+    add(&mut hash, positions.iter().flat_map(Vec3::to_array));
+    add(&mut hash, normals.iter().flatten().flat_map(Vec3::to_array));
+    add(&mut hash, tangents.iter().flatten().flat_map(Vec4::to_array));
+    add(&mut hash, uvs.iter().flatten().flat_map(Vec2::to_array));
+    add(&mut hash, colors.iter().flatten().flat_map(Vec4::to_array));
+    if let Some(SkinInfluences { per_vertex, joints, weights }) = influences {
+        hash.update(per_vertex.to_le_bytes());
+        add(&mut hash, joints.iter().map(|joint| f32::from_bits(*joint)));
+        add(&mut hash, weights.iter().copied());
+    }
+    add(&mut hash, triangles.iter().flatten().map(|corner| f32::from_bits(*corner)));
+    for MorphTarget { positions, normals, tangents, uvs, colors } in targets {
+        for values in [positions, normals, tangents] {
+            add(&mut hash, values.iter().flatten().flat_map(Vec3::to_array));
+        }
+        add(&mut hash, uvs.iter().flat_map(|(_, values)| values).flat_map(Vec2::to_array));
+        add(&mut hash, colors.iter().flatten().flat_map(Vec4::to_array));
+    }
+    hash.finalize().into()
+}
+
+fn hash_of_image(image: &Image) -> Hash {
+    let mut hash = Sha256::new();
+    hash.update(image.width.to_le_bytes());
+    match &image.texels {
+        Texels::Rgba8(texels) => hash.update(texels.as_flattened()),
+        Texels::Rgba16(texels) => {
+            for block in texels.chunks(BLOCK) {
+                hash.update(block.iter().flatten().flat_map(|value| value.to_le_bytes()).collect::<Vec<_>>());
+            }
+        }
+    }
+    hash.finalize().into()
+}
+
+/// Adds the number of values and their bits.
+fn add(hash: &mut Sha256, values: impl Iterator<Item = f32>) {
+    let mut bytes = Vec::with_capacity(4 * BLOCK);
+    let mut count = 0_u64;
+    for value in values {
+        bytes.extend_from_slice(&value.to_bits().to_le_bytes());
+        count += 1;
+        if bytes.len() == 4 * BLOCK {
+            hash.update(&bytes);
+            bytes.clear();
+        }
+    }
+    hash.update(&bytes);
+    hash.update(count.to_le_bytes());
+}
+
+fn joined(hashes: impl IntoIterator<Item = Hash>) -> Hash {
+    let mut joined = Sha256::new();
+    for hash in hashes {
+        joined.update(hash);
+    }
+    joined.finalize().into()
+}

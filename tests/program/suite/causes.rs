@@ -1,0 +1,76 @@
+//! Likely causes of failures: one edit of each part of a scene, and the part that the failure names.
+
+use super::Stage;
+
+/// Single values fail, so that small edits do, too.
+const SUITE: &str = "[test]\npreset = 'exact'\n[shot]\nresolution = [64, 36]\nsamples = 1\nframes = 0\n";
+/// Four posts about a point light on a floor, before a camera of the file.
+const SCENE: &str = "light/point.gltf";
+
+/// Names of edits, texts of the scene, what replaces them, and the beginning of the cause.
+const EDITS: [(&str, &str, &str, &str); 8] = [
+    ("a dimmer light", "\"intensity\": 3", "\"intensity\": 2.9", "likely light: red times 0.9"),
+    ("a light that moved", "[0, 1, 0]", "[0.05, 1, 0]", "likely light: lights or the environment"),
+    (
+        "a darker floor, which looks like less light",
+        "[0.6, 0.6, 0.6, 1]",
+        "[0.5, 0.5, 0.5, 1]",
+        "likely material:",
+    ),
+    (
+        "a smoother post",
+        "0.35, 1], \"metallicFactor\": 0, \"roughnessFactor\": 1",
+        "0.35, 1], \"metallicFactor\": 0, \"roughnessFactor\": 0.2",
+        "likely material:",
+    ),
+    ("a post that moved", "[-0.9, 0.3, -0.9]", "[-0.8, 0.3, -0.9]", "likely geometry:"),
+    (
+        "a post without a mesh",
+        "[0.9, 0.3, 0.9], \"rotation\": [0, 0, 0, 1], \"mesh\": 1",
+        "[0.9, 0.3, 0.9]",
+        "likely geometry:",
+    ),
+    ("a camera that moved", "[0, 3.4, 4.6]", "[0.05, 3.4, 4.6]", "likely camera:"),
+    ("a wider lens", "0.7853982", "0.8", "likely camera:"),
+];
+
+#[test]
+fn a_failure_names_the_part_of_the_scene_that_was_edited() {
+    let stage = Stage::accepted(SUITE, &[("point.gltf", SCENE)]);
+    for (edit, from, to, cause) in EDITS {
+        stage.scene("point.gltf", SCENE, from, to);
+        let ran = stage.run(&["test"]);
+        assert_eq!(ran.code, Some(1), "{edit}: {}", ran.text);
+        assert!(ran.text.contains(cause), "{edit}: {}", ran.text);
+    }
+    // The same scene with other settings.
+    stage.scene("point.gltf", SCENE, "", "");
+    stage.write("suite.toml", &SUITE.replace("samples = 1", "samples = 4"));
+    stage.run(&["test"]).ends(1, &["likely settings:"]);
+}
+
+#[test]
+fn names_and_the_order_of_meshes_change_nothing() {
+    let suite = SUITE.replace("exact", "visual") + "aovs = ['object_id', 'material_id']\n";
+    let stage = Stage::accepted(&suite, &[("point.gltf", SCENE)]);
+    stage.scene("point.gltf", SCENE, "\"posts\"", "\"pillars\"");
+    stage.run(&["test"]).ends(0, &["match"]);
+    // The floor is the second mesh and the posts the first: their ids are exchanged.
+    let floor = "{ \"attributes\": { \"POSITION\": 0, \"NORMAL\": 1 }, \"indices\": 2, \"material\": 0 }";
+    let posts = "{ \"attributes\": { \"POSITION\": 3, \"NORMAL\": 4 }, \"indices\": 5, \"material\": 1 }";
+    stage.scene("point.gltf", SCENE, "", "");
+    let text = std::fs::read_to_string(stage.path("point.gltf")).unwrap();
+    assert!(text.contains(floor) && text.contains(posts), "{text}");
+    let exchanged = text.replace(floor, "@").replace(posts, floor).replace('@', posts);
+    let exchanged = exchanged.replace("\"mesh\": 0", "\"mesh\": 9").replace("\"mesh\": 1", "\"mesh\": 0");
+    stage.write("point.gltf", &exchanged.replace("\"mesh\": 9", "\"mesh\": 1"));
+    stage.run(&["test"]).ends(0, &["match"]);
+}
+
+#[test]
+fn a_paler_material_on_one_object_of_many_fails_by_its_object() {
+    let suite = SUITE.replace("exact", "visual") + "aovs = ['object_id']\n";
+    let stage = Stage::accepted(&suite, &[("point.gltf", SCENE)]);
+    stage.scene("point.gltf", SCENE, "[0.6, 0.6, 0.6, 1]", "[0.56, 0.56, 0.56, 1]");
+    stage.run(&["test"]).ends(1, &["FLIP of the worst object: 0.1", " > 0.06", "likely material:"]);
+}

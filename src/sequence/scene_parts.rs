@@ -1,7 +1,7 @@
 //! Hashes of the parts of a scene at the time of a frame, from which a comparison tells what changed.
 //!
 //! They say which of geometry, materials and lights differ between two images, whatever it does to pixels. The order of nodes, names
-//! and content that nothing uses do not count.
+//! and content that nothing uses do not count. Vertices and texels enter by checksums, so that the hashes take little of a frame's time.
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
@@ -31,11 +31,11 @@ impl StaticHashes {
         let meshes = scene
             .meshes
             .par_iter()
-            .map(|mesh| joined(mesh.primitives.par_iter().map(hash_of_primitive).collect::<Vec<_>>()));
-        let images: Vec<_> = scene.images.par_iter().map(hash_of_image).collect();
+            .map(|mesh| joined(mesh.primitives.par_iter().map(checksum_of_primitive).collect::<Vec<_>>()));
+        let images: Vec<_> = scene.images.par_iter().map(checksum_of_image).collect();
         let textures = scene.textures.iter().map(|Texture { image, sampler, name: _ }| {
-            let image = images.get(image.index()).map_or_else(String::new, |image| hex(image));
-            Sha256::digest(format!("{image} {sampler:?}")).into()
+            let image = images.get(image.index());
+            Sha256::digest(format!("{image:?} {sampler:?}"))
         });
         Self { textures: joined(textures), meshes: meshes.collect() }
     }
@@ -58,8 +58,9 @@ fn geometry(statics: &StaticHashes, content: &PosedContent) -> Hash {
         .iter()
         .map(|posed| {
             let mut hash = Sha256::new_with_prefix(statics.meshes[posed.mesh.index()]);
-            add(&mut hash, posed.matrices.iter().flat_map(Mat4::to_cols_array));
-            add(&mut hash, posed.weights.iter().copied());
+            let mut update = |bytes: &[u8]| hash.update(bytes);
+            add(&mut update, posed.matrices.iter().flat_map(Mat4::to_cols_array));
+            add(&mut update, posed.weights.iter().copied());
             hash.finalize().into()
         })
         .collect();
@@ -97,7 +98,8 @@ fn lights(job: &SequenceJob, content: &PosedContent) -> Hash {
     Sha256::digest(lights.join(" ") + &of_job).into()
 }
 
-fn hash_of_primitive(primitive: &Primitive) -> Hash {
+/// A checksum, as of texels.
+fn checksum_of_primitive(primitive: &Primitive) -> [u8; 4] {
     // The material belongs to another part.
     let Primitive {
         positions,
@@ -111,59 +113,62 @@ fn hash_of_primitive(primitive: &Primitive) -> Hash {
         variants: _,
         targets,
     } = primitive;
-    let mut hash = Sha256::new();
-    add(&mut hash, positions.iter().flat_map(Vec3::to_array));
-    add(&mut hash, normals.iter().flatten().flat_map(Vec3::to_array));
-    add(&mut hash, tangents.iter().flatten().flat_map(Vec4::to_array));
-    add(&mut hash, uvs.iter().flatten().flat_map(Vec2::to_array));
-    add(&mut hash, colors.iter().flatten().flat_map(Vec4::to_array));
+    let mut checksum = crc32fast::Hasher::new();
+    let mut update = |bytes: &[u8]| checksum.update(bytes);
+    add(&mut update, positions.iter().flat_map(Vec3::to_array));
+    add(&mut update, normals.iter().flatten().flat_map(Vec3::to_array));
+    add(&mut update, tangents.iter().flatten().flat_map(Vec4::to_array));
+    add(&mut update, uvs.iter().flatten().flat_map(Vec2::to_array));
+    add(&mut update, colors.iter().flatten().flat_map(Vec4::to_array));
     if let Some(SkinInfluences { per_vertex, joints, weights }) = influences {
-        hash.update(per_vertex.to_le_bytes());
-        add(&mut hash, joints.iter().map(|joint| f32::from_bits(*joint)));
-        add(&mut hash, weights.iter().copied());
+        update(&per_vertex.to_le_bytes());
+        add(&mut update, joints.iter().map(|joint| f32::from_bits(*joint)));
+        add(&mut update, weights.iter().copied());
     }
-    add(&mut hash, triangles.iter().flatten().map(|corner| f32::from_bits(*corner)));
+    add(&mut update, triangles.iter().flatten().map(|corner| f32::from_bits(*corner)));
     for MorphTarget { positions, normals, tangents, uvs, colors } in targets {
         for values in [positions, normals, tangents] {
-            add(&mut hash, values.iter().flatten().flat_map(Vec3::to_array));
+            add(&mut update, values.iter().flatten().flat_map(Vec3::to_array));
         }
-        add(&mut hash, uvs.iter().flat_map(|(_, values)| values).flat_map(Vec2::to_array));
-        add(&mut hash, colors.iter().flatten().flat_map(Vec4::to_array));
+        add(&mut update, uvs.iter().flat_map(|(_, values)| values).flat_map(Vec2::to_array));
+        add(&mut update, colors.iter().flatten().flat_map(Vec4::to_array));
     }
-    hash.finalize().into()
+    checksum.finalize().to_le_bytes()
 }
 
-fn hash_of_image(image: &Image) -> Hash {
-    let mut hash = Sha256::new();
-    hash.update(image.width.to_le_bytes());
+/// A checksum: there are many texels, and a hash of them all would delay the first frame.
+fn checksum_of_image(image: &Image) -> u32 {
+    let mut checksum = crc32fast::Hasher::new();
+    checksum.update(&image.width.to_le_bytes());
     match &image.texels {
-        Texels::Rgba8(texels) => hash.update(texels.as_flattened()),
+        Texels::Rgba8(texels) => checksum.update(texels.as_flattened()),
         Texels::Rgba16(texels) => {
             for block in texels.chunks(BLOCK) {
-                hash.update(block.iter().flatten().flat_map(|value| value.to_le_bytes()).collect::<Vec<_>>());
+                let bytes: Vec<_> = block.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
+                checksum.update(&bytes);
             }
         }
     }
-    hash.finalize().into()
+    checksum.finalize()
 }
 
-/// Adds the number of values and their bits.
-fn add(hash: &mut Sha256, values: impl Iterator<Item = f32>) {
+/// Hands the bits of values to `update`, then their number.
+fn add(update: &mut impl FnMut(&[u8]), values: impl Iterator<Item = f32>) {
     let mut bytes = Vec::with_capacity(4 * BLOCK);
     let mut count = 0_u64;
     for value in values {
         bytes.extend_from_slice(&value.to_bits().to_le_bytes());
         count += 1;
         if bytes.len() == 4 * BLOCK {
-            hash.update(&bytes);
+            update(&bytes);
             bytes.clear();
         }
     }
-    hash.update(&bytes);
-    hash.update(count.to_le_bytes());
+    update(&bytes);
+    update(&count.to_le_bytes());
 }
 
-fn joined(hashes: impl IntoIterator<Item = Hash>) -> Hash {
+fn joined(hashes: impl IntoIterator<Item = impl AsRef<[u8]>>) -> Hash {
     let mut joined = Sha256::new();
     for hash in hashes {
         joined.update(hash);

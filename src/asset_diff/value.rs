@@ -63,7 +63,8 @@ impl Value {
 
 fn is_close(a: f32, b: f32) -> bool {
     // Infinite values are equal to themselves only.
-    a == b || (a - b).abs() <= 1e-6_f32.max(a.abs().max(b.abs()) * 1e-5)
+    let difference = (a - b).abs();
+    a == b || difference.is_finite() && difference <= 1e-6_f32.max(a.abs().max(b.abs()) * 1e-5)
 }
 
 fn are_close(a: &[f32], b: &[f32]) -> bool {

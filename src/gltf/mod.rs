@@ -143,9 +143,7 @@ fn import_file(
     let (animations, ignored_channels) = animation::import(&mut context, &data, &targets)?;
 
     let unused_textures = document.root.textures.len().saturating_sub(textures.textures.len());
-
-    let named_bytes = resources.file_bytes();
-    let file_bytes = named_bytes.saturating_add(file.bytes.len() as u64);
+    let file_bytes = resources.file_bytes().saturating_add(file.bytes.len() as u64);
     let storage = file_storage::file_storage(&document, file_bytes, stored_images);
 
     Ok(Scene {

@@ -38,13 +38,11 @@ fn lit_box() -> Built {
     let white = Material::matte("block", WHITE).add_to(&mut gltf);
     let block = cuboid(0.55, 1.1, 0.5).plain().add_to(&mut gltf, white);
     gltf.node(Node::mesh(block).at(-0.5, 0.55, -0.4).turned(Quat::from_rotation_y(0.35)));
-    let ball = |gltf: &mut Gltf, material: Material, (x, z): (f32, f32)| {
-        let material = material.add_to(gltf);
-        let ball = ico_sphere(0.33, 3).plain().add_to(gltf, material);
-        gltf.node(Node::mesh(ball).at(x, 0.335, z));
-    };
-    ball(&mut gltf, Material::metal("mirror", [0.95, 0.93, 0.88], 0.0), (0.55, -0.35));
-    ball(&mut gltf, Material::glass("glass", 1.5), (0.1, 0.45));
+    let mirror = Material::metal("mirror", [0.95, 0.93, 0.88], 0.0).add_to(&mut gltf);
+    let glass = Material::glass("glass", 1.5).add_to(&mut gltf);
+    let balls = ico_sphere(0.33, 3).plain().add_with_each(&mut gltf, &[mirror, glass]);
+    gltf.node(Node::mesh(balls[0]).at(0.55, 0.335, -0.35));
+    gltf.node(Node::mesh(balls[1]).at(0.1, 0.335, 0.45));
     Ok(gltf)
 }
 

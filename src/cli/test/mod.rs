@@ -101,17 +101,18 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     for error in result.not_kept() {
         print_warning(&format!("pending images cannot be stored: {error}"));
     }
-    args.files.write(&suite, &result, fail_on)?;
+    let files_written = args.files.write(&suite, &result, fail_on);
     let text = if args.json {
         report::json(&suite, &result, &page, fail_on)?
     } else {
         text::text(&result, &page, &args.suite.shown(), args.text_style())
     };
-    // Print the result first, because writing the report may fail.
+    // Print the result before errors of writing files end the run.
     if !text.is_empty() {
         print_output(&text);
     }
     write_report(&suite::report_page(&suite, result, &command(args, &suite), !suite::is_ci()), &page)?;
+    files_written?;
     Ok(passes)
 }
 

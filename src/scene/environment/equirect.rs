@@ -147,7 +147,8 @@ impl EquirectImage {
 
     /// Means of bilinear lookups over the cells of a grid of twice as many columns as rows.
     pub(super) fn interpolated(&self, rows: usize) -> Self {
-        const LOOKUPS: usize = 3;
+        // Two along each axis are exact where a cell is a texel.
+        const LOOKUPS: usize = 2;
         let columns = 2 * rows;
         let steps = LOOKUPS as f32;
         let mut pixels = vec![[0.0; 3]; columns * rows];

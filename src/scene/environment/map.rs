@@ -302,7 +302,7 @@ impl EnvironmentMap {
 /// The distribution of samples: of means over cells that are no wider than half a texel, or of one of [`MAX_DISTRIBUTION_ROWS`].
 fn distribution(image: &EquirectImage) -> EnvironmentDistribution {
     let (rows, columns) = (MAX_DISTRIBUTION_ROWS, 2 * MAX_DISTRIBUTION_ROWS);
-    let cells = if image.height >= rows {
+    let cells = if image.height >= 2 * rows {
         image.resampled(columns, rows)
     } else {
         image.interpolated((2 * image.height).min(rows))

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::difference::{AssetDifference, Change, ChangeKind, PropertyChange};
-use super::item::GroupKind;
+use super::group_kind::GroupKind;
 use super::value::Value;
 use crate::regression::{ChangeGroup, ChangeRow};
 
@@ -40,6 +40,9 @@ fn rows(change: &Change) -> Vec<ChangeRow> {
                 property: property.property.clone(),
                 values: property.text(),
             };
+            if change.properties.is_empty() {
+                return whole('~', "nothing uses it any more".to_owned());
+            }
             change.properties.iter().enumerate().map(row).collect()
         }
     }

@@ -1,9 +1,12 @@
 //! What differs between the facts of two assets.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::facts::AssetFacts;
-use super::item::{GroupKind, Item, Property};
+use super::group_kind::GroupKind;
+use super::item::{Item, Property};
 use super::matching::Matching;
 use super::value::Value;
 
@@ -13,6 +16,8 @@ use super::value::Value;
 pub struct AssetDifference {
     /// The changes.
     pub changes: Vec<Change>,
+    /// The pairs of items, by group.
+    pub(super) matchings: BTreeMap<GroupKind, Matching>,
 }
 
 /// What happened to an item.
@@ -56,17 +61,21 @@ pub struct PropertyChange {
 impl AssetDifference {
     /// Compares two assets.
     pub fn new(actual: &AssetFacts, reference: &AssetFacts) -> Self {
+        let groups = || actual.groups.iter().zip(&reference.groups);
+        let matchings: BTreeMap<_, _> = groups()
+            .map(|(ours, theirs)| (theirs.group, Matching::new(&ours.items, &theirs.items)))
+            .collect();
         let mut changes = Vec::new();
-        for (ours, theirs) in actual.groups.iter().zip(&reference.groups) {
-            let matching = Matching::new(&ours.items, &theirs.items);
+        for (ours, theirs) in groups() {
+            let Some(matching) = matchings.get(&theirs.group) else { continue };
             let removed = matching.removed.iter().map(|&index| removed(theirs.group, &theirs.items[index]));
             let added = matching.added.iter().map(|&index| added(ours.group, &ours.items[index]));
             let changed = matching.pairs.iter().filter_map(|&(actual, reference)| {
-                changed(ours.group, &ours.items[actual], &theirs.items[reference])
+                changed(ours.group, (&ours.items[actual], &theirs.items[reference]), &matchings)
             });
             changes.extend(removed.chain(added).chain(changed));
         }
-        Self { changes }
+        Self { changes, matchings }
     }
 
     /// Changes that lose content.
@@ -81,7 +90,11 @@ impl Change {
         let what = self.group.name().trim_end_matches('s');
         match (self.group, self.kind) {
             (GroupKind::Meshes, _) => format!("lost: morph targets of the mesh \"{}\"", self.name),
-            (GroupKind::Nodes, _) => format!("lost: node \"{}\" with a mesh", self.name),
+            (GroupKind::Nodes, ChangeKind::Removed) => format!("lost: node \"{}\" with a mesh", self.name),
+            (GroupKind::Nodes, _) => format!("lost: the mesh of the node \"{}\"", self.name),
+            (_, ChangeKind::Changed) => {
+                format!("lost: {what} \"{}\", which nothing uses any more", self.name)
+            }
             _ => format!("lost: {what} \"{}\"", self.name),
         }
     }
@@ -94,7 +107,8 @@ fn removed(group: GroupKind, item: &Item) -> Change {
         group,
         kind: ChangeKind::Removed,
         name: item.name.clone(),
-        is_loss: item.is_content,
+        // Nothing outside of the file can refer to a node without a name.
+        is_loss: item.is_content && (item.is_named || group != GroupKind::Nodes),
         properties: properties.collect(),
     }
 }
@@ -112,7 +126,11 @@ fn added(group: GroupKind, item: &Item) -> Change {
 }
 
 /// The properties that differ, in the reference's order, then those that only the actual item has.
-fn changed(group: GroupKind, actual: &Item, reference: &Item) -> Option<Change> {
+fn changed(
+    group: GroupKind,
+    (actual, reference): (&Item, &Item),
+    matchings: &BTreeMap<GroupKind, Matching>,
+) -> Option<Change> {
     let mut properties = Vec::new();
     // Names of nodes are paths; one that moved in the hierarchy has another parent.
     let is_renamed = match group {
@@ -129,16 +147,26 @@ fn changed(group: GroupKind, actual: &Item, reference: &Item) -> Option<Change> 
     }
     for Property { name, value } in &reference.properties {
         let ours = actual.value(name);
-        if ours.is_none_or(|ours| !ours.is_same(value)) {
+        if ours.is_none_or(|ours| !is_same(ours, value, matchings)) {
             properties.push(property_change(name, Some(value), ours));
         }
     }
     let new = actual.properties.iter().filter(|property| reference.value(&property.name).is_none());
     properties.extend(new.map(|property| property_change(&property.name, None, Some(&property.value))));
-    let is_loss = properties.iter().any(loses_morph_targets);
+    let is_loss = reference.is_content && !actual.is_content || properties.iter().any(loses_morph_targets);
     let name = if reference.is_named { &reference.name } else { &actual.name };
     let change = Change { group, kind: ChangeKind::Changed, name: name.clone(), is_loss, properties };
-    (!change.properties.is_empty()).then_some(change)
+    (change.is_loss || !change.properties.is_empty()).then_some(change)
+}
+
+/// Whether two values are equal; items are where they are a pair, whatever their names and indices.
+fn is_same(actual: &Value, reference: &Value, matchings: &BTreeMap<GroupKind, Matching>) -> bool {
+    match (actual, reference) {
+        (Value::Item(group, actual, _), Value::Item(_, reference, _)) => {
+            matchings.get(group).is_some_and(|matching| matching.pairs(*actual, *reference))
+        }
+        _ => actual.is_same(reference),
+    }
 }
 
 fn property_change(name: &str, reference: Option<&Value>, actual: Option<&Value>) -> PropertyChange {

@@ -11,7 +11,8 @@ mod textures;
 
 use serde::Serialize;
 
-use super::item::{Group, GroupKind, Item};
+use super::group_kind::GroupKind;
+use super::item::{Group, Item};
 use crate::scene::Scene;
 
 /// The contents of a scene, one group for each [`GroupKind`] in its order.

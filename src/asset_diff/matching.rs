@@ -1,6 +1,6 @@
 //! Pairs of items of two files that stand for the same thing.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::item::Item;
 
@@ -37,6 +37,12 @@ impl Matching {
         matching
     }
 
+    /// Whether an actual and a reference index are a pair.
+    pub(super) fn pairs(&self, actual: usize, reference: usize) -> bool {
+        let found = self.pairs.binary_search_by_key(&reference, |pair| pair.1);
+        found.is_ok_and(|found| self.pairs[found].0 == actual)
+    }
+
     /// Pairs what is left and has equal keys; of several items with one key the first with the first.
     fn pair_by(
         &mut self,
@@ -50,13 +56,14 @@ impl Matching {
                 by_key.entry(key).or_default().push(index);
             }
         }
-        let pairs = &mut self.pairs;
+        let (pairs, mut paired) = (&mut self.pairs, BTreeSet::new());
         self.removed.retain(|&index| {
             let found = key(&reference[index]).and_then(|key| by_key.get_mut(key)?.pop());
             pairs.extend(found.map(|found| (found, index)));
+            paired.extend(found);
             found.is_none()
         });
-        self.added.retain(|index| !pairs.iter().any(|pair| pair.0 == *index));
+        self.added.retain(|index| !paired.contains(index));
     }
 }
 

@@ -10,6 +10,7 @@
 mod change_table;
 mod difference;
 mod facts;
+mod group_kind;
 mod item;
 mod matching;
 mod pair;
@@ -19,7 +20,8 @@ mod views;
 
 pub use difference::{AssetDifference, Change, ChangeKind, PropertyChange};
 pub use facts::AssetFacts;
-pub use item::{Group, GroupKind, Item, Property};
+pub use group_kind::GroupKind;
+pub use item::{Group, Item, Property};
 pub use pair::AssetPair;
 pub use value::Value;
 pub use views::View;

@@ -5,8 +5,7 @@ use std::sync::Arc;
 
 use super::difference::AssetDifference;
 use super::facts::AssetFacts;
-use super::item::GroupKind;
-use super::matching::Matching;
+use super::group_kind::GroupKind;
 use super::same_ids::replace_ids;
 use super::views::{PairedIndex, Sides, View, ViewCamera, views};
 use crate::cancel::CancelFlag;
@@ -80,10 +79,13 @@ impl AssetPair {
     /// Those of importing a scene, and [`Error::Setting`](crate::Error::Setting) for wrong settings.
     pub fn open(actual: &Path, reference: &Path, settings: &Settings, cancel: &CancelFlag) -> Result<Self> {
         let [actual, reference] = [Asset::open(actual, settings)?, Asset::open(reference, settings)?];
-        let sides =
-            Sides { scenes: [&actual.scene, &reference.scene], facts: [&actual.facts, &reference.facts] };
-        let views = views(&sides, is_interior(&reference.scene)?);
         let difference = AssetDifference::new(&actual.facts, &reference.facts);
+        let sides = Sides {
+            scenes: [&actual.scene, &reference.scene],
+            reference: &reference.facts,
+            difference: &difference,
+        };
+        let views = views(&sides, is_interior(&reference.scene)?);
         Ok(Self { actual, reference, difference, views, cancel: cancel.clone() })
     }
 
@@ -132,8 +134,9 @@ impl AssetPair {
 
     fn replace_ids(&self, image: &mut Image) {
         for (group, layer) in [(GroupKind::Meshes, "object_id"), (GroupKind::Materials, "material_id")] {
-            let [actual, reference] = self.facts().map(|facts| facts.items(group));
-            replace_ids(image, layer, &Matching::new(actual, reference));
+            if let Some(matching) = self.difference.matchings.get(&group) {
+                replace_ids(image, layer, matching);
+            }
         }
     }
 }

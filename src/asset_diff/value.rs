@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::{Serialize, Serializer};
 
+use super::group_kind::GroupKind;
 use crate::error::readable_bytes;
 
 /// The value of a property.
@@ -26,12 +27,14 @@ pub enum Value {
     Rotation([f32; 4]),
     /// Names without an order, sorted.
     List(Vec<String>),
+    /// Another item of the file, by its group, its index in it and its label: its name, or `#index` without one.
+    Item(GroupKind, usize, String),
 }
 
 impl Value {
-    /// A name, or `#index` without one.
-    pub(super) fn label(name: Option<&str>, index: usize) -> Self {
-        Self::Text(name.map_or_else(|| format!("#{index}"), ToOwned::to_owned))
+    /// An item of this name.
+    pub(super) fn item(group: GroupKind, index: usize, name: Option<&str>) -> Self {
+        Self::Item(group, index, name.map_or_else(|| format!("#{index}"), ToOwned::to_owned))
     }
 
     /// A number of things.
@@ -49,11 +52,12 @@ impl Value {
         Self::Number(radians.to_degrees(), "°")
     }
 
-    /// Whether two values are equal. Numbers may differ by the rounding of another program: a millionth, or ten millionths of
+    /// Whether two values are equal. Items are equal where their labels are. Numbers may differ by the rounding of another program: a millionth, or ten millionths of
     /// themselves.
     pub fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Number(a, _), Self::Number(b, _)) => is_close(*a, *b),
+            (Self::Item(.., a), Self::Item(.., b)) => a == b,
             (Self::Vector(a), Self::Vector(b)) => are_close(a, b),
             (Self::Rotation(a), Self::Rotation(b)) => are_close(a, b) || are_close(a, &b.map(|part| -part)),
             _ => self == other,
@@ -74,7 +78,7 @@ fn are_close(a: &[f32], b: &[f32]) -> bool {
 impl fmt::Display for Value {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Text(text) => formatter.write_str(text),
+            Self::Text(text) | Self::Item(.., text) => formatter.write_str(text),
             Self::Flag(is) => formatter.write_str(if *is { "yes" } else { "no" }),
             Self::Count(count) => formatter.write_str(&grouped(*count)),
             Self::Bytes(bytes) => formatter.write_str(&readable_bytes((*bytes).into())),
@@ -121,7 +125,7 @@ fn grouped(number: u64) -> String {
 impl Serialize for Value {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
-            Self::Text(text) => text.serialize(serializer),
+            Self::Text(text) | Self::Item(.., text) => text.serialize(serializer),
             Self::Flag(is) => is.serialize(serializer),
             Self::Count(count) | Self::Bytes(count) => count.serialize(serializer),
             Self::Number(number, _) => number.serialize(serializer),

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
+use super::difference::AssetDifference;
 use super::facts::AssetFacts;
-use super::item::GroupKind;
-use super::matching::Matching;
+use super::group_kind::GroupKind;
 use crate::scene::{Animation, Scene};
 use crate::settings::FrameRate;
 
@@ -44,7 +44,8 @@ pub(super) struct PairedIndex {
 /// The two assets that are viewed.
 pub(super) struct Sides<'a> {
     pub(super) scenes: [&'a Scene; 2],
-    pub(super) facts: [&'a AssetFacts; 2],
+    pub(super) reference: &'a AssetFacts,
+    pub(super) difference: &'a AssetDifference,
 }
 
 impl View {
@@ -85,11 +86,12 @@ pub(super) fn views(sides: &Sides<'_>, is_interior: bool) -> Vec<View> {
 
 /// Things that both files have, with their names in the reference.
 fn paired(sides: &Sides<'_>, group: GroupKind) -> Vec<(PairedIndex, String)> {
-    let [actual, reference] = sides.facts.map(|facts| facts.items(group));
-    let pairs = Matching::new(actual, reference).pairs.into_iter();
-    pairs
-        .map(|(actual, index)| (PairedIndex { actual, reference: index }, reference[index].name.clone()))
-        .collect()
+    let items = sides.reference.items(group);
+    let pairs = sides.difference.matchings.get(&group).map_or(&[][..], |matching| &matching.pairs);
+    let named = pairs
+        .iter()
+        .map(|&(actual, reference)| (PairedIndex { actual, reference }, items[reference].name.clone()));
+    named.collect()
 }
 
 /// The first, the middle and the last frame.

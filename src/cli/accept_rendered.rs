@@ -7,8 +7,8 @@ use crate::progress::print_output;
 use rayframe::error::{Error, Result};
 use rayframe::regression::Verdict;
 use rayframe::regression::suite::{
-    self, PendingKind, RenderedChecks, RenderedImage, SuiteShot, read_approvals, rendered_images,
-    select_rendered,
+    self, Approval, PendingKind, RenderedChecks, RenderedImage, Suite, SuiteShot, read_approvals,
+    rendered_images, select_rendered,
 };
 
 /// Checks the selected images, and makes them references: all or none.
@@ -18,7 +18,7 @@ pub(super) fn accept_rendered(args: &AcceptArgs, report: &Path) -> Result<()> {
     let shots = suite::discover(&suite)?;
     let images = rendered_images(report)?;
     let chosen = match &args.approvals {
-        Some(file) => approved(images, file)?,
+        Some(file) => approved(&suite, images, file)?,
         None => chosen(args, images, &shots)?,
     };
     let mut checks = RenderedChecks::new(&suite, &shots, report);
@@ -65,18 +65,20 @@ fn chosen(args: &AcceptArgs, images: Vec<RenderedImage>, shots: &[SuiteShot]) ->
     Ok(images)
 }
 
-/// The approved images. Every approval must name an image of the report by its hash.
-fn approved(images: Vec<RenderedImage>, file: &Path) -> Result<Vec<RenderedImage>> {
-    let approvals = read_approvals(file)?;
-    let is_there = |name: &str, hash: &Option<String>| {
-        images.iter().any(|image| image.name == name && image.hash == *hash)
+/// The approved images. Every approval must name an image of the report by its hash, or one that is the reference already.
+fn approved(suite: &Suite, images: Vec<RenderedImage>, file: &Path) -> Result<Vec<RenderedImage>> {
+    let approvals: Vec<_> =
+        read_approvals(file)?.into_iter().filter(|approval| !approval.is_applied(suite)).collect();
+    let fits = |image: &RenderedImage, approval: &Approval| {
+        image.name == approval.name && image.hash == approval.hash
     };
-    if let Some(missing) = approvals.iter().find(|approval| !is_there(&approval.name, &approval.hash)) {
+    if let Some(missing) = approvals.iter().find(|approval| !images.iter().any(|image| fits(image, approval)))
+    {
         let name = &missing.name;
         let message =
             format!("nothing was accepted: {name}: the image that was approved is not in the report");
         return Err(Error::Different { message });
     }
-    let names: Vec<_> = approvals.into_iter().map(|approval| approval.name).collect();
-    Ok(images.into_iter().filter(|image| names.contains(&image.name)).collect())
+    let is_approved = |image: &RenderedImage| approvals.iter().any(|approval| fits(image, approval));
+    Ok(images.into_iter().filter(is_approved).collect())
 }

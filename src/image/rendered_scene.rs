@@ -16,6 +16,8 @@ pub struct PartHashes {
     pub geometry: String,
     /// Materials and textures.
     pub materials: String,
+    /// Which primitives have which materials. It follows geometry and materials, and tells more where these are equal.
+    pub assignments: String,
     /// Lights and the environment.
     pub lights: String,
 }
@@ -26,8 +28,8 @@ impl PartHashes {
 
     /// The value of the attribute.
     pub fn text(&self) -> String {
-        let Self { geometry, materials, lights } = self;
-        format!("geometry={geometry} materials={materials} lights={lights}")
+        let Self { geometry, materials, assignments, lights } = self;
+        format!("geometry={geometry} materials={materials} assignments={assignments} lights={lights}")
     }
 
     /// The hashes of a value of the attribute; `None` for any other text.
@@ -36,7 +38,12 @@ impl PartHashes {
             let word = text.split(' ').find_map(|word| word.strip_prefix(name)?.strip_prefix('='));
             word.map(str::to_owned)
         };
-        Some(Self { geometry: value("geometry")?, materials: value("materials")?, lights: value("lights")? })
+        Some(Self {
+            geometry: value("geometry")?,
+            materials: value("materials")?,
+            assignments: value("assignments")?,
+            lights: value("lights")?,
+        })
     }
 }
 
@@ -46,8 +53,8 @@ mod tests {
 
     #[test]
     fn hashes_are_read_as_they_are_written() {
-        let [geometry, materials, lights] = ["a1", "b2", "c3"].map(str::to_owned);
-        let parts = PartHashes { geometry, materials, lights };
+        let [geometry, materials, assignments, lights] = ["a1", "b2", "d4", "c3"].map(str::to_owned);
+        let parts = PartHashes { geometry, materials, assignments, lights };
         assert_eq!(PartHashes::parse(&parts.text()), Some(parts));
         assert_eq!(PartHashes::parse("geometry=a1 lights=c3"), None);
     }

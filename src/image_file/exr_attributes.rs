@@ -1,5 +1,6 @@
 //! Attributes of the EXR files that this program writes.
 
+use crate::image::{PartHashes, RenderedScene};
 use exr::meta::attribute::{AttributeValue, Chromaticities, Text, TimeCode};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
 use exr::prelude::{IntegerBounds, Vec2};
@@ -53,6 +54,15 @@ pub struct RunStamp {
 }
 
 impl FrameAttributes {
+    /// What a file with these attributes tells of the scene.
+    pub(crate) fn rendered_scene(&self) -> RenderedScene {
+        let parts = self.texts.iter().find(|(name, _)| name == PartHashes::ATTRIBUTE);
+        RenderedScene {
+            camera: Some([self.world_to_camera, self.world_to_ndc]),
+            parts: parts.and_then(|(_, text)| PartHashes::parse(text)),
+        }
+    }
+
     /// Attributes of an image that is not a rendered frame.
     pub fn unknown() -> Self {
         let identity = glam::Mat4::IDENTITY.to_cols_array();

@@ -165,10 +165,10 @@ impl<'a> Evidence<'a> {
         self.layers.iter().any(|layer| names.contains(&layer.layer.as_str()))
     }
 
-    /// Whether a value of a layer differs at all.
+    /// Whether a value of a layer differs at all. Ids that have other numbers alone do not.
     fn differs_at_all(&self, names: &[&str]) -> bool {
         let layers = self.layers.iter().filter(|layer| names.contains(&layer.layer.as_str()));
-        layers.flat_map(|layer| &layer.channels).any(|channel| channel.different > 0)
+        layers.flat_map(|layer| &layer.channels).any(|channel| channel.largest > 0.0)
     }
 
     fn has_equal_colors(&self) -> bool {
@@ -222,7 +222,12 @@ fn known_cause(changes: &[Part], evidence: &Evidence<'_>) -> Cause {
         return if camera { Cause::Geometry { layer: None, pixels: 0 } } else { evidence.geometry() };
     }
     if camera {
-        let (right, down) = evidence.displacement().unzip();
+        let displacement = evidence.displacement();
+        // Without a displacement the other change may as well be the cause.
+        if displacement.is_none() && (materials || lights) {
+            return evidence.unclear();
+        }
+        let (right, down) = displacement.unzip();
         return Cause::Camera { right, down };
     }
     match (materials, lights) {

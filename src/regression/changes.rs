@@ -25,14 +25,26 @@ pub(super) fn changed_parts(actual: &RenderedScene, reference: &RenderedScene) -
     let parts = [
         (Part::Camera, is_moved),
         (Part::Geometry, ours.geometry != theirs.geometry),
-        (Part::Materials, ours.materials != theirs.materials),
+        // Other geometry has other assignments.
+        (
+            Part::Materials,
+            ours.materials != theirs.materials
+                || ours.geometry == theirs.geometry && ours.assignments != theirs.assignments,
+        ),
         (Part::Lights, ours.lights != theirs.lights),
     ];
     Some(parts.into_iter().filter(|(_, differs)| *differs).map(|(part, _)| part).collect())
 }
 
-/// Whether the matrices of two cameras differ by more than rounding.
+/// Whether the matrices of two cameras differ by more than rounding. The row of depth in the second, to the display window, does not
+/// count: near and far planes move nothing.
 pub(super) fn has_moved(actual: &[[f32; 16]; 2], reference: &[[f32; 16]; 2]) -> bool {
-    let numbers = actual.as_flattened().iter().zip(reference.as_flattened());
-    numbers.into_iter().any(|(a, b)| (a - b).abs() > ROUNDING * if b.abs() > 1.0 { b.abs() } else { 1.0 })
+    let numbers = |[camera, window]: &[[f32; 16]; 2]| {
+        let shown = window.iter().enumerate().filter(|(index, _)| index % 4 != 2);
+        camera.iter().copied().chain(shown.map(|(_, number)| *number)).collect::<Vec<_>>()
+    };
+    numbers(actual)
+        .into_iter()
+        .zip(numbers(reference))
+        .any(|(a, b)| (a - b).abs() > ROUNDING * if b.abs() > 1.0 { b.abs() } else { 1.0 })
 }

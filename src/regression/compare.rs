@@ -58,10 +58,11 @@ fn beyond_limits(layers: &[LayerDifference], reference: &Image, limits: &Limits)
     limited.collect()
 }
 
-/// The layers, with the number of pixels whose bits differ.
+/// The layers, with the number of pixels that differ at all. Other numbers of ids alone are no difference.
 fn with_any_difference(layers: &[LayerDifference]) -> Vec<LayerDifference> {
     let counted = layers.iter().map(|layer| {
-        let different = layer.channels.iter().map(|channel| channel.different);
+        let differing = layer.channels.iter().filter(|channel| channel.largest > 0.0);
+        let different = differing.map(|channel| channel.different);
         LayerDifference { different_pixels: different.max().unwrap_or(0), ..layer.clone() }
     });
     counted.collect()

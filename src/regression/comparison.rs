@@ -98,7 +98,7 @@ impl Comparison {
     }
 
     /// The measure that comes closest to its limit, or exceeds it by most, in one line. Where no measure with a limit shows a
-    /// difference, the largest difference of a value. `None` where no value differs.
+    /// difference, the largest difference of a value. `None` where none differs but for numbers of ids and signs of zeros.
     pub fn largest_measure(&self) -> Option<String> {
         let share = |check: &Check| check.measured / check.limit;
         let shown = self.checks.iter().filter(|check| check.measured > 0.0 && check.limit.is_finite());
@@ -106,7 +106,7 @@ impl Comparison {
             return Some(check.to_string());
         }
         let channels = self.layers.iter().flat_map(|layer| &layer.channels);
-        let channel = channels.filter(|channel| channel.different > 0);
+        let channel = channels.filter(|channel| channel.largest > 0.0);
         channel.max_by(|a, b| a.largest.total_cmp(&b.largest)).map(|channel| {
             let (x, y) = channel.largest_at;
             let largest = short(channel.largest);

@@ -63,7 +63,8 @@ impl RenderedFrame {
     /// # Errors
     /// [`Error::Internal`](crate::Error::Internal) is a bug.
     pub fn image(&self) -> Result<Image> {
-        exr_image(&self.film, &self.exr(), &self.instance_ids)
+        let image = exr_image(&self.film, &self.exr(), &self.instance_ids)?;
+        Ok(Image { scene: self.attributes.rendered_scene(), ..image })
     }
 
     /// Writes the OpenEXR file that `rayframe render` writes, with all AOVs. An existing file is replaced.

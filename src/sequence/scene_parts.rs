@@ -8,9 +8,11 @@ use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 
 use super::{SequenceJob, hex};
-use crate::frame::{Frame, PosedContent, PosedLight};
+use crate::frame::{Frame, PosedContent, PosedLight, PosedMesh};
 use crate::image::PartHashes;
-use crate::scene::{Image, Light, Material, MorphTarget, Primitive, Scene, SkinInfluences, Texels, Texture};
+use crate::scene::{
+    Image, ImageLight, Light, Material, MorphTarget, Primitive, Scene, SkinInfluences, Texels, Texture,
+};
 
 /// Bytes of a hash that are kept.
 const KEPT: usize = 8;
@@ -24,6 +26,8 @@ pub(super) struct StaticHashes {
     /// By [`crate::scene::MeshIndex`].
     meshes: Vec<Hash>,
     textures: Hash,
+    /// By [`crate::scene::ImageLightIndex`].
+    image_lights: Vec<u32>,
 }
 
 impl StaticHashes {
@@ -37,7 +41,8 @@ impl StaticHashes {
             let image = images.get(image.index());
             Sha256::digest(format!("{image:?} {sampler:?}"))
         });
-        Self { textures: joined(textures), meshes: meshes.collect() }
+        let image_lights = scene.image_lights.iter().map(checksum_of_image_light).collect();
+        Self { textures: joined(textures), meshes: meshes.collect(), image_lights }
     }
 }
 
@@ -45,51 +50,69 @@ impl StaticHashes {
 pub(super) fn part_hashes(job: &SequenceJob, statics: &StaticHashes, frame: i64) -> PartHashes {
     let scene = &job.scene;
     let content = Frame::content_at(scene, &job.selection, job.rate.time_seconds(frame));
-    let [geometry, materials, lights] =
-        [geometry(statics, &content), materials(job, statics, &content), lights(job, &content)]
-            .map(|hash| hex(&hash[..KEPT]));
-    PartHashes { geometry, materials, lights }
+    let [geometry, materials, assignments, lights] = [
+        geometry(statics, &content),
+        materials(job, statics, &content),
+        assignments(job, statics, &content),
+        lights(job, statics, &content),
+    ]
+    .map(|hash| hex(&hash[..KEPT]));
+    PartHashes { geometry, materials, assignments, lights }
 }
 
 /// Meshes in any order, each with its matrices and weights.
 fn geometry(statics: &StaticHashes, content: &PosedContent) -> Hash {
-    let mut meshes: Vec<Hash> = content
-        .meshes
-        .iter()
-        .map(|posed| {
-            let mut hash = Sha256::new_with_prefix(statics.meshes[posed.mesh.index()]);
-            let mut update = |bytes: &[u8]| hash.update(bytes);
-            add(&mut update, posed.matrices.iter().flat_map(Mat4::to_cols_array));
-            add(&mut update, posed.weights.iter().copied());
-            hash.finalize().into()
-        })
-        .collect();
+    let mut meshes: Vec<Hash> = content.meshes.iter().map(|posed| geometry_of_mesh(statics, posed)).collect();
     meshes.sort_unstable();
     joined(meshes)
+}
+
+fn geometry_of_mesh(statics: &StaticHashes, posed: &PosedMesh) -> Hash {
+    let mut hash = Sha256::new_with_prefix(statics.meshes[posed.mesh.index()]);
+    let mut update = |bytes: &[u8]| hash.update(bytes);
+    add(&mut update, posed.matrices.iter().flat_map(Mat4::to_cols_array));
+    add(&mut update, posed.weights.iter().copied());
+    hash.finalize().into()
 }
 
 /// The materials of all visible primitives, and all textures.
 fn materials(job: &SequenceJob, statics: &StaticHashes, content: &PosedContent) -> Hash {
     let primitives = content.meshes.iter().flat_map(|posed| &job.scene.meshes[posed.mesh.index()].primitives);
-    let mut used: Vec<Hash> = primitives
-        .filter_map(|primitive| content.materials.get(primitive.material_in(job.selection.variant).index()))
-        .map(|material| Sha256::digest(format!("{:?}", Material { name: None, ..material.clone() })).into())
-        .collect();
+    let mut used: Vec<Hash> = primitives.map(|primitive| hash_of_material(job, content, primitive)).collect();
     // Once each: an object that vanishes changes no material.
     used.sort_unstable();
     used.dedup();
     joined(used.into_iter().chain([statics.textures]))
 }
 
-fn lights(job: &SequenceJob, content: &PosedContent) -> Hash {
+/// The material of every visible primitive, by mesh and number.
+fn assignments(job: &SequenceJob, statics: &StaticHashes, content: &PosedContent) -> Hash {
+    let of_mesh = |posed: &PosedMesh| {
+        let primitives = &job.scene.meshes[posed.mesh.index()].primitives;
+        let materials = primitives.iter().map(|primitive| hash_of_material(job, content, primitive));
+        joined([geometry_of_mesh(statics, posed)].into_iter().chain(materials))
+    };
+    let mut meshes: Vec<Hash> = content.meshes.iter().map(of_mesh).collect();
+    meshes.sort_unstable();
+    joined(meshes)
+}
+
+fn hash_of_material(job: &SequenceJob, content: &PosedContent, primitive: &Primitive) -> Hash {
+    let material = content.materials.get(primitive.material_in(job.selection.variant).index());
+    let nameless = material.map(|material| Material { name: None, ..material.clone() });
+    Sha256::digest(format!("{nameless:?}")).into()
+}
+
+fn lights(job: &SequenceJob, statics: &StaticHashes, content: &PosedContent) -> Hash {
     let nameless = |light: &PosedLight| {
         let light = PosedLight { light: Light { name: None, ..light.light.clone() }, ..light.clone() };
         format!("{light:?}")
     };
     let mut lights: Vec<_> = content.lights.iter().map(nameless).collect();
     lights.sort_unstable();
+    let image_light = job.selection.image_light.map(|light| statics.image_lights[light.index()]);
     let of_job = format!(
-        "{} {:?} {} {:?}",
+        "{} {:?} {image_light:?} {} {:?}",
         job.environment.content_key(),
         content.image_light,
         job.render.light_scale,
@@ -148,6 +171,17 @@ fn checksum_of_image(image: &Image) -> u32 {
                 checksum.update(&bytes);
             }
         }
+    }
+    checksum.finalize()
+}
+
+/// A checksum, as of texels. Intensity and rotation may be animated and are not part of it.
+fn checksum_of_image_light(light: &ImageLight) -> u32 {
+    let mut checksum = crc32fast::Hasher::new();
+    let mut update = |bytes: &[u8]| checksum.update(bytes);
+    add(&mut update, light.irradiance.iter().flat_map(Vec3::to_array));
+    for face in light.levels.iter().flat_map(|level| &level.faces) {
+        add(&mut update, face.as_flattened().iter().copied());
     }
     checksum.finalize()
 }

@@ -60,22 +60,21 @@ def render(program, scene, output, *options):
     run(program, "render", *SCENES[scene], *SIZE, "-q", "--overwrite", "-o", output, *options)
 
 
-def in_crops(program, scene, folder):
-    parts = []
-    for index, crop in enumerate(("0,0,70,41", "70,0,160,41", "0,41,70,90", "70,41,160,90")):
-        parts.append(folder / f"crop{index}.exr")
-        render(program, scene, parts[-1], "--crop", crop)
+def in_parts(program, scene, folder, option, values):
+    parts = [folder / f"part{index}.exr" for index in range(len(values))]
+    for part, value in zip(parts, values):
+        render(program, scene, part, option, value)
     run(program, "merge", *parts, "-o", folder / "out.exr")
+
+
+def in_crops(program, scene, folder):
+    in_parts(program, scene, folder, "--crop", ("0,0,70,41", "70,0,160,41", "0,41,70,90", "70,41,160,90"))
 
 
 def in_sample_ranges(program, scene, folder):
     if "path" not in SCENES[scene]:
         raise Unsupported("whitted")
-    parts = []
-    for samples in ("0-3", "4-12", "13-15"):
-        parts.append(folder / f"{samples}.exr")
-        render(program, scene, parts[-1], "--sample-range", samples)
-    run(program, "merge", *parts, "-o", folder / "out.exr")
+    in_parts(program, scene, folder, "--sample-range", ("0-3", "4-12", "13-15"))
 
 
 def after_a_kill(program, scene, folder):
@@ -117,7 +116,7 @@ def main():
     for other in options.others:
         ways[other] = lambda scene, folder, other=other: plain(other, scene, folder)
 
-    print("| way | " + " | ".join(SCENES) + " |\n|---" * 1 + "|---" * len(SCENES) + "|")
+    print("| way | " + " | ".join(SCENES) + " |\n|---" + "|---" * len(SCENES) + "|")
     expected, different, combinations = {}, 0, 0
     for name, way in ways.items():
         cells = []

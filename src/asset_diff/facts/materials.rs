@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
+use crate::asset_diff::group_kind::GroupKind;
 use crate::asset_diff::item::Item;
 use crate::asset_diff::value::Value;
 use crate::scene::{AlphaMode, Material, Scene, TextureRef, UvTransform};
@@ -61,7 +62,7 @@ fn material(scene: &Scene, material: &Material, mut item: Item) -> Item {
     layers(&mut item, material);
     for (slot, texture) in texture_slots(material) {
         let name = texture_name(scene, texture.texture);
-        item.set(slot, Value::label(name, texture.texture.index()));
+        item.set(slot, Value::item(GroupKind::Textures, texture.texture.index(), name));
         if texture.uv_set != 0 {
             item.set(format!("{slot} coordinates"), Value::Text(format!("TEXCOORD_{}", texture.uv_set)));
         }

@@ -1,17 +1,25 @@
 //! Meshes and their primitives.
 
+use crate::asset_diff::group_kind::GroupKind;
 use crate::asset_diff::item::Item;
 use crate::asset_diff::value::Value;
 use crate::scene::{Mesh, Primitive, Scene};
 
 /// Meshes. Those without a name go by the node that holds them.
 pub(super) fn meshes(scene: &Scene) -> Vec<Item> {
-    scene.meshes.iter().enumerate().map(|(index, item)| mesh(scene, index, item)).collect()
+    // Of several holders the first.
+    let mut holders = vec![None; scene.meshes.len()];
+    for node in scene.nodes.iter().rev() {
+        if let Some(mesh) = node.mesh {
+            holders[mesh.index()] = node.name.as_deref();
+        }
+    }
+    let items = scene.meshes.iter().zip(holders).enumerate();
+    items.map(|(index, (item, holder))| mesh(scene, index, (item, holder))).collect()
 }
 
-fn mesh(scene: &Scene, index: usize, mesh: &Mesh) -> Item {
+fn mesh(scene: &Scene, index: usize, (mesh, holder): (&Mesh, Option<&str>)) -> Item {
     let mut item = Item::new(mesh.name.as_deref(), index);
-    let holder = scene.holder_name(|node| node.mesh.is_some_and(|held| held.index() == index));
     item.alias = holder.map(ToOwned::to_owned);
     item.set("primitives", Value::count(mesh.primitives.len()));
     item.set("vertices", Value::count(mesh.vertex_count()));
@@ -41,7 +49,8 @@ fn primitive(item: &mut Item, prefix: &str, scene: &Scene, primitive: &Primitive
     let material = |index: crate::scene::MaterialIndex| {
         let is_default = index.index() + 1 == scene.materials.len();
         let name = scene.materials.get(index.index()).and_then(|material| material.name.as_deref());
-        Value::label(name.or_else(|| is_default.then_some("default")), index.index())
+        let name = name.or_else(|| is_default.then_some("default"));
+        Value::item(GroupKind::Materials, index.index(), name)
     };
     item.set(format!("{prefix}material"), material(primitive.material));
     for (variant, replacement) in &primitive.variants {

@@ -2,9 +2,13 @@
 
 use glam::Mat4;
 
+use crate::asset_diff::group_kind::GroupKind;
 use crate::asset_diff::item::Item;
 use crate::asset_diff::value::Value;
 use crate::scene::{CameraIndex, LightIndex, LocalTransform, MeshIndex, Node, NodeIndex, Scene};
+
+/// Bytes of a path to which no more names are added.
+const LONGEST_PATH: usize = 1024;
 
 /// Nodes in the order of the file. Their names are paths, such as `Robot/Arm`.
 pub(super) fn nodes(scene: &Scene) -> Vec<Item> {
@@ -15,8 +19,7 @@ pub(super) fn nodes(scene: &Scene) -> Vec<Item> {
             name: path.clone(),
             is_named: node.name.is_some(),
             alias: Some(node.name.clone().unwrap_or_else(|| path.clone())),
-            // Nothing outside of the file can refer to a node without a name.
-            is_content: draws && node.name.is_some(),
+            is_content: draws,
             properties: Vec::new(),
         };
         describe(&mut item, scene, node, &paths);
@@ -47,21 +50,23 @@ pub(super) fn node_name(scene: &Scene, node: NodeIndex, paths: &[String]) -> Str
     own.or_else(|| paths.get(node.index()).cloned()).unwrap_or_default()
 }
 
-/// The path of each node: names from its root to it. For a node without a name stands its number among its siblings, such as `[0]`.
+/// The path of each node: names from its root to it, or from a node on the way after `…`, so that paths of deep hierarchies stay short. For a node without a name stands its number among its siblings, such as `[0]`.
 pub(super) fn paths(scene: &Scene) -> Vec<String> {
     let mut paths = vec![String::new(); scene.nodes.len()];
+    let mut numbers = vec![0; scene.nodes.len()];
     let mut roots = 0..;
     for &index in &scene.node_order {
         let Some(node) = scene.nodes.get(index.index()) else { continue };
-        let parent = node.parent.and_then(|parent| scene.nodes.get(parent.index()));
-        let number = match parent {
-            Some(parent) => parent.children.iter().position(|child| *child == index),
-            None => roots.next(),
-        };
-        let number = number.unwrap_or(0);
-        let own = node.name.clone().unwrap_or_else(|| format!("[{number}]"));
-        paths[index.index()] = match node.parent {
-            Some(parent) => format!("{}/{own}", paths[parent.index()]),
+        for (number, child) in node.children.iter().enumerate() {
+            numbers[child.index()] = number;
+        }
+        if node.parent.is_none() {
+            numbers[index.index()] = roots.next().unwrap_or_default();
+        }
+        let own = node.name.clone().unwrap_or_else(|| format!("[{}]", numbers[index.index()]));
+        paths[index.index()] = match node.parent.map(|parent| &paths[parent.index()]) {
+            Some(parent) if parent.len() > LONGEST_PATH => format!("…/{own}"),
+            Some(parent) => format!("{parent}/{own}"),
             None => own,
         };
     }
@@ -79,17 +84,19 @@ fn describe(item: &mut Item, scene: &Scene, node: &Node, paths: &[String]) {
     transform(item, &node.local);
     if let Some(mesh) = node.mesh {
         let name = scene.meshes.get(mesh.index()).and_then(|mesh| mesh.name.as_deref());
-        item.set("mesh", Value::label(name, mesh.index()));
+        item.set("mesh", Value::item(GroupKind::Meshes, mesh.index(), name));
     }
     if let Some(skin) = node.skin {
         let name = scene.skins.get(skin.index()).and_then(|skin| skin.name.as_deref());
-        item.set("skin", Value::label(name, skin.index()));
+        item.set("skin", Value::item(GroupKind::Skins, skin.index(), name));
     }
     if let Some(camera) = node.camera {
-        item.set("camera", Value::label(scene.camera_name(CameraIndex(camera.0)), camera.index()));
+        let name = scene.camera_name(CameraIndex(camera.0));
+        item.set("camera", Value::item(GroupKind::Cameras, camera.index(), name));
     }
     if let Some(light) = node.light {
-        item.set("light", Value::label(scene.light_name(LightIndex(light.0)), light.index()));
+        let name = scene.light_name(LightIndex(light.0));
+        item.set("light", Value::item(GroupKind::Lights, light.index(), name));
     }
     if let Some(instances) = &node.instances {
         item.set("instances", Value::count(instances.len()));

@@ -38,7 +38,11 @@ impl AssetPage {
             name: if is_sequence { format!("{} frame {frame}", view.name) } else { view.name.clone() },
             frame: is_sequence.then_some(frame),
             status: if comparison.passes() { FrameStatus::Passed } else { FrameStatus::Different },
-            messages: comparison.failures(),
+            messages: if comparison.passes() {
+                comparison.largest_measure().into_iter().collect()
+            } else {
+                comparison.failures()
+            },
             comparison: Some(comparison),
             expected: EncodedImage::new(expected),
             actual: EncodedImage::new(actual),

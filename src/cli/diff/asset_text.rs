@@ -4,10 +4,10 @@
 use std::fmt::Write as _;
 
 use rayframe::asset_diff::AssetDifference;
-use rayframe::regression::{ChangeGroup, ChangeRow, VerdictCounts};
+use rayframe::regression::{ChangeGroup, ChangeRow};
 
 use super::report::{FrameReport, Report};
-use super::text::{details, outcome};
+use super::text::{details, outcome, verdicts};
 use crate::cli::summary::counted;
 use crate::progress::one_line;
 
@@ -34,7 +34,11 @@ pub(super) fn text(report: &Report<'_>, difference: &AssetDifference, losses: &[
     for loss in losses {
         let _ = writeln!(text, "  FAIL {}", one_line(loss));
     }
-    summary(&mut text, report, losses.len());
+    let lost = match losses.len() {
+        0 => "nothing lost".to_owned(),
+        count => format!("{count} lost"),
+    };
+    let _ = writeln!(text, "{}, {lost}", verdicts(report, "image"));
     text.trim_end().to_owned()
 }
 
@@ -86,21 +90,4 @@ fn worst<'a>(report: &'a Report<'_>) -> Option<&'a FrameReport> {
 fn title(frame: &FrameReport) -> String {
     let view = frame.view.as_deref().unwrap_or_default();
     frame.frame.map_or_else(|| view.to_owned(), |number| format!("{view} frame {number}"))
-}
-
-fn summary(text: &mut String, report: &Report<'_>, losses: usize) {
-    let counts: VerdictCounts = report.frames.iter().map(|frame| frame.verdict).collect();
-    let lost = match losses {
-        0 => "nothing lost".to_owned(),
-        count => format!("{count} lost"),
-    };
-    let _ = writeln!(
-        text,
-        "{} (preset {}): {} identical, {} changed within limits, {} failed, {lost}",
-        report.verdict.words(),
-        report.preset_name,
-        counted(counts.identical as u64, "image"),
-        counts.changed,
-        counts.failed
-    );
 }

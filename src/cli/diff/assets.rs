@@ -44,6 +44,7 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
         page.finish(args, difference, losses.clone())?;
     }
     let mut report = Report::new(args, frames, &PairedFiles::default());
+    report.limits = limits(args);
     if !losses.is_empty() {
         report.same = false;
         report.verdict = Verdict::Failed;
@@ -73,19 +74,21 @@ fn compared(args: &DiffArgs, view: &View, frame: i64, images: &[Image; 2]) -> (F
     (report, comparison)
 }
 
-/// Compares two renders. Ids and albedo explain differences and do not fail by themselves, but for the preset `exact`: other vertices
-/// and smaller textures change them along edges where nobody sees it.
+/// Compares two renders by [`limits`]. What explains a failure are also the layers beyond the preset's limits on data.
 fn comparison(actual: &Image, reference: &Image, args: &DiffArgs) -> Comparison {
-    let limits = args.limits.limits(args.preset);
-    if args.preset == Preset::Exact {
-        return compare(actual, reference, &limits);
-    }
-    let colors = Limits { data_share: f64::INFINITY, ..limits };
-    let comparison = compare(actual, reference, &colors);
-    if comparison.passes() {
+    let comparison = compare(actual, reference, &limits(args));
+    if comparison.passes() || args.preset == Preset::Exact {
         return comparison;
     }
-    Comparison { cause: compare(actual, reference, &limits).cause, ..comparison }
+    let cause = compare(actual, reference, &args.limits.limits(args.preset)).cause;
+    Comparison { cause, ..comparison }
+}
+
+/// The limits of the preset. Ids and albedo explain differences and do not fail by themselves, but for the preset `exact`: other
+/// vertices and smaller textures change them along edges where nobody sees it.
+fn limits(args: &DiffArgs) -> Limits {
+    let limits = args.limits.limits(args.preset);
+    if args.preset == Preset::Exact { limits } else { Limits { data_share: f64::INFINITY, ..limits } }
 }
 
 /// The result of a view without its frames.
@@ -94,7 +97,7 @@ fn shot(args: &DiffArgs, view: &View) -> ShotResult {
         name: view.name.clone(),
         path: args.actual.clone(),
         preset: args.limits.preset_name(args.preset),
-        limits: args.limits.limits(args.preset),
+        limits: limits(args),
         frames: Vec::new(),
         warnings: Vec::new(),
         not_kept: Vec::new(),

@@ -23,7 +23,7 @@ pub(super) struct Report<'a> {
     #[serde(skip)]
     pub(super) preset_name: String,
     /// Infinite limits are `null`.
-    limits: Limits,
+    pub(super) limits: Limits,
     /// Whether everything passes and nothing is missing.
     pub(super) same: bool,
     /// The worst verdict; `failed` where a file has no counterpart.

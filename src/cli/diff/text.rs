@@ -87,17 +87,21 @@ fn table(text: &mut String, report: &Report<'_>) {
         let _ = writeln!(text, "{} and {}:", one_line(&frame.actual), one_line(&frame.reference));
         details(text, frame);
     }
-    let counts: VerdictCounts = report.frames.iter().map(|frame| frame.verdict).collect();
     let lost = report.missing_in_actual.len() + report.missing_in_reference.len();
-    let _ = writeln!(
-        text,
-        "{} (preset {}): {} identical, {} changed within limits, {} failed, {lost} missing",
+    let _ = writeln!(text, "{}, {lost} missing", verdicts(report, "frame"));
+}
+
+/// The verdict, and how many images have which.
+pub(super) fn verdicts(report: &Report<'_>, noun: &str) -> String {
+    let counts: VerdictCounts = report.frames.iter().map(|frame| frame.verdict).collect();
+    format!(
+        "{} (preset {}): {} identical, {} changed within limits, {} failed",
         report.verdict.words(),
         report.preset_name,
-        counted(counts.identical as u64, "frame"),
+        counted(counts.identical as u64, noun),
         counts.changed,
         counts.failed
-    );
+    )
 }
 
 pub(super) fn outcome(frame: &FrameReport) -> String {

@@ -63,7 +63,10 @@ fn layers_distinguish_geometry_material_and_light() {
 /// An image that was rendered from a scene of these parts.
 fn rendered(pixels: &Image, camera: f32, [geometry, materials, lights]: [&str; 3]) -> Image {
     let [geometry, materials, lights] = [geometry, materials, lights].map(str::to_owned);
-    let parts = Some(PartHashes { geometry, materials, lights });
+    // Assignments follow the geometry; those of "g" are told by the material.
+    let assignments = if materials == "swapped" { "other" } else { geometry.as_str() }.to_owned();
+    let materials = if materials == "swapped" { "m".to_owned() } else { materials };
+    let parts = Some(PartHashes { geometry, materials, assignments, lights });
     let scene = RenderedScene { camera: Some([[camera; 16]; 2]), parts };
     Image { scene, ..pixels.clone() }
 }
@@ -83,6 +86,9 @@ fn files_that_tell_their_scene_name_what_changed() {
     assert!(matches!(cause(0.5, ["g", "m", "L"]), Cause::Light { factors: Some(_) }));
     assert_eq!(cause(0.5, ["g", "M", "L"]), Cause::MaterialOrLight);
     assert_eq!(cause(0.5, ["g", "m", "l"]), Cause::Settings);
+    // Objects that exchange their materials.
+    assert!(matches!(cause(0.5, ["g", "swapped", "l"]), Cause::Material { layer: None, .. }));
+    assert!(matches!(cause(0.6, ["g", "m", "L"]), Cause::Unclear { .. }));
     // The same pixels, and objects with other numbers.
     assert_eq!(likely_cause(&reference.clone(), &reference, &ids), None);
     assert!(matches!(cause(0.6, ["g", "m", "l"]), Cause::Camera { .. }));
@@ -94,7 +100,7 @@ fn files_that_tell_their_scene_name_what_changed() {
     assert!(matches!(mixed, Some(Cause::Unclear { .. })), "{mixed:?}");
     // Vertices in another order move no edge; a lost object does.
     assert!(matches!(cause(0.5, ["G", "M", "l"]), Cause::Material { .. }));
-    let channel = ChannelDifference { different: 9, ..ChannelDifference::default() };
+    let channel = ChannelDifference { different: 9, largest: 1.0, ..ChannelDifference::default() };
     let lost = [LayerDifference { channels: vec![channel], ..differing("object_id", 9) }];
     let found = likely_cause(&rendered(&darker, 0.5, ["G", "M", "l"]), &reference, &lost);
     assert!(matches!(found, Some(Cause::Geometry { pixels: 9, .. })), "{found:?}");

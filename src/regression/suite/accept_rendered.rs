@@ -34,6 +34,8 @@ pub struct RenderedChecks<'a> {
     report: &'a Path,
     /// Render hashes by name of image, for each shot that was opened.
     render_hashes: BTreeMap<String, BTreeMap<String, String>>,
+    /// References that no shot renders, once they are asked for.
+    orphaned: Option<Vec<String>>,
 }
 
 /// The images that `filter` selects, and whether it is the exact name of a shot or image.
@@ -51,7 +53,7 @@ pub fn select_rendered(
 impl<'a> RenderedChecks<'a> {
     /// Checks of the images in the folder of a report. `shots` are all shots of the suite.
     pub fn new(suite: &'a Suite, shots: &'a [SuiteShot], report: &'a Path) -> Self {
-        Self { suite, shots, report, render_hashes: BTreeMap::new() }
+        Self { suite, shots, report, render_hashes: BTreeMap::new(), orphaned: None }
     }
 
     /// The change that makes `image` the reference; `None` where it is the reference already.
@@ -69,7 +71,7 @@ impl<'a> RenderedChecks<'a> {
         }
         let reference = reference_path(&self.suite.references, name);
         let Some(hash) = hash else {
-            if !orphaned_references(self.suite, self.shots)?.contains(name) {
+            if !self.is_orphaned(name)? {
                 return refused("a shot renders this reference now; test again");
             }
             return Ok(Some(RenderedChange { reference, name: name.clone(), bytes: None }));
@@ -90,6 +92,16 @@ impl<'a> RenderedChecks<'a> {
             );
         }
         Ok(Some(RenderedChange { reference, name: name.clone(), bytes: Some(bytes) }))
+    }
+
+    fn is_orphaned(&mut self, name: &String) -> Result<bool> {
+        let orphaned = match self.orphaned.take() {
+            Some(orphaned) => orphaned,
+            None => orphaned_references(self.suite, self.shots)?,
+        };
+        let is_orphaned = orphaned.contains(name);
+        self.orphaned = Some(orphaned);
+        Ok(is_orphaned)
     }
 
     /// The render hash that the image has here. `None` where no shot renders it.

@@ -47,6 +47,13 @@ pub fn compare(actual: &Image, reference: &Image, limits: &Limits) -> Comparison
     comparison
 }
 
+/// Whether all values have the same bits, and all are finite.
+pub(super) fn are_identical_and_finite(actual: &Image, reference: &Image) -> bool {
+    actual.encoding == reference.encoding
+        && are_identical(actual, reference)
+        && mismatches(actual, reference).is_empty()
+}
+
 /// The layers, with no different pixels where the share of them is within the limits.
 fn beyond_limits(layers: &[LayerDifference], reference: &Image, limits: &Limits) -> Vec<LayerDifference> {
     let pixels = reference.data_window.pixel_count() as f64;

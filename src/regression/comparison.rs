@@ -83,6 +83,11 @@ pub struct Comparison {
 }
 
 impl Comparison {
+    /// That of two images without a difference, whose layers and measures are not listed.
+    pub fn identical() -> Self {
+        Self { is_identical: true, flip: Some(PooledErrors::default()), ..Self::default() }
+    }
+
     /// Whether there is no mismatch and every check passes.
     pub fn passes(&self) -> bool {
         self.mismatches.is_empty() && self.checks.iter().all(|check| check.passes)

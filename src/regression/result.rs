@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 
 use serde::ser::SerializeStruct as _;
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::comparison::Comparison;
 use super::encoded_image::EncodedImage;
@@ -27,6 +27,9 @@ pub struct SuiteResult {
     /// Errors of updating pending images after the last shot.
     #[serde(skip)]
     pub not_kept: Vec<Error>,
+    /// The first error of keeping verdicts for the next run.
+    #[serde(skip)]
+    pub not_cached: Option<Error>,
 }
 
 /// The result of one shot.
@@ -48,6 +51,8 @@ pub struct ShotResult {
     pub not_kept: Vec<Error>,
     /// Seconds spent rendering and comparing.
     pub seconds: f64,
+    /// Whether it was not rendered, because nothing changed since an earlier run in which all of its images were identical.
+    pub is_cached: bool,
 }
 
 /// The result of one frame.
@@ -72,7 +77,7 @@ pub struct FrameResult {
 }
 
 /// The outcome of one frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FrameStatus {
     /// The image is within the limits of its reference.
@@ -204,13 +209,14 @@ impl SuiteResult {
 
 impl Serialize for ShotResult {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut shot = serializer.serialize_struct("ShotResult", 8)?;
+        let mut shot = serializer.serialize_struct("ShotResult", 9)?;
         shot.serialize_field("name", &self.name)?;
         shot.serialize_field("file", &self.path.display().to_string())?;
         shot.serialize_field("passes", &self.passes())?;
         shot.serialize_field("preset", &self.preset)?;
         shot.serialize_field("limits", &self.limits)?;
         shot.serialize_field("seconds", &self.seconds)?;
+        shot.serialize_field("cached", &self.is_cached)?;
         shot.serialize_field("warnings", &self.warnings)?;
         shot.serialize_field("pictures", &self.frames)?;
         shot.end()

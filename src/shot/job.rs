@@ -7,7 +7,7 @@ use crate::gltf::ImageLoading;
 use crate::sequence::SequenceJob;
 use crate::settings::{DEFINITIONS, Settings};
 
-use super::resolve::{RenderJob, resolve};
+use super::resolve::{RenderJob, check_shot, resolve};
 use super::shot_settings::{ShotSettings, check_warnings, is_shot, no_scene};
 
 /// A shot of a suite.
@@ -28,6 +28,8 @@ pub struct ShotJob {
     pub sequence: SequenceJob,
     /// Unsupported features. Under `strict` these are errors.
     pub warnings: Vec<Warning>,
+    /// Input files: the scene, its files, environments, plates, camera paths and the shot file.
+    pub inputs: Vec<PathBuf>,
 }
 
 /// Reads a shot file or a scene with its settings, and resolves them as `rayframe render` does.
@@ -36,9 +38,17 @@ pub struct ShotJob {
 /// Those of a command line, of a shot file, and of loading the scene; under `strict` the first warning.
 pub fn shot_job(request: &ShotRequest<'_>) -> Result<ShotJob> {
     let shot = shot_settings(request)?;
-    let RenderJob { sequence, warnings, .. } = resolve(&shot, ImageLoading::Texels)?;
+    let RenderJob { sequence, warnings, inputs, .. } = resolve(&shot, ImageLoading::Texels)?;
     check_warnings(&sequence, &warnings)?;
-    Ok(ShotJob { sequence, warnings })
+    Ok(ShotJob { sequence, warnings, inputs })
+}
+
+/// The input files of a shot. Texels are not loaded.
+///
+/// # Errors
+/// Those of [`shot_job`].
+pub fn shot_inputs(request: &ShotRequest<'_>) -> Result<Vec<PathBuf>> {
+    Ok(check_shot(&shot_settings(request)?)?.inputs)
 }
 
 /// The scene of the shot file `path`. Neither the scene nor other settings are read.

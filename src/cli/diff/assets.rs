@@ -102,5 +102,6 @@ fn shot(args: &DiffArgs, view: &View) -> ShotResult {
         warnings: Vec::new(),
         not_kept: Vec::new(),
         seconds: 0.0,
+        is_cached: false,
     }
 }

@@ -88,6 +88,7 @@ impl DiffPage {
                 warnings: Vec::new(),
                 not_kept: Vec::new(),
                 seconds: 0.0,
+                is_cached: false,
             });
         }
         write_report(&page, &self.path)

@@ -7,6 +7,7 @@ mod junit;
 mod markdown;
 mod output_files;
 mod report;
+mod selection;
 mod text;
 
 use std::io::IsTerminal as _;
@@ -22,11 +23,13 @@ use super::summary::counted;
 use crate::progress::{SuiteProgress, one_line, print_note, print_output, print_warning};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Result};
+use rayframe::image_file::write_atomically;
 use rayframe::regression::suite::{self, RunOptions, Suite};
 use rayframe::regression::{SuiteResult, check_report_place, write_report};
 use rayframe::settings::parse as options;
 
 use output_files::OutputFiles;
+use selection::SelectionOptions;
 
 /// Options of `rayframe test`.
 #[derive(Clone, Debug, Args)]
@@ -38,10 +41,10 @@ pub(super) struct TestArgs {
     #[command(flatten)]
     suite: SuiteOption,
     /// Write suite.toml in the current folder, or in the one that --suite names
-    #[arg(long, conflicts_with_all = ["filter", "list", "json", "files", "report", "threads", "quiet"])]
+    #[arg(long, conflicts_with_all = ["filter", "list", "json", "files", "report", "threads", "quiet", "selection", "no_cache", "slowest", "merge"])]
     init: bool,
     /// Print the names of the shots, without rendering
-    #[arg(long, conflicts_with_all = ["json", "files", "report", "threads", "quiet"])]
+    #[arg(long, conflicts_with_all = ["json", "files", "report", "threads", "quiet", "no_cache", "slowest", "merge"])]
     list: bool,
     /// Print the result as JSON
     #[arg(long)]
@@ -54,6 +57,17 @@ pub(super) struct TestArgs {
     /// Number of threads, and of shots at a time [default: one a core]
     #[arg(short, long, value_name = "N", value_parser = |text: &str| options::whole::<u32>(text, 1, 1024))]
     threads: Option<u32>,
+    #[command(flatten)]
+    selection: SelectionOptions,
+    /// Render all shots, and keep no verdicts. Without it, shots are not rendered that were identical and have not changed since
+    #[arg(long)]
+    no_cache: bool,
+    /// Merge the reports of all shards of a suite, without rendering
+    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["filter", "selection", "threads", "no_cache"])]
+    merge: Vec<PathBuf>,
+    /// Print the N slowest shots
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    slowest: usize,
     #[command(flatten)]
     fail_on: FailOnOption,
     /// Print failures only
@@ -84,26 +98,36 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     }
     let suite = args.suite.read()?;
     if args.list {
-        let chosen = suite::chosen_shots(&suite, &suite::discover(&suite)?, &args.filter)?;
+        let chosen = suite::chosen_shots(&suite, &suite::discover(&suite)?, &args.run_options(&suite))?;
         let names: Vec<String> = chosen.iter().map(|shot| one_line(&shot.name)).collect();
-        print_output(&names.join("\n"));
+        if !names.is_empty() {
+            print_output(&names.join("\n"));
+        }
         return Ok(true);
     }
 
     // Check output files before rendering.
-    let page = args.report.as_ref().unwrap_or(&suite.report).join("index.html");
+    let folder = args.report.as_ref().unwrap_or(&suite.report);
+    let page = folder.join("index.html");
     check_report_place(&page)?;
     args.files.check()?;
 
-    let result = tested(args, &suite, cancel)?;
+    let result = match &*args.merge {
+        [] => tested(args, &suite, cancel)?,
+        reports => suite::merge_reports(&suite, reports, &args.run_options(&suite))?,
+    };
     let fail_on = args.fail_on.value();
     let passes = !result.fails(fail_on);
     for error in result.not_kept() {
         print_warning(&format!("pending images cannot be stored: {error}"));
     }
+    if let Some(error) = &result.not_cached {
+        print_warning(&format!("verdicts cannot be kept for the next run: {error}"));
+    }
     let files_written = args.files.write(&suite, &result, fail_on);
+    let json = report::json(&suite, &result, &page, (fail_on, args.selection.shard()))?;
     let text = if args.json {
-        report::json(&suite, &result, &page, fail_on)?
+        json.clone()
     } else {
         text::text(&result, &page, &args.suite.shown(), args.text_style())
     };
@@ -112,18 +136,13 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
         print_output(&text);
     }
     write_report(&suite::report_page(&suite, result, &command(args, &suite), !suite::is_ci()), &page)?;
+    write_atomically(&folder.join(suite::RESULT_FILE), json.as_bytes())?;
     files_written?;
     Ok(passes)
 }
 
 fn tested(args: &TestArgs, suite: &Suite, cancel: &CancelFlag) -> Result<SuiteResult> {
-    let options = RunOptions {
-        filter: args.filter.clone(),
-        // Build servers store no pending images but the rendered ones beside the report.
-        keeps_pending: !suite::is_ci(),
-        images: suite::is_ci().then(|| args.report.clone().unwrap_or_else(|| suite.report.clone())),
-        threads: args.threads.map_or(0, |threads| threads as usize),
-    };
+    let options = args.run_options(suite);
     let progress = SuiteProgress::new(!args.quiet && std::io::stderr().is_terminal());
     let result = suite::run(suite, &options, cancel, &|count, shot| {
         progress.tell(count, &shot.name, shot.passes());
@@ -142,6 +161,7 @@ fn command(args: &TestArgs, suite: &Suite) -> String {
         words.push(args.filter.clone());
     }
     words.extend(["--suite".to_owned(), suite.file.display().to_string()]);
+    words.extend(args.selection.words());
     if let Some(folder) = &args.report {
         words.extend(["--report".to_owned(), folder.display().to_string()]);
     }
@@ -151,6 +171,21 @@ fn command(args: &TestArgs, suite: &Suite) -> String {
 
 impl TestArgs {
     fn text_style(&self) -> text::TextStyle {
-        text::TextStyle { is_quiet: self.quiet, fail_on: self.fail_on.value() }
+        text::TextStyle { is_quiet: self.quiet, fail_on: self.fail_on.value(), slowest: self.slowest }
+    }
+
+    fn run_options(&self, suite: &Suite) -> RunOptions {
+        let is_ci = suite::is_ci();
+        // Build servers and shards keep the rendered images beside the report, from where they are accepted or merged.
+        let keeps_images = is_ci || self.selection.shard().is_some() || !self.merge.is_empty();
+        RunOptions {
+            filter: self.filter.clone(),
+            shard: self.selection.shard(),
+            changed_since: self.selection.changed_since(),
+            uses_cache: !self.no_cache,
+            keeps_pending: !is_ci && self.merge.is_empty(),
+            images: keeps_images.then(|| self.report.clone().unwrap_or_else(|| suite.report.clone())),
+            threads: self.threads.map_or(0, |threads| threads as usize),
+        }
     }
 }

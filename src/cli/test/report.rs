@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use rayframe::error::{Error, Result};
-use rayframe::regression::suite::Suite;
+use rayframe::regression::suite::{Shard, Suite};
 use rayframe::regression::{FailOn, SuiteResult, VerdictCounts};
 
 const SCHEMA: u32 = 1;
@@ -21,12 +21,19 @@ struct SuiteReport<'a> {
     passed: usize,
     #[serde(flatten)]
     counts: VerdictCounts,
+    /// The part of the suite, `I/N`.
+    shard: Option<String>,
     #[serde(flatten)]
     result: &'a SuiteResult,
 }
 
 /// The result as JSON.
-pub(super) fn json(suite: &Suite, result: &SuiteResult, page: &Path, fail_on: FailOn) -> Result<String> {
+pub(super) fn json(
+    suite: &Suite,
+    result: &SuiteResult,
+    page: &Path,
+    (fail_on, shard): (FailOn, Option<Shard>),
+) -> Result<String> {
     let counts = result.counts();
     let report = SuiteReport {
         schema: SCHEMA,
@@ -35,6 +42,7 @@ pub(super) fn json(suite: &Suite, result: &SuiteResult, page: &Path, fail_on: Fa
         passes: !result.fails(fail_on),
         passed: counts.identical + counts.changed,
         counts,
+        shard: shard.map(|shard| shard.to_string()),
         result,
     };
     serde_json::to_string_pretty(&report).map_err(|error| Error::Internal { message: error.to_string() })

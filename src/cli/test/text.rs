@@ -22,6 +22,8 @@ pub(super) struct TextStyle {
     pub(super) is_quiet: bool,
     /// Verdicts that make the command fail.
     pub(super) fail_on: FailOn,
+    /// Number of slowest shots that are listed.
+    pub(super) slowest: usize,
 }
 
 /// The whole text. `suite` is the option `--suite` as typed.
@@ -29,6 +31,7 @@ pub(super) fn text(result: &SuiteResult, page: &Path, suite: &str, style: TextSt
     let mut text = String::new();
     if !style.is_quiet {
         before_failures(&mut text, result);
+        slowest_shots(&mut text, result, style.slowest);
     }
     for shot in &result.shots {
         failed_shot(&mut text, shot, style.fail_on);
@@ -49,6 +52,10 @@ pub(super) fn text(result: &SuiteResult, page: &Path, suite: &str, style: TextSt
         counts.failed,
         result.seconds
     );
+    let cached = result.shots.iter().filter(|shot| shot.is_cached).count();
+    if cached > 0 {
+        let _ = write!(text, "; {} not rendered, as nothing changed", counted(cached as u64, "shot"));
+    }
     if counts.worst() != Verdict::Identical {
         let _ = write!(text, "; report: {}", one_line(&page.display().to_string()));
         next_steps(&mut text, result, suite);
@@ -67,6 +74,14 @@ fn before_failures(text: &mut String, result: &SuiteResult) {
             let measure = frame.messages.first().map(String::as_str).unwrap_or_default();
             let _ = writeln!(text, "changed {} (preset {}): {measure}", one_line(&frame.name), shot.preset);
         }
+    }
+}
+
+fn slowest_shots(text: &mut String, result: &SuiteResult, count: usize) {
+    let mut shots: Vec<&ShotResult> = result.shots.iter().collect();
+    shots.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
+    for shot in shots.into_iter().take(count) {
+        let _ = writeln!(text, "{:>7.2} s  {}", shot.seconds, one_line(&shot.name));
     }
 }
 

@@ -85,8 +85,9 @@ fn own_files(suite: &Suite) -> Result<Vec<PathBuf>> {
         |folder: PathBuf| Some(folder).filter(|folder| *folder != scenes && folder.starts_with(&scenes));
     let named = suites.iter().filter(|file| file.file_name() == Some(OsStr::new(SUITE_FILE)));
     let others = named.filter_map(|file| below(same_file(file).parent()?.to_owned()));
-    let results =
-        [&suite.references, &suite.report].into_iter().filter_map(|folder| below(same_file(folder)));
+    let results = [&suite.references, &suite.report, &suite.cache]
+        .into_iter()
+        .filter_map(|folder| below(same_file(folder)));
     let excluded = suite.excluded.iter().map(|path| same_file(path));
     let skipped: Vec<PathBuf> = others.chain(results).chain(excluded).collect();
     files.retain(|file| {

@@ -27,10 +27,12 @@
 
 mod accept_rendered;
 mod approvals;
+mod changed_files;
 mod discover;
 mod filter;
 mod job;
 mod limits;
+mod merge_reports;
 mod names;
 mod orphans;
 mod page;
@@ -38,20 +40,25 @@ mod pending;
 mod render;
 mod rendered_images;
 mod run;
+mod run_options;
+mod shard;
 mod shell;
 mod suite_file;
 mod test_shot;
+mod verdict_cache;
 
 pub use accept_rendered::{RenderedChange, RenderedChecks, select_rendered};
 pub use approvals::{Approval, read_approvals};
 pub use discover::{SuiteShot, discover};
+pub use merge_reports::{RESULT_FILE, merge_reports};
 pub use orphans::{finish, orphaned_references};
 pub use page::{folders, report_page, suite_title};
 pub use pending::{
     Pending, PendingKind, PendingSelection, accept, check_acceptable, compare_pending, is_ci, pending, reject,
 };
 pub use rendered_images::{RenderedImage, rendered_images};
-pub use run::{OnShot, RunOptions, chosen_shots, run};
+pub use run::{OnShot, chosen_shots, run};
+pub use run_options::RunOptions;
+pub use shard::Shard;
 pub use shell::shell_word;
 pub use suite_file::{SUITE_FILE, Suite};
-pub use test_shot::{TestContext, test_shot};

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use super::filter::Filter;
 use super::job::job_of;
-use super::names::{ReferenceFile, image_name, reference_files, reference_path};
+use super::names::{ReferenceFile, image_name, numbered_shot, reference_files, reference_path};
 use super::pending::{discard_image, discard_removal, store_removal};
-use super::{Suite, SuiteShot};
+use super::{RunOptions, Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::regression::Image;
 use crate::regression::encoded_image::EncodedImage;
@@ -30,7 +30,7 @@ pub fn orphaned_references(suite: &Suite, shots: &[SuiteShot]) -> Result<Vec<Str
 
 /// Finds orphaned references after all shots were tested, and updates pending images: marks the orphaned references for removal, and
 /// discards pending images and removals of earlier runs that no longer apply. Returns the orphaned references, and errors of the
-/// update. `shots` are all shots of the suite; `results` those that `filter` selects.
+/// update. `shots` are all shots of the suite; `results` those that `options` select.
 ///
 /// # Errors
 /// When the references cannot be read.
@@ -38,16 +38,19 @@ pub fn finish(
     suite: &Suite,
     shots: &[SuiteShot],
     results: &[ShotResult],
-    filter: &str,
-    keeps_pending: bool,
+    options: &RunOptions,
 ) -> Result<(Vec<FrameResult>, Vec<Error>)> {
     let files = reference_files(&suite.references)?;
-    let filter = Filter::new(filter, shots, files.iter().map(ReferenceFile::name));
+    let keeps_pending = options.keeps_pending;
+    let filter = Filter::new(&options.filter, shots, files.iter().map(ReferenceFile::name));
     let rendered: BTreeSet<&str> =
         results.iter().flat_map(|shot| &shot.frames).map(|frame| frame.name.as_str()).collect();
     // A shot that was not tested, or could not be opened, may render any frame.
     let is_known = |shot: &str| results.iter().any(|result| result.name == shot && !is_unopened(result));
-    let is_decided = |name: &str| filter.owner(name).is_none_or(is_known);
+    // Without a shot, it belongs to the part that its shot would belong to.
+    let is_here =
+        |name: &str| options.shard.is_none_or(|shard| shard.includes(numbered_shot(name).unwrap_or(name)));
+    let is_decided = |name: &str| filter.owner(name).map_or_else(|| is_here(name), is_known);
     let mut orphaned = Vec::new();
     let mut not_kept = Vec::new();
     for file in &files {
@@ -78,7 +81,7 @@ fn is_unopened(result: &ShotResult) -> bool {
     matches!(&*result.frames, [only] if only.status == FrameStatus::Broken && only.name == result.name)
 }
 
-fn without_shot(suite: &Suite, name: &str) -> FrameResult {
+pub(super) fn without_shot(suite: &Suite, name: &str) -> FrameResult {
     let scenes = ["glb", "gltf"].map(|ending| suite.scenes.join(format!("{name}.{ending}")));
     let is_excluded = |scene: &Path| suite.excluded.iter().any(|excluded| scene.starts_with(excluded));
     let has_scene = scenes.iter().any(|scene| scene.exists() && !is_excluded(scene));

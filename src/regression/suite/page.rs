@@ -101,6 +101,7 @@ fn orphaned(suite: &Suite, frame: FrameResult) -> ShotResult {
         warnings: Vec::new(),
         not_kept: Vec::new(),
         seconds: 0.0,
+        is_cached: false,
     }
 }
 

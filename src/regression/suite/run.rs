@@ -1,44 +1,47 @@
 //! Tests all shots of a suite, several at a time.
 
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use rayon::ThreadPoolBuilder;
 
+use super::changed_files::changed_shots;
 use super::filter::Filter;
 use super::names::{ReferenceFile, reference_files};
 use super::rendered_images::{remove_rendered, write_list};
-use super::{Suite, SuiteShot, TestContext, discover, finish, test_shot};
+use super::test_shot::{TestContext, test_shot};
+use super::verdict_cache::VerdictCache;
+use super::{RunOptions, Suite, SuiteShot, discover, finish};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::regression::report_page::ImageBudget;
 use crate::regression::result::{ShotResult, SuiteResult};
 use crate::regression::verdict::Verdict;
+use crate::shot::scene_of_shot;
 
-/// Options of a run.
-#[derive(Clone, Debug, Default)]
-pub struct RunOptions {
-    /// Selects shots: the shot or image of exactly this name, or else all whose names contain it. Empty selects all.
-    pub filter: String,
-    /// Whether images that differ or have no reference are stored as pending images, for [`super::accept`].
-    pub keeps_pending: bool,
-    /// Folder of a report in which rendered images are stored, for [`super::RenderedChecks`]. On build servers, which store no pending
-    /// images, this keeps them.
-    pub images: Option<PathBuf>,
-    /// Number of threads; 0 for one a core.
-    pub threads: usize,
-}
+/// Scenes of more bytes are tested one at a time.
+const LARGE_SCENE_BYTES: u64 = 64 << 20;
 
 /// Progress callback: the number of selected shots, and the result of a finished one. Called from any thread.
 pub type OnShot<'a> = dyn Fn(usize, &ShotResult) + Sync + 'a;
 
-/// The shots that `filter` selects.
+/// The shots that `options` select.
 ///
 /// # Errors
-/// Errors of reading the suite, and [`Error::Usage`] when no shot is selected.
-pub fn chosen_shots(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<Vec<SuiteShot>> {
+/// Errors of reading the suite and of git, and [`Error::Usage`] when the filter selects no shot.
+pub fn chosen_shots(suite: &Suite, shots: &[SuiteShot], options: &RunOptions) -> Result<Vec<SuiteShot>> {
+    let mut chosen = filtered(suite, shots, &options.filter)?;
+    if let Some(shard) = options.shard {
+        chosen.retain(|shot| shard.includes(&shot.name));
+    }
+    match &options.changed_since {
+        Some(revision) => changed_shots(suite, chosen, revision),
+        None => Ok(chosen),
+    }
+}
+
+fn filtered(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<Vec<SuiteShot>> {
     let files = reference_files(&suite.references)?;
     let selection = Filter::new(filter, shots, files.iter().map(ReferenceFile::name));
     let chosen: Vec<_> = shots.iter().filter(|shot| selection.matches_shot(&shot.name)).cloned().collect();
@@ -75,12 +78,15 @@ pub fn run(
 ) -> Result<SuiteResult> {
     let start = Instant::now();
     let shots = discover(suite)?;
-    let chosen = chosen_shots(suite, &shots, &options.filter)?;
+    let chosen = chosen_shots(suite, &shots, options)?;
     let threads = match options.threads {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         threads => threads,
     };
-    let workers = threads.min(chosen.len()).max(1);
+    // Two large scenes are never held at a time.
+    let (alone, together): (Vec<_>, Vec<_>) = chosen.into_iter().partition(is_large);
+    let workers = threads.min(together.len()).max(1);
+    let cache = options.uses_cache.then(|| VerdictCache::open(suite, &suite.cache)).flatten();
     if let Some(folder) = &options.images {
         remove_rendered(folder);
     }
@@ -90,16 +96,30 @@ pub fn run(
         keeps_pending: options.keeps_pending,
         images: options.images.as_deref(),
         image_budget: &image_budget,
+        cache: cache.as_ref(),
         shots_at_once: workers,
         cancel,
     };
-    let results = test_shots(&context, &chosen, threads / workers, on_shot)?;
-    let (orphaned, not_kept) = finish(suite, &shots, &results, &options.filter, options.keeps_pending)?;
-    if results.is_empty() && orphaned.is_empty() {
+    let count = together.len() + alone.len();
+    let on_shot = |result: &ShotResult| on_shot(count, result);
+    let Tested { mut results, refused } = test_shots(&context, &together, threads / workers, &on_shot)?;
+    let context = TestContext { shots_at_once: 1, ..context };
+    for shots in [refused, alone] {
+        results.extend(test_shots(&context, &shots, threads, &on_shot)?.results);
+    }
+    results.sort_by(|a, b| a.name.cmp(&b.name));
+    let (orphaned, not_kept) = finish(suite, &shots, &results, options)?;
+    if results.is_empty() && orphaned.is_empty() && options.shard.is_none() && options.changed_since.is_none()
+    {
         return Err(nothing_called(&options.filter));
     }
-    let mut result =
-        SuiteResult { shots: results, orphaned, not_kept, seconds: start.elapsed().as_secs_f64() };
+    let mut result = SuiteResult {
+        shots: results,
+        orphaned,
+        not_kept,
+        not_cached: cache.and_then(VerdictCache::into_error),
+        seconds: start.elapsed().as_secs_f64(),
+    };
     if let Some(folder) = options.images.as_ref().filter(|_| result.counts().worst() != Verdict::Identical) {
         let written = write_list(suite, &result, folder);
         result.not_kept.extend(written.err());
@@ -107,23 +127,38 @@ pub fn run(
     Ok(result)
 }
 
+/// Whether the scene is so large that it is tested alone, with all memory and threads.
+fn is_large(shot: &SuiteShot) -> bool {
+    let scene = scene_of_shot(&shot.path).unwrap_or_else(|_| shot.path.clone());
+    std::fs::metadata(scene).is_ok_and(|metadata| metadata.len() > LARGE_SCENE_BYTES)
+}
+
+struct Tested {
+    results: Vec<ShotResult>,
+    /// Shots whose share of the memory is too small.
+    refused: Vec<SuiteShot>,
+}
+
 /// Tests `context.shots_at_once` shots at a time, each with `threads` threads.
 fn test_shots(
     context: &TestContext<'_>,
     shots: &[SuiteShot],
     threads: usize,
-    on_shot: &OnShot<'_>,
-) -> Result<Vec<ShotResult>> {
+    on_shot: &(dyn Fn(&ShotResult) + Sync),
+) -> Result<Tested> {
     let next = AtomicUsize::new(0);
-    let results = Mutex::new(Vec::new());
+    let (results, refused) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
     let work = || -> Result<()> {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.map_err(|error| Error::Internal {
             message: format!("the threads cannot be started: {error}"),
         })?;
         while let Some(shot) = shots.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let result = pool.install(|| test_shot(context, shot))?;
-            on_shot(shots.len(), &result);
+            let Some(result) = pool.install(|| test_shot(context, shot))? else {
+                refused.lock().unwrap_or_else(PoisonError::into_inner).push(shot.clone());
+                continue;
+            };
+            on_shot(&result);
             results.lock().unwrap_or_else(PoisonError::into_inner).push(result);
         }
         Ok(())
@@ -136,7 +171,6 @@ fn test_shots(
         // Wait for all workers before returning the first error.
         joined.collect::<Vec<_>>().into_iter().collect::<Result<()>>()
     })?;
-    let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
-    results.sort_by(|a, b| a.name.cmp(&b.name));
-    Ok(results)
+    let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
+    Ok(Tested { results, refused: refused.into_inner().unwrap_or_else(PoisonError::into_inner) })
 }

@@ -26,13 +26,16 @@ pub struct Suite {
     pub references: PathBuf,
     /// The folder of the report.
     pub report: PathBuf,
+    /// The folder of verdicts of earlier runs.
+    pub cache: PathBuf,
     /// Size limit of references, bytes.
     pub max_reference_bytes: u64,
     pub(super) limits: PresetLimits,
 }
 
 /// Keys of a suite file.
-const KEYS: [&str; 7] = ["scenes", "exclude", "references", "report", "max_reference_kib", "test", "shot"];
+const KEYS: [&str; 8] =
+    ["scenes", "exclude", "references", "report", "cache", "max_reference_kib", "test", "shot"];
 
 /// The suite file as written, without its tables.
 #[derive(Debug, Default)]
@@ -41,6 +44,7 @@ struct SuiteText {
     exclude: Vec<PathBuf>,
     references: Option<PathBuf>,
     report: Option<PathBuf>,
+    cache: Option<PathBuf>,
     max_reference_kib: Option<u64>,
 }
 
@@ -53,6 +57,7 @@ impl SuiteText {
                 "exclude" => suite.exclude = excluded(file, entry)?,
                 "references" => suite.references = Some(path(file, entry)?),
                 "report" => suite.report = Some(path(file, entry)?),
+                "cache" => suite.cache = Some(path(file, entry)?),
                 "max_reference_kib" => suite.max_reference_kib = Some(kib(file, entry)?),
                 "test" | "shot" => {}
                 _ => return Err(file.unknown_key(entry, "a key of a suite", &KEYS)),
@@ -113,6 +118,7 @@ impl Suite {
             scenes,
             references: below(text.references, "references"),
             report: below(text.report, "report"),
+            cache: below(text.cache, ".rayframe-cache"),
             max_reference_bytes: text.max_reference_kib.unwrap_or(MAX_REFERENCE_KIB).saturating_mul(1024),
             limits,
             file,

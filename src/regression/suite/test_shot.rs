@@ -1,7 +1,7 @@
 //! Renders one shot, compares its frames, and stores pending images.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::job::job_of;
@@ -10,10 +10,12 @@ use super::names::{image_name, reference_path};
 use super::pending::{discard_image, discard_removal, store_image};
 use super::render::render_shot;
 use super::rendered_images::store_rendered;
+use super::verdict_cache::{CachedShot, TestedInputs, VerdictCache};
 use super::{Suite, SuiteShot};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
-use crate::regression::compare::compare;
+use crate::regression::compare::{are_identical_and_finite, compare};
+use crate::regression::comparison::Comparison;
 use crate::regression::encoded_image::EncodedImage;
 use crate::regression::report_page::ImageBudget;
 use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
@@ -22,26 +24,28 @@ use crate::shot::ShotJob;
 
 /// Settings shared by all shots of a run.
 #[derive(Clone, Copy)]
-pub struct TestContext<'a> {
+pub(super) struct TestContext<'a> {
     /// The suite.
-    pub suite: &'a Suite,
+    pub(super) suite: &'a Suite,
     /// Whether images that differ or have no reference are stored as pending images.
-    pub keeps_pending: bool,
+    pub(super) keeps_pending: bool,
     /// Folder of a report in which rendered images are stored.
-    pub images: Option<&'a Path>,
+    pub(super) images: Option<&'a Path>,
     /// Memory for the images of failures, until the report is written.
-    pub image_budget: &'a ImageBudget,
+    pub(super) image_budget: &'a ImageBudget,
+    /// Verdicts of earlier runs, which replace rendering.
+    pub(super) cache: Option<&'a VerdictCache<'a>>,
     /// Shots that are tested at the same time and share the memory.
-    pub shots_at_once: usize,
+    pub(super) shots_at_once: usize,
     /// Raised to stop.
-    pub cancel: &'a CancelFlag,
+    pub(super) cancel: &'a CancelFlag,
 }
 
-/// Renders and compares one shot.
+/// Renders and compares one shot. `None` where its share of the memory is too small, and it is to be tested alone.
 ///
 /// # Errors
 /// [`Error::Interrupted`] when cancelled. Other errors become part of the result.
-pub fn test_shot(context: &TestContext<'_>, shot: &SuiteShot) -> Result<ShotResult> {
+pub(super) fn test_shot(context: &TestContext<'_>, shot: &SuiteShot) -> Result<Option<ShotResult>> {
     context.cancel.check()?;
     let start = Instant::now();
     let limits = context.suite.limits_of(&shot.path);
@@ -49,6 +53,7 @@ pub fn test_shot(context: &TestContext<'_>, shot: &SuiteShot) -> Result<ShotResu
     let tested = catch_unwind(AssertUnwindSafe(|| tested(context, shot, limits?)));
     let tested = match tested {
         Ok(Ok(tested)) => tested,
+        Ok(Err(Error::Refused { .. })) if context.shots_at_once > 1 => return Ok(None),
         Ok(Err(error @ Error::Interrupted(_))) => return Err(error),
         Ok(Err(error)) => unopened(shot, error.to_string()),
         Err(_) => {
@@ -62,32 +67,56 @@ pub fn test_shot(context: &TestContext<'_>, shot: &SuiteShot) -> Result<ShotResu
     if context.keeps_pending {
         not_kept.extend(tested.frames.iter().filter_map(|frame| update_pending(context.suite, frame).err()));
     }
-    Ok(ShotResult {
+    let frames: Vec<_> = tested.frames.into_iter().map(|frame| frame.result).collect();
+    if let (Some(cache), Some(files), false) = (context.cache, &tested.inputs, tested.is_cached) {
+        cache.store(shot, TestedInputs { files, frames: &frames, warnings: &tested.warnings });
+    }
+    Ok(Some(ShotResult {
         name: shot.name.clone(),
         path: shot.path.clone(),
         preset: passing.name(),
         limits: passing.limits,
-        frames: tested.frames.into_iter().map(|frame| frame.result).collect(),
+        frames,
         warnings: tested.warnings,
         not_kept,
         seconds: start.elapsed().as_secs_f64(),
-    })
+        is_cached: tested.is_cached,
+    }))
 }
 
+#[derive(Default)]
 struct TestedShot {
     frames: Vec<TestedFrame>,
     warnings: Vec<String>,
+    /// `None` where the images depend on more than files.
+    inputs: Option<Vec<PathBuf>>,
+    is_cached: bool,
+}
+
+impl TestedShot {
+    fn cached(cached: CachedShot) -> Self {
+        let frame = |(name, frame)| {
+            let result = FrameResult {
+                messages: Vec::new(),
+                comparison: Some(Comparison::identical()),
+                ..FrameResult::new(name, frame, FrameStatus::Passed, String::new())
+            };
+            TestedFrame { result, file: None }
+        };
+        let frames = cached.images.into_iter().map(|image| frame((image.name, image.frame))).collect();
+        Self { frames, warnings: cached.warnings, inputs: None, is_cached: true }
+    }
 }
 
 /// A frame, and the file that may become its reference.
-struct TestedFrame {
-    result: FrameResult,
-    file: Option<Vec<u8>>,
+pub(super) struct TestedFrame {
+    pub(super) result: FrameResult,
+    pub(super) file: Option<Vec<u8>>,
 }
 
 fn unopened(shot: &SuiteShot, message: String) -> TestedShot {
     let result = FrameResult::new(shot.name.clone(), None, FrameStatus::Broken, message);
-    TestedShot { frames: vec![TestedFrame { result, file: None }], warnings: Vec::new() }
+    TestedShot { frames: vec![TestedFrame { result, file: None }], ..TestedShot::default() }
 }
 
 /// Stores a pending image for a frame that differs or has no reference, and discards pending images of identical frames. Broken
@@ -104,7 +133,7 @@ fn update_pending(suite: &Suite, frame: &TestedFrame) -> Result<()> {
 }
 
 /// Stores a frame that changed or fails in the folder of a report, if it may become a reference.
-fn keep_rendered(report: &Path, frame: &TestedFrame) -> Result<()> {
+pub(super) fn keep_rendered(report: &Path, frame: &TestedFrame) -> Result<()> {
     let TestedFrame { result, file } = frame;
     match file {
         Some(bytes) if result.verdict() != Verdict::Identical && result.status != FrameStatus::Broken => {
@@ -115,9 +144,18 @@ fn keep_rendered(report: &Path, frame: &TestedFrame) -> Result<()> {
 }
 
 fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> Result<TestedShot> {
-    let ShotJob { sequence: mut job, warnings } = job_of(context.suite, &shot.path)?;
+    if let Some(cached) = context.cache.and_then(|cache| cache.find(shot)) {
+        return Ok(TestedShot::cached(cached));
+    }
+    let ShotJob { sequence: mut job, warnings, inputs } = job_of(context.suite, &shot.path)?;
     job.max_memory_bytes /= context.shots_at_once.max(1) as u64;
-    let rendered = render_shot(job, context.cancel)?;
+    // The library of a denoiser is no input file.
+    let inputs = job.denoiser.is_none().then_some(inputs);
+    let mut rendered = render_shot(job, context.cancel)?;
+    let is_refused = |(_, file): &(i64, Result<PathBuf>)| matches!(file, Err(Error::Refused { .. }));
+    if let Some(refused) = rendered.frames.iter().position(is_refused).filter(|_| context.shots_at_once > 1) {
+        rendered.frames.swap_remove(refused).1?;
+    }
     let count = rendered.frames.len();
     let frames = rendered.frames.iter().map(|(frame, file)| {
         let id =
@@ -134,23 +172,25 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
     Ok(TestedShot {
         frames: frames.collect::<Result<_>>()?,
         warnings: warnings.iter().map(ToString::to_string).collect(),
+        inputs,
+        is_cached: false,
     })
 }
 
 /// The name of a frame's reference, and the frame number in shots of several frames.
-struct FrameId {
-    name: String,
-    frame: Option<i64>,
+pub(super) struct FrameId {
+    pub(super) name: String,
+    pub(super) frame: Option<i64>,
 }
 
 impl FrameId {
-    fn result(self, status: FrameStatus, message: String) -> FrameResult {
+    pub(super) fn result(self, status: FrameStatus, message: String) -> FrameResult {
         FrameResult::new(self.name, self.frame, status, message)
     }
 }
 
 /// Compares the image in `file` with its reference.
-fn test_frame(suite: &Suite, limits: &Limits, id: FrameId, file: &Path) -> Result<TestedFrame> {
+pub(super) fn test_frame(suite: &Suite, limits: &Limits, id: FrameId, file: &Path) -> Result<TestedFrame> {
     let reference = reference_path(&suite.references, &id.name);
     let bytes = std::fs::read(file).map_err(Error::missing(file))?;
     let actual = Image::decode(file, &bytes)?;
@@ -179,7 +219,11 @@ fn test_frame(suite: &Suite, limits: &Limits, id: FrameId, file: &Path) -> Resul
 }
 
 fn compare_frame(id: FrameId, actual: &Image, expected: &Image, limits: &Limits) -> FrameResult {
-    let mut comparison = compare(actual, expected, limits);
+    let mut comparison = if are_identical_and_finite(actual, expected) {
+        Comparison::identical()
+    } else {
+        compare(actual, expected, limits)
+    };
     let mut result = id.result(FrameStatus::Passed, String::new());
     result.messages.clear();
     match comparison.verdict() {

@@ -24,7 +24,7 @@ fn overrides_come_before_the_shot_before_the_suite_before_defaults() {
         "scene = 'a.gltf'\nsamples = 3\ndepth = 3\nwidth = 32\n[test]\npreset = 'visual'\nwhatever = 1",
         "scenes = 'shots'\n[shot]\nsamples = 2\ndepth = 2\nglossy = 2\nresolution = [64, 36]\nframes = '0-2'\n[more]\nsampels = 1",
     );
-    let ShotJob { sequence, warnings } = job_of(folder.path(), "shots/a.toml", &["samples=4"]).unwrap();
+    let ShotJob { sequence, warnings, .. } = job_of(folder.path(), "shots/a.toml", &["samples=4"]).unwrap();
     let render = &sequence.render;
     assert_eq!((render.samples, render.max_depth, render.glossy_samples), (4, 3, 2));
     // The suite's resolution cannot be said beside the shot's width; the height follows from the scene.

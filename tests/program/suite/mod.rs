@@ -4,8 +4,11 @@ mod approvals;
 mod causes;
 mod failures;
 mod forms;
+mod killed;
 mod rendered;
+mod shards;
 mod summaries;
+mod unchanged;
 mod verdicts;
 
 use std::path::{Path, PathBuf};

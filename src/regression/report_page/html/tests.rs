@@ -43,6 +43,7 @@ fn page(name: &str) -> ReportPage {
         warnings: Vec::new(),
         not_kept: Vec::new(),
         seconds: 0.0,
+        is_cached: false,
     };
     let counts = VerdictCounts { identical: 3, changed: 0, failed: 2 };
     let command = NamedCommand(name.to_owned(), format!("rayframe diff '{name}'"));

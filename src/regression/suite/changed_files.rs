@@ -1,0 +1,101 @@
+//! Shots whose files changed since a revision of a git repository.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use rayon::prelude::*;
+
+use super::filter::Filter;
+use super::names::name_below;
+use super::{Suite, SuiteShot};
+use crate::error::{Error, Result};
+use crate::shot::{ShotRequest, shot_inputs};
+
+/// The shots of which an input or a reference changed since the working tree and `revision` had a common commit. Files that git does
+/// not know count as changed, except ignored ones. A changed suite file selects all shots, and so does each shot that cannot be read.
+///
+/// # Errors
+/// [`Error::Usage`] without git, outside of a repository, and for an unknown revision.
+pub(super) fn changed_shots(suite: &Suite, shots: Vec<SuiteShot>, revision: &str) -> Result<Vec<SuiteShot>> {
+    let changed = changed_files(&suite.file, revision)?;
+    if is_changed(&changed, &suite.file) {
+        return Ok(shots);
+    }
+    let with_references = shots_of_references(suite, &shots, &changed);
+    let has_changed = |shot: &SuiteShot| {
+        let request = ShotRequest { path: &shot.path, suite: Some(&suite.file), overrides: &[] };
+        with_references.contains(&shot.name)
+            || is_changed(&changed, &shot.path)
+            || shot_inputs(&request)
+                .map_or(true, |inputs| inputs.iter().any(|input| is_changed(&changed, input)))
+    };
+    let selected: Vec<bool> = shots.par_iter().map(has_changed).collect();
+    Ok(shots
+        .into_iter()
+        .zip(selected)
+        .filter_map(|(shot, is_selected)| is_selected.then_some(shot))
+        .collect())
+}
+
+/// Names of shots with a reference that was changed, added or removed.
+fn shots_of_references(suite: &Suite, shots: &[SuiteShot], changed: &BTreeSet<PathBuf>) -> BTreeSet<String> {
+    let Ok(folder) = suite.references.canonicalize() else { return BTreeSet::new() };
+    let names = changed.iter().filter_map(|file| name_below(&folder, &file.with_extension("")));
+    let filter = Filter::new("", shots, std::iter::empty());
+    names.filter_map(|name| filter.owner(&name).map(str::to_owned)).collect()
+}
+
+fn is_changed(changed: &BTreeSet<PathBuf>, path: &Path) -> bool {
+    path.canonicalize().is_ok_and(|path| changed.contains(&path))
+}
+
+/// Canonical paths of files that differ from the commit, and of those that git does not know.
+fn changed_files(suite: &Path, revision: &str) -> Result<BTreeSet<PathBuf>> {
+    let folder = suite.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let top = git(folder, &["rev-parse", "--show-toplevel"])?;
+    let top = path_of(top.strip_suffix(b"\n").unwrap_or(&top));
+    let commit = format!("{revision}^{{commit}}");
+    let commit = text(
+        &git(&top, &["rev-parse", "--verify", "--quiet", "--end-of-options", &commit]).map_err(|_| {
+            Error::usage(format!(
+                "--changed-since: \"{}\" is no commit of the repository; fetch it, or name another",
+                revision.escape_debug()
+            ))
+        })?,
+    );
+    // Shallow clones may have no common commit.
+    let base = git(&top, &["merge-base", &commit, "HEAD"]).map_or(commit, |base| text(&base));
+    let differing = git(&top, &["diff", "--name-only", "--no-renames", "--no-ext-diff", "-z", &base, "--"])?;
+    let unknown = git(&top, &["ls-files", "--others", "--exclude-standard", "-z"])?;
+    let names = differing.split(|byte| *byte == 0).chain(unknown.split(|byte| *byte == 0));
+    let root = top.canonicalize().unwrap_or(top);
+    Ok(names.filter(|name| !name.is_empty()).map(|name| root.join(path_of(name))).collect())
+}
+
+/// What git prints.
+fn git(folder: &Path, arguments: &[&str]) -> Result<Vec<u8>> {
+    let output = Command::new("git").arg("-C").arg(folder).args(arguments).output();
+    let output = output.map_err(|error| Error::usage(format!("--changed-since needs git: {error}")))?;
+    if output.status.success() {
+        return Ok(output.stdout);
+    }
+    let message = String::from_utf8_lossy(&output.stderr);
+    let message = message.lines().next().unwrap_or("git failed").to_owned();
+    Err(Error::usage(format!("--changed-since: {message}")))
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).trim_end().to_owned()
+}
+
+#[cfg(unix)]
+fn path_of(name: &[u8]) -> PathBuf {
+    use std::os::unix::ffi::OsStrExt as _;
+    std::ffi::OsStr::from_bytes(name).into()
+}
+
+#[cfg(not(unix))]
+fn path_of(name: &[u8]) -> PathBuf {
+    String::from_utf8_lossy(name).into_owned().into()
+}

@@ -1,0 +1,185 @@
+//! Merging of the reports of shards: results and images of all machines become one result, without rendering.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::str::FromStr as _;
+
+use serde::Deserialize;
+
+use super::names::reference_path;
+use super::orphans::without_shot;
+use super::rendered_images::{image_path, remove_rendered, write_list};
+use super::test_shot::{FrameId, TestedFrame, keep_rendered, test_frame};
+use super::{RunOptions, Shard, Suite};
+use crate::error::{Error, Result};
+use crate::regression::Limits;
+use crate::regression::comparison::Comparison;
+use crate::regression::report_page::ImageBudget;
+use crate::regression::result::{FrameResult, FrameStatus, ShotResult, SuiteResult};
+use crate::regression::verdict::Verdict;
+use crate::settings::read_text;
+
+/// The file beside `index.html` that holds what `rayframe test --json` prints.
+pub const RESULT_FILE: &str = "result.json";
+
+/// What merging needs of [`RESULT_FILE`]: its names are those of `schema/test.schema.json`.
+#[derive(Debug, Deserialize)]
+struct ShardReport {
+    shard: Option<String>,
+    seconds: f64,
+    shots: Vec<ReportedShot>,
+    dangling: Vec<String>,
+}
+
+#[derive(Debug, Deserialize)]
+struct ReportedShot {
+    name: String,
+    file: PathBuf,
+    seconds: f64,
+    cached: bool,
+    warnings: Vec<String>,
+    pictures: Vec<ReportedFrame>,
+}
+
+#[derive(Debug, Deserialize)]
+struct ReportedFrame {
+    name: String,
+    frame: Option<i64>,
+    status: FrameStatus,
+    verdict: Verdict,
+    messages: Vec<String>,
+    hash: Option<String>,
+}
+
+/// The result of a suite from the report folders of all its shards, which keep the images that changed or failed. They are compared
+/// again, which gives the same measures.
+///
+/// # Errors
+/// [`Error::Missing`] for a folder without a report, [`Error::Usage`] where a shard is missing or given twice, [`Error::Invalid`] for a
+/// damaged report, and [`Error::Different`] where references changed since.
+pub fn merge_reports(suite: &Suite, folders: &[PathBuf], options: &RunOptions) -> Result<SuiteResult> {
+    let reports: Vec<ShardReport> =
+        folders.iter().map(|folder| read_report(folder)).collect::<Result<_>>()?;
+    check_shards(folders, &reports)?;
+    if let Some(target) = &options.images {
+        if let Some(folder) = folders.iter().find(|folder| same_folder(folder, target)) {
+            let path = folder.display();
+            return Err(Error::usage(format!(
+                "{path}: is to be merged and cannot hold the merged report; name another folder with --report"
+            )));
+        }
+        remove_rendered(target);
+    }
+    let merging = Merging { suite, images: options.images.as_deref(), image_budget: ImageBudget::new() };
+    let mut result = SuiteResult::default();
+    let mut orphaned = BTreeSet::new();
+    for (folder, report) in folders.iter().zip(reports) {
+        result.seconds = result.seconds.max(report.seconds);
+        orphaned.extend(report.dangling);
+        for shot in report.shots {
+            result.shots.push(merging.shot(folder, shot)?);
+        }
+    }
+    result.shots.sort_by(|a, b| a.name.cmp(&b.name));
+    result.orphaned = orphaned.iter().map(|name| without_shot(suite, name)).collect();
+    if let Some(folder) = options.images.as_ref().filter(|_| result.counts().worst() != Verdict::Identical) {
+        result.not_kept.extend(write_list(suite, &result, folder).err());
+    }
+    Ok(result)
+}
+
+fn read_report(folder: &Path) -> Result<ShardReport> {
+    let file = folder.join(RESULT_FILE);
+    let text = read_text(&file)?;
+    serde_json::from_str(&text)
+        .map_err(|error| Error::invalid(&file, "", format!("no report of this version: {error}")))
+}
+
+/// Refuses reports that are not all parts of one suite, once each.
+fn check_shards(folders: &[PathBuf], reports: &[ShardReport]) -> Result<()> {
+    let mut parts = BTreeSet::new();
+    let mut count = None;
+    for (folder, report) in folders.iter().zip(reports) {
+        let refused = |why: String| Err(Error::usage(format!("{}: {why}", folder.display())));
+        let Some(shard) = report.shard.as_deref().and_then(|shard| Shard::from_str(shard).ok()) else {
+            return refused("the report is not that of a shard; test with --shard I/N".to_owned());
+        };
+        let shards = *count.get_or_insert(shard.count);
+        if shards != shard.count {
+            return refused(format!(
+                "the report is that of shard {shard}, and others are of {shards} shards"
+            ));
+        }
+        if !parts.insert(shard.index) {
+            return refused(format!("the report of shard {shard} is given twice"));
+        }
+    }
+    let count = count.unwrap_or(0);
+    match (1..=count).find(|index| !parts.contains(index)) {
+        Some(index) => Err(Error::usage(format!("the report of shard {index}/{count} is missing"))),
+        None => Ok(()),
+    }
+}
+
+fn same_folder(a: &Path, b: &Path) -> bool {
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    }
+}
+
+struct Merging<'a> {
+    suite: &'a Suite,
+    images: Option<&'a Path>,
+    image_budget: ImageBudget,
+}
+
+impl Merging<'_> {
+    fn shot(&self, folder: &Path, shot: ReportedShot) -> Result<ShotResult> {
+        let limits = self.suite.limits_of(&shot.file).unwrap_or(self.suite.limits);
+        let mut not_kept = Vec::new();
+        let mut frames = Vec::new();
+        for frame in shot.pictures {
+            let mut tested = self.frame(folder, frame, &limits.limits)?;
+            self.image_budget.admit(&mut tested.result);
+            if let Some(target) = self.images {
+                not_kept.extend(keep_rendered(target, &tested).err());
+            }
+            frames.push(tested.result);
+        }
+        Ok(ShotResult {
+            name: shot.name,
+            path: shot.file,
+            preset: limits.name(),
+            limits: limits.limits,
+            frames,
+            warnings: shot.warnings,
+            not_kept,
+            seconds: shot.seconds,
+            is_cached: shot.cached,
+        })
+    }
+
+    fn frame(&self, folder: &Path, frame: ReportedFrame, limits: &Limits) -> Result<TestedFrame> {
+        let ReportedFrame { name, frame, status, verdict, messages, hash } = frame;
+        let file = image_path(folder, &name);
+        let reported = FrameResult {
+            messages,
+            comparison: (verdict == Verdict::Identical).then(Comparison::identical),
+            actual_hash: hash,
+            ..FrameResult::new(name.clone(), frame, status, String::new())
+        };
+        // Broken frames have no image.
+        if verdict == Verdict::Identical || !file.exists() {
+            return Ok(TestedFrame { result: reported, file: None });
+        }
+        let tested = test_frame(self.suite, limits, FrameId { name, frame }, &file)?;
+        if (tested.result.status, &tested.result.actual_hash) != (status, &reported.actual_hash) {
+            let reference = reference_path(&self.suite.references, &reported.name);
+            let message =
+                format!("{}: changed since {} was tested; test again", reference.display(), file.display());
+            return Err(Error::Different { message });
+        }
+        Ok(tested)
+    }
+}

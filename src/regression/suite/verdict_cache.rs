@@ -1,0 +1,235 @@
+//! Verdicts of earlier runs: a shot that was identical is not rendered again while nothing changed that its images depend on.
+//!
+//! The folder holds one file a shot, named like it. A file states the SHA-256 of the program, of every input of the shot and of every
+//! reference, so that it is safe to share between machines and branches, and to delete. Only shots whose images are all identical are
+//! kept: what changed or failed is rendered again, since the report shows its images.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read as _;
+use std::path::{Component, Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::SystemTime;
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
+
+use super::names::reference_path;
+use super::{Suite, SuiteShot};
+use crate::error::{Error, Result};
+use crate::image_file::{probe_folder, write_atomically};
+use crate::regression::Verdict;
+use crate::regression::result::FrameResult;
+use crate::sequence::hex;
+
+/// The version of the files.
+const SCHEMA: u32 = 1;
+/// Bytes of a file that are hashed at a time.
+const BLOCK_BYTES: usize = 1 << 16;
+/// Marks the folder for backup programs, <https://bford.info/cachedir/>.
+const TAG: &str =
+    "Signature: 8a477f597d28d172789f06886806bc55\n# Verdicts of rayframe test. The folder may be deleted.\n";
+
+/// Verdicts of earlier runs of a suite.
+#[derive(Debug)]
+pub(super) struct VerdictCache<'a> {
+    suite: &'a Suite,
+    folder: &'a Path,
+    /// SHA-256 of the running program.
+    program: String,
+    start: SystemTime,
+    /// SHA-256 of files of this run; `None` for those that cannot be read.
+    hashes: Mutex<BTreeMap<PathBuf, Option<String>>>,
+    /// The first error of writing.
+    error: Mutex<Option<Error>>,
+}
+
+/// The file of a shot.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CachedShot {
+    schema: u32,
+    program: String,
+    /// The shot file or scene. A new shot file may take the name of a scene.
+    shot: String,
+    /// SHA-256 by path: of the suite file, the shot file, the scene and the files that they name. Paths are relative to the
+    /// suite's folder.
+    inputs: BTreeMap<String, String>,
+    /// The images, all identical to their references.
+    pub(super) images: Vec<CachedImage>,
+    /// Features of the scene that are not honoured.
+    pub(super) warnings: Vec<String>,
+}
+
+/// An image that was identical to its reference.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CachedImage {
+    pub(super) name: String,
+    pub(super) frame: Option<i64>,
+    /// SHA-256 of the file of the reference.
+    reference: String,
+}
+
+/// What a tested shot was made from, and its result.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TestedInputs<'a> {
+    pub(super) files: &'a [PathBuf],
+    pub(super) frames: &'a [FrameResult],
+    pub(super) warnings: &'a [String],
+}
+
+impl<'a> VerdictCache<'a> {
+    /// The verdicts in `folder`. `None` where the running program cannot be read, which tells versions apart.
+    pub(super) fn open(suite: &'a Suite, folder: &'a Path) -> Option<Self> {
+        let program = sha256_of_file(&std::env::current_exe().ok()?)?;
+        let (hashes, error) = (Mutex::default(), Mutex::default());
+        Some(Self { suite, folder, program, start: SystemTime::now(), hashes, error })
+    }
+
+    /// The images of the shot, if it was identical and nothing changed since.
+    pub(super) fn find(&self, shot: &SuiteShot) -> Option<CachedShot> {
+        let text = std::fs::read(self.file(shot)).ok()?;
+        let cached: CachedShot = serde_json::from_slice(&text).ok()?;
+        let suite_folder = folder_of(&self.suite.file);
+        let is_valid = cached.schema == SCHEMA
+            && cached.program == self.program
+            && relative(suite_folder, &shot.path).as_ref() == Some(&cached.shot)
+            && cached
+                .inputs
+                .iter()
+                .all(|(path, hash)| self.hash(&suite_folder.join(path)).as_ref() == Some(hash))
+            && cached.images.iter().all(|image| {
+                self.hash(&reference_path(&self.suite.references, &image.name)).as_ref()
+                    == Some(&image.reference)
+            });
+        is_valid.then_some(cached)
+    }
+
+    /// Keeps the verdict of a shot if all of its images are identical, and otherwise forgets an earlier one.
+    pub(super) fn store(&self, shot: &SuiteShot, tested: TestedInputs<'_>) {
+        let Some(cached) = self.cached(shot, tested) else {
+            let _ = std::fs::remove_file(self.file(shot));
+            return;
+        };
+        if let Err(error) = self.write(&self.file(shot), &cached) {
+            self.error.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        }
+    }
+
+    /// The first error of writing.
+    pub(super) fn into_error(self) -> Option<Error> {
+        self.error.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn write(&self, file: &Path, cached: &CachedShot) -> Result<()> {
+        probe_folder(file)?;
+        for (name, text) in [(".gitignore", "*\n"), ("CACHEDIR.TAG", TAG)] {
+            let path = self.folder.join(name);
+            if !path.exists() {
+                write_atomically(&path, text.as_bytes())?;
+            }
+        }
+        write_atomically(file, &serde_json::to_vec(cached).unwrap_or_default())
+    }
+
+    /// `None` where an image is not identical, and where a file changed during the run.
+    fn cached(&self, shot: &SuiteShot, tested: TestedInputs<'_>) -> Option<CachedShot> {
+        let suite_folder = folder_of(&self.suite.file);
+        let input = |path: &Path| Some((relative(suite_folder, path)?, self.unchanged_hash(path)?));
+        let of_suite = [self.suite.file.as_path(), &shot.path].into_iter();
+        let image = |frame: &FrameResult| {
+            let reference = self.unchanged_hash(&reference_path(&self.suite.references, &frame.name))?;
+            let image = CachedImage { name: frame.name.clone(), frame: frame.frame, reference };
+            (frame.verdict() == Verdict::Identical).then_some(image)
+        };
+        Some(CachedShot {
+            schema: SCHEMA,
+            program: self.program.clone(),
+            shot: relative(suite_folder, &shot.path)?,
+            inputs: of_suite
+                .chain(tested.files.iter().map(PathBuf::as_path))
+                .map(input)
+                .collect::<Option<_>>()?,
+            images: tested.frames.iter().map(image).collect::<Option<_>>()?,
+            warnings: tested.warnings.to_vec(),
+        })
+    }
+
+    fn file(&self, shot: &SuiteShot) -> PathBuf {
+        self.folder.join(format!("{}.json", shot.name))
+    }
+
+    /// The hash of a file that did not change since the run began.
+    fn unchanged_hash(&self, path: &Path) -> Option<String> {
+        let modified = std::fs::metadata(path).ok()?.modified().ok()?;
+        self.hash(path).filter(|_| modified < self.start)
+    }
+
+    /// The hash of a file; read once a run.
+    fn hash(&self, path: &Path) -> Option<String> {
+        let hashes = || self.hashes.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = hashes().get(path).cloned();
+        known.unwrap_or_else(|| {
+            let hash = sha256_of_file(path);
+            hashes().insert(path.to_owned(), hash.clone());
+            hash
+        })
+    }
+}
+
+fn sha256_of_file(path: &Path) -> Option<String> {
+    let mut file = File::open(path).ok()?;
+    let (mut hash, mut block) = (Sha256::new(), vec![0; BLOCK_BYTES]);
+    loop {
+        match file.read(&mut block).ok()? {
+            0 => return Some(hex(&hash.finalize())),
+            count => hash.update(&block[..count]),
+        }
+    }
+}
+
+fn folder_of(file: &Path) -> &Path {
+    file.parent().unwrap_or(Path::new(""))
+}
+
+/// The path from `folder` to `file`, with `/` on every system. `None` for paths that are not Unicode.
+fn relative(folder: &Path, file: &Path) -> Option<String> {
+    let [folder, file] = [folder, file].map(|path| std::path::absolute(Path::new(".").join(path)).ok());
+    let (folder, file) = (folder?, file?);
+    let (folder, file) = (normal(&folder), normal(&file));
+    let shared = folder.iter().zip(&file).take_while(|(a, b)| a == b).count();
+    let up = folder[shared..].iter().map(|_| Some(".."));
+    let down = file[shared..].iter().map(|part| part.as_os_str().to_str());
+    Some(up.chain(down).collect::<Option<Vec<_>>>()?.join("/"))
+}
+
+/// The components of an absolute path, with `..` resolved by name.
+fn normal(path: &Path) -> Vec<Component<'_>> {
+    let mut components = Vec::new();
+    for component in path.components() {
+        match component {
+            Component::ParentDir => drop(components.pop()),
+            other => components.push(other),
+        }
+    }
+    components
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_relative_to_the_folder() {
+        for (folder, file, expected) in [
+            ("", "a.glb", "a.glb"),
+            ("renders", "renders/a/b.glb", "a/b.glb"),
+            ("renders", "renders/../light.hdr", "../light.hdr"),
+            ("a/b", "c/d.glb", "../../c/d.glb"),
+            ("/x/y", "/x/z/a.glb", "../z/a.glb"),
+        ] {
+            assert_eq!(relative(Path::new(folder), Path::new(file)).as_deref(), Some(expected));
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! Parts of a suite: shards whose reports are merged, and shots that changed since a revision.
+
+use std::process::Command;
+
+use serde_json::Value;
+
+use super::{Ran, SUITE, Stage};
+
+/// Ten shots: changed within the limits, different, without a reference, broken, identical; and an orphaned reference.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn ten_shots() -> Stage {
+    let stage = Stage::new(SUITE);
+    for number in 0..10 {
+        stage.scene(&format!("folder/shot{number}.gltf"), "light/point.gltf", "", "");
+    }
+    stage.run(&["test", "-q"]).ends(1, &[]);
+    stage.run(&["accept"]).ends(0, &[]);
+    let scene = |number: u32| format!("scene = 'shot{number}.gltf'\n");
+    stage.write("folder/shot1.toml", &format!("{}light_scale = 1.01\n", scene(1)));
+    stage.write("folder/shot2.toml", &format!("{}light_scale = 3\n", scene(2)));
+    stage.write("folder/shot3.toml", &format!("{}resolution = [32, 18]\n", scene(3)));
+    stage.write("folder/shot4.gltf", "{");
+    std::fs::remove_file(stage.path("references/folder/shot5.exr")).unwrap();
+    std::fs::remove_file(stage.path("folder/shot6.gltf")).unwrap();
+    stage
+}
+
+/// The JSON that `rayframe test` printed, without what differs between runs.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn comparable(ran: &Ran) -> Value {
+    let mut json: Value = serde_json::from_str(&ran.stdout).unwrap();
+    json["seconds"] = Value::Null;
+    json["report"] = Value::Null;
+    for shot in json["shots"].as_array_mut().unwrap() {
+        shot["seconds"] = Value::Null;
+    }
+    json
+}
+
+#[test]
+fn merged_shards_are_the_whole_result() {
+    let stage = ten_shots();
+    let whole = stage.run_with(&["test", "--json", "--no-cache", "--report", "whole"], "", Some("true"));
+    let shard = |part: &str, folder: &str| {
+        stage.run(&["test", "--json", "--no-cache", "--shard", part, "--report", folder])
+    };
+    let parts: Vec<Value> = [("1/3", "r1"), ("2/3", "r2"), ("3/3", "r3")]
+        .map(|(part, folder)| comparable(&shard(part, folder)))
+        .into();
+    let names = |json: &Value| json["shots"].as_array().map_or(0, Vec::len);
+    assert_eq!(parts.iter().map(names).sum::<usize>(), 9);
+    assert!(parts.iter().all(|part| names(part) > 0), "{parts:?}");
+
+    let merge =
+        ["test", "--json", "--report", "merged", "--summary", "merged.md", "--merge", "r1", "r2", "r3"];
+    let merged = stage.run(&merge);
+    assert_eq!(merged.code, whole.code);
+    assert_eq!(comparable(&merged), comparable(&whole));
+    // The merged report has the images of all machines.
+    let list = |folder: &str| std::fs::read_to_string(stage.path(folder).join("images.json")).unwrap();
+    assert_eq!(list("merged"), list("whole"));
+    assert!(std::fs::read_to_string(stage.path("merged.md")).unwrap().contains("folder/shot2"));
+    std::fs::remove_file(stage.path("folder/shot4.gltf")).unwrap();
+    std::fs::remove_file(stage.path("references/folder/shot4.exr")).unwrap();
+    stage
+        .run(&["accept", "--from", "merged", "folder/shot2"])
+        .ends(0, &["replaced references/folder/shot2.exr"]);
+}
+
+#[test]
+fn incomplete_and_outdated_reports_are_not_merged() {
+    let stage = ten_shots();
+    for (part, folder) in [("1/2", "r1"), ("2/2", "r2"), ("1/3", "r3")] {
+        stage.run(&["test", "-q", "--shard", part, "--report", folder]);
+    }
+    stage.run(&["test", "-q", "--report", "whole"]).ends(1, &[]);
+    let merge = |folders: &[&str]| stage.run(&[&["test", "--report", "merged", "--merge"], folders].concat());
+    merge(&["r1"]).ends(2, &["the report of shard 2/2 is missing"]);
+    merge(&["r1", "r1"]).ends(2, &["r1: the report of shard 1/2 is given twice"]);
+    merge(&["r2", "r3"]).ends(2, &["r3: the report is that of shard 1/3, and others are of 2 shards"]);
+    merge(&["r2", "whole"]).ends(2, &["whole: the report is not that of a shard"]);
+    merge(&["r1", "gone"]).ends(66, &["gone/result.json: cannot be read"]);
+    stage
+        .run(&["test", "--report", "r1", "--merge", "r1", "r2"])
+        .ends(2, &["name another folder with --report"]);
+    merge(&["r1", "r2"]).ends(1, &["FAIL folder/shot2"]);
+    stage.write("r1/result.json", "{");
+    merge(&["r1", "r2"]).ends(65, &["r1/result.json: no report of this version"]);
+    stage.run(&["test", "-q", "--shard", "1/2", "--report", "r1"]);
+    stage.run(&["accept", "folder/shot2"]).ends(0, &["replaced"]);
+    merge(&["r1", "r2"]).ends(1, &["references/folder/shot2.exr: changed since", "was tested; test again"]);
+    stage.run(&["test", "--shard", "4/3"]).ends(2, &["write I/N"]);
+}
+
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn git(stage: &Stage, arguments: &[&str]) {
+    let identity = ["-c", "user.name=a", "-c", "user.email=a@b", "-c", "commit.gpgsign=false"];
+    let output =
+        Command::new("git").arg("-C").arg(stage.path("")).args(identity).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn shots_that_changed_since_a_revision_are_selected() {
+    let stage = Stage::new(SUITE);
+    for name in ["a", "b", "d"] {
+        stage.scene(&format!("{name}.gltf"), "light/point.gltf", "", "");
+    }
+    stage.write("c.toml", "scene = 'a.gltf'\n");
+    stage.write("with_light.toml", "scene = 'b.gltf'\nenv = 'light.hdr'\n");
+    let light = |value| image::Rgb32FImage::from_pixel(8, 4, image::Rgb([value; 3]));
+    light(0.5).save(stage.path("light.hdr")).unwrap();
+    let listed = |revision: &str| {
+        let ran = stage.run(&["test", "--list", "--changed-since", revision]);
+        (ran.code, ran.stdout.lines().map(str::to_owned).collect::<Vec<_>>())
+    };
+    let ran = stage.run(&["test", "--changed-since", "HEAD"]);
+    ran.ends(2, &["--changed-since: "]);
+    git(&stage, &["init", "-q", "-b", "main"]);
+    stage.run(&["test", "-q"]).ends(1, &[]);
+    stage.run(&["accept"]).ends(0, &[]);
+    stage.write(".gitignore", "/report/\n*.new\n");
+    git(&stage, &["add", "-A"]);
+    git(&stage, &["commit", "-q", "-m", "a"]);
+    assert_eq!(listed("HEAD"), (Some(0), vec![]));
+    stage.run(&["test", "--changed-since", "HEAD"]).ends(0, &["0 images identical"]);
+    stage.run(&["test", "--changed-since", "gone"]).ends(2, &["\"gone\" is no commit of the repository"]);
+    stage.run(&["test", "--changed-since", "--output=x"]).ends(2, &[]);
+    // A scene, a file that a shot names, a reference, and a new shot.
+    stage.write("a.gltf", &(std::fs::read_to_string(stage.path("a.gltf")).unwrap() + " "));
+    assert_eq!(listed("HEAD").1, ["c"]);
+    git(&stage, &["checkout", "-q", "a.gltf"]);
+    light(0.6).save(stage.path("light.hdr")).unwrap();
+    assert_eq!(listed("HEAD").1, ["with_light"]);
+    git(&stage, &["checkout", "-q", "."]);
+    std::fs::remove_file(stage.path("references/d.exr")).unwrap();
+    stage.scene("new.gltf", "light/point.gltf", "", "");
+    assert_eq!(listed("HEAD").1, ["d", "new"]);
+    git(&stage, &["add", "-A"]);
+    git(&stage, &["commit", "-q", "-m", "b"]);
+    assert_eq!(listed("HEAD").1, [""; 0]);
+    assert_eq!(listed("HEAD~1").1, ["d", "new"]);
+    stage.write("suite.toml", &format!("{SUITE}# comment\n"));
+    assert_eq!(listed("HEAD").1, ["c", "d", "new", "with_light"]);
+}

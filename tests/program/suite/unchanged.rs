@@ -1,0 +1,118 @@
+//! Shots that were identical and have not changed since are not rendered again.
+
+use serde_json::Value;
+
+use super::{SUITE, Stage};
+
+const POINT: (&str, &str) = ("a/point.gltf", "light/point.gltf");
+const SPOT: (&str, &str) = ("spot.gltf", "light/spot.gltf");
+
+/// Names of the shots that the last run did not render.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn cached(stage: &Stage) -> Vec<String> {
+    let text = std::fs::read(stage.path("report/result.json")).unwrap();
+    let result: Value = serde_json::from_slice(&text).unwrap();
+    let shots = result["shots"].as_array().unwrap().iter().filter(|shot| shot["cached"] == true);
+    shots.map(|shot| shot["name"].as_str().unwrap().to_owned()).collect()
+}
+
+/// What changes, how, and the shots of which nothing does.
+type Change<'a> = (&'a str, &'a dyn Fn(), &'a [&'a str]);
+
+/// Waits until files that are written get a later time than the last run began.
+fn wait_a_tick() {
+    std::thread::sleep(std::time::Duration::from_millis(20));
+}
+
+#[test]
+fn verdicts_hold_until_an_input_changes() {
+    let stage = Stage::accepted(SUITE, &[POINT, SPOT]);
+    stage.scene("spare.gltf", "light/range.gltf", "", "");
+    stage.write("close.toml", "scene = 'spare.gltf'\nenv = 'light.hdr'\n");
+    let light = image::Rgb32FImage::from_pixel(8, 4, image::Rgb([0.9, 0.8, 0.7]));
+    light.save(stage.path("light.hdr")).unwrap();
+    stage.run(&["test"]).ends(1, &["no reference"]);
+    stage.run(&["accept"]).ends(0, &["added"]);
+    wait_a_tick();
+    stage.run(&["test"]).ends(0, &["3 images identical"]);
+    let all = ["a/point", "close", "spot"];
+    let ran = stage.run(&["test"]);
+    ran.ends(0, &["3 images identical, 0 changed within limits, 0 failed", "3 shots not rendered"]);
+    assert_eq!(cached(&stage), all);
+    stage.run(&["test", "--no-cache"]).ends(0, &["3 images identical"]);
+    assert_eq!(cached(&stage), [""; 0]);
+
+    // Each change is one that leaves the images as they are, so that only the inputs tell.
+    let changes: [Change<'_>; 6] = [
+        ("a scene", &|| append(&stage, "a/point.gltf", " "), &["close", "spot"]),
+        ("a scene of a shot file", &|| append(&stage, "spare.gltf", " "), &["a/point", "spot"]),
+        ("a shot file", &|| append(&stage, "close.toml", "# comment\n"), &["a/point", "spot"]),
+        ("an environment", &|| append(&stage, "light.hdr", "x"), &["a/point", "spot"]),
+        ("a reference", &|| append(&stage, "references/spot.exr", "x"), &["a/point", "close"]),
+        ("the suite", &|| append(&stage, "suite.toml", "# comment\n"), &[]),
+    ];
+    for (what, change, kept) in changes {
+        stage.run(&["test"]).ends(0, &["3 images identical"]);
+        wait_a_tick();
+        change();
+        wait_a_tick();
+        stage.run(&["test"]).ends(0, &["3 images identical"]);
+        assert_eq!(cached(&stage), kept, "after a change of {what}");
+        assert_eq!(stage.run(&["test"]).code, Some(0));
+        assert_eq!(cached(&stage), all, "after a change of {what}, again");
+    }
+}
+
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn append(stage: &Stage, name: &str, text: &str) {
+    let path = stage.path(name);
+    let mut bytes = std::fs::read(&path).unwrap();
+    bytes.extend(text.as_bytes());
+    std::fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn changed_and_failed_shots_are_rendered_again() {
+    let stage = Stage::accepted(SUITE, &[POINT, SPOT]);
+    wait_a_tick();
+    stage.run(&["test"]).ends(0, &["2 images identical"]);
+    stage.write("spot.toml", "scene = 'spot.gltf'\nlight_scale = 3\n");
+    for _ in 0..2 {
+        stage.run(&["test"]).ends(1, &["1 image identical", "FAIL spot"]);
+        assert_eq!(cached(&stage), ["a/point"]);
+    }
+    // The verdict of before the change does not come back.
+    assert!(!stage.path(".rayframe-cache/spot.json").exists());
+    // A pending image of a shot that is identical again is discarded without rendering, too.
+    std::fs::remove_file(stage.path("spot.toml")).unwrap();
+    stage.run(&["test"]).ends(0, &["2 images identical"]);
+    std::fs::write(stage.path("references/spot.exr.new"), "x").unwrap();
+    stage.run(&["test"]).ends(0, &["2 shots not rendered"]);
+    assert_eq!(stage.references(), ["a/point.exr", "spot.exr"]);
+    // Files that are damaged, or of another program, tell nothing.
+    let file = stage.path(".rayframe-cache/spot.json");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let program = text.split("\"program\":\"").nth(1).unwrap();
+    for damaged in [text[..text.len() / 2].to_owned(), text.replace(&program[..64], &"0".repeat(64))] {
+        std::fs::write(&file, damaged).unwrap();
+        stage.run(&["test"]).ends(0, &["2 images identical"]);
+        assert_eq!(cached(&stage), ["a/point"]);
+    }
+    // The folder may be deleted, and is not seen by git.
+    assert_eq!(std::fs::read_to_string(stage.path(".rayframe-cache/.gitignore")).unwrap(), "*\n");
+    std::fs::remove_dir_all(stage.path(".rayframe-cache")).unwrap();
+    stage.run(&["test"]).ends(0, &["2 images identical"]);
+    assert_eq!(cached(&stage), [""; 0]);
+    // A folder that cannot be written to is a warning.
+    stage.write("suite.toml", &format!("cache = 'a/point.gltf/x'\n{SUITE}"));
+    stage.run(&["test"]).ends(0, &["2 images identical", "verdicts cannot be kept for the next run"]);
+}
+
+#[test]
+fn slow_shots_are_listed() {
+    let stage = Stage::accepted(SUITE, &[POINT, SPOT]);
+    stage.write("spot.toml", "scene = 'spot.gltf'\nresolution = [1280, 720]\n");
+    let ran = stage.run(&["test", "--slowest", "1"]);
+    ran.ends(1, &[" s  spot\n"]);
+    assert!(!ran.text.contains(" s  a/point\n"), "{}", ran.text);
+}

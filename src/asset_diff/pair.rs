@@ -10,21 +10,14 @@ use super::same_ids::replace_ids;
 use super::views::{PairedIndex, Sides, View, ViewCamera, views};
 use crate::cancel::CancelFlag;
 use crate::error::{Result, Warning};
-use crate::framing::{CameraRule, resolve_camera};
+use crate::framing::{NamedView, is_interior};
 use crate::gltf::ImageLoading;
 use crate::image::Image;
 use crate::renderer::RenderedFrame;
-use crate::scene::{
-    CameraRequest, ClipSelection, Environment, NameOrIndex, Orbit, Scene, Selection, SelectionRequest,
-    ViewRequest,
-};
+use crate::scene::{CameraRequest, ClipSelection, Environment, NameOrIndex, Scene};
 use crate::sequence::SequenceJob;
 use crate::settings::Settings;
 use crate::shot::{ShotSettings, load_scene, resolve_scene};
-
-/// The view from the other side than [`Orbit::THREE_QUARTER`].
-const BACK: Orbit =
-    Orbit { azimuth_degrees: Orbit::THREE_QUARTER.azimuth_degrees + 180.0, ..Orbit::THREE_QUARTER };
 
 /// Two versions of an asset: the actual one and its reference.
 #[derive(Debug)]
@@ -64,7 +57,7 @@ impl Asset {
             Some(view.clip.map_or(ClipSelection::None, |pair| ClipSelection::One(named(pair))).into());
         settings.variant = view.variant.map(|pair| named(pair).into());
         if view.camera == ViewCamera::Back {
-            settings.orbit = Some(BACK.into());
+            settings.view = Some(NamedView::ThreeQuarterBack.into());
         }
         let shot = ShotSettings::merge([settings], None)?;
         Ok(resolve_scene(&shot, Arc::clone(&self.scene))?.sequence)
@@ -154,15 +147,4 @@ fn share_light(actual: &mut SequenceJob, reference: &SequenceJob) {
         (false, true) => actual.environment = Environment::None,
         (true, true) => {}
     }
-}
-
-/// Whether the automatic camera sees the default scene from inside.
-fn is_interior(scene: &Scene) -> Result<bool> {
-    let request = SelectionRequest {
-        clips: ClipSelection::None,
-        camera: Some(CameraRequest::Auto),
-        ..Default::default()
-    };
-    let (selection, _) = Selection::resolve(&request, scene)?;
-    Ok(resolve_camera(scene, selection, &ViewRequest::default(), 16.0 / 9.0).rule == CameraRule::Inside)
 }

@@ -59,7 +59,7 @@ impl View {
 /// of the reference, and a still of every variant.
 pub(super) fn views(sides: &Sides<'_>, is_interior: bool) -> Vec<View> {
     let [actual, reference] = sides.scenes;
-    let stands = |scene: &Scene, camera: usize| selected_cameras(scene).contains(&camera);
+    let stands = |scene: &Scene, camera: usize| scene.cameras_of_default_scene().contains(&camera);
     let cameras = paired(sides, GroupKind::Cameras).into_iter();
     let cameras = cameras
         .filter(|(pair, _)| stands(actual, pair.actual) && stands(reference, pair.reference))
@@ -98,18 +98,6 @@ fn paired(sides: &Sides<'_>, group: GroupKind) -> Vec<(PairedIndex, String)> {
 fn clip_frames(clip: &Animation) -> Vec<i64> {
     let last = FrameRate::FILM.last_frame(clip.duration_seconds());
     BTreeSet::from([0, last / 2, last]).into_iter().collect()
-}
-
-/// Indices of the cameras in the default scene.
-fn selected_cameras(scene: &Scene) -> BTreeSet<usize> {
-    let mut pending =
-        scene.scenes.get(scene.default_scene).map(|scene| scene.roots.clone()).unwrap_or_default();
-    let mut cameras = BTreeSet::new();
-    while let Some(node) = pending.pop().and_then(|index| scene.nodes.get(index.index())) {
-        cameras.extend(node.camera.map(crate::scene::CameraIndex::index));
-        pending.extend_from_slice(&node.children);
-    }
-    cameras
 }
 
 /// Adds numbers to names that several views have, since glTF does not require unique names.

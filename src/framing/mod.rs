@@ -7,10 +7,12 @@ mod enclosure;
 mod fit;
 mod ground;
 mod inside;
+mod interior;
 mod orbit;
 mod resolve;
 mod subject;
 
 pub use ground::ground_below;
+pub use interior::is_interior;
 pub use orbit::NamedView;
 pub use resolve::{CameraRule, ResolvedCamera, framed_nodes, resolve_camera};

@@ -22,6 +22,8 @@ pub enum NamedView {
     Bottom,
     /// From the right, slightly above.
     ThreeQuarter,
+    /// The same from the other side.
+    ThreeQuarterBack,
 }
 
 impl NamedView {
@@ -35,6 +37,10 @@ impl NamedView {
             Self::Top => (0.0, 90.0),
             Self::Bottom => (0.0, -90.0),
             Self::ThreeQuarter => return Orbit::THREE_QUARTER,
+            Self::ThreeQuarterBack => {
+                let azimuth_degrees = Orbit::THREE_QUARTER.azimuth_degrees + 180.0;
+                return Orbit { azimuth_degrees, ..Orbit::THREE_QUARTER };
+            }
         };
         Orbit { azimuth_degrees, elevation_degrees, distance: 1.0 }
     }

@@ -6,6 +6,7 @@
 mod channel;
 mod plate;
 mod rendered_scene;
+mod scene_content;
 mod window;
 
 use std::borrow::Cow;
@@ -15,6 +16,7 @@ use crate::color::srgb_to_linear;
 pub use channel::{BEAUTY, Channel, Samples, finite_f32, half_from_f32, halves_from_f32, layer_of};
 pub use plate::{Plate, PlateFit, over, resample};
 pub use rendered_scene::{PartHashes, RenderedScene};
+pub use scene_content::{ContentChange, ContentNames, SceneContent};
 pub use window::PixelWindow;
 
 /// Meaning of the values of an image's colour channels.

@@ -1,5 +1,7 @@
 //! What an image was rendered from, as its file's attributes tell: the camera, and hashes of the parts of the scene.
 
+use super::{ContentChange, SceneContent};
+
 /// What an image was rendered from. Other programs' files tell some of it or nothing.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RenderedScene {
@@ -7,6 +9,16 @@ pub struct RenderedScene {
     pub camera: Option<[[f32; 16]; 2]>,
     /// Hashes of the parts of the scene.
     pub parts: Option<PartHashes>,
+    /// Names of the content of the scene.
+    pub content: Option<SceneContent>,
+}
+
+impl RenderedScene {
+    /// What is lost and new since the reference was rendered. Empty unless both files list their content.
+    pub fn content_changes(&self, reference: &Self) -> Vec<ContentChange> {
+        let both = self.content.as_ref().zip(reference.content.as_ref());
+        both.map(|(actual, reference)| actual.changes_since(reference)).unwrap_or_default()
+    }
 }
 
 /// Hashes of the parts of a scene at the time of a frame, 16 hexadecimal digits each. Names and unused content do not count.

@@ -1,11 +1,11 @@
 //! Attributes of the EXR files that this program writes.
 
-use crate::image::{PartHashes, RenderedScene};
 use exr::meta::attribute::{AttributeValue, Chromaticities, Text, TimeCode};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
 use exr::prelude::{IntegerBounds, Vec2};
 
 use crate::color::REC709;
+use crate::image::{PartHashes, RenderedScene, SceneContent};
 
 /// Name of the attribute of [`FrameAttributes::render_hash`].
 pub(super) const RENDER_HASH: &str = "renderHash";
@@ -56,10 +56,12 @@ pub struct RunStamp {
 impl FrameAttributes {
     /// What a file with these attributes tells of the scene.
     pub(crate) fn rendered_scene(&self) -> RenderedScene {
-        let parts = self.texts.iter().find(|(name, _)| name == PartHashes::ATTRIBUTE);
+        let text =
+            |attribute: &str| self.texts.iter().find(|(name, _)| name == attribute).map(|(_, text)| text);
         RenderedScene {
             camera: Some([self.world_to_camera, self.world_to_ndc]),
-            parts: parts.and_then(|(_, text)| PartHashes::parse(text)),
+            parts: text(PartHashes::ATTRIBUTE).and_then(|text| PartHashes::parse(text)),
+            content: text(SceneContent::ATTRIBUTE).and_then(|text| SceneContent::parse(text)),
         }
     }
 

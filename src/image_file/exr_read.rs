@@ -13,7 +13,9 @@ use exr::prelude::{ReadChannels as _, ReadLayers as _};
 
 use super::exr_rgba::check_memory;
 use crate::error::Error;
-use crate::image::{Channel, ColorEncoding, Image, PartHashes, PixelWindow, RenderedScene, Samples};
+use crate::image::{
+    Channel, ColorEncoding, Image, PartHashes, PixelWindow, RenderedScene, Samples, SceneContent,
+};
 
 /// Decodes the flat channels of all parts of `bytes`, the content of the file `path`.
 ///
@@ -80,11 +82,22 @@ fn rendered_scene(attributes: &LayerAttributes) -> RenderedScene {
     // Files of images that no camera took have the identity.
     let has_lens = |ndc: &[f32; 16]| *ndc != glam::Mat4::IDENTITY.to_cols_array();
     let camera = attributes.world_to_camera.zip(attributes.world_to_normalized_device.filter(has_lens));
-    let parts = attributes.other.iter().find_map(|(name, value)| match value {
-        AttributeValue::Text(text) if *name == *PartHashes::ATTRIBUTE => PartHashes::parse(&text.to_string()),
-        _ => None,
-    });
-    RenderedScene { camera: camera.map(|(camera, ndc)| [camera, ndc]), parts }
+    let text = |attribute: &str| {
+        attributes.other.iter().find_map(|(name, value)| match value {
+            AttributeValue::Text(text) if *name == *attribute => Some(utf8(text)),
+            _ => None,
+        })
+    };
+    RenderedScene {
+        camera: camera.map(|(camera, ndc)| [camera, ndc]),
+        parts: text(PartHashes::ATTRIBUTE).and_then(|text| PartHashes::parse(&text)),
+        content: text(SceneContent::ATTRIBUTE).and_then(|text| SceneContent::parse(&text)),
+    }
+}
+
+/// The bytes of a text, which this program writes as UTF-8.
+fn utf8(text: &exr::meta::attribute::Text) -> String {
+    String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
 /// Beginning of the names of a part's channels.

@@ -27,6 +27,7 @@ pub fn compare(actual: &Image, reference: &Image, limits: &Limits) -> Comparison
         return compare(&actual, &reference, limits);
     }
     let mut comparison = Comparison { mismatches: mismatches(actual, reference), ..Comparison::default() };
+    compare_content(&mut comparison, actual, reference);
     if comparison.mismatches.iter().any(|mismatch| matches!(mismatch, Mismatch::Size { .. })) {
         return comparison;
     }
@@ -47,11 +48,22 @@ pub fn compare(actual: &Image, reference: &Image, limits: &Limits) -> Comparison
     comparison
 }
 
-/// Whether all values have the same bits, and all are finite.
+/// Whether all values have the same bits, all are finite, and the scenes have the same content.
 pub(super) fn are_identical_and_finite(actual: &Image, reference: &Image) -> bool {
     actual.encoding == reference.encoding
         && are_identical(actual, reference)
+        && actual.scene.content_changes(&reference.scene).is_empty()
         && mismatches(actual, reference).is_empty()
+}
+
+fn compare_content(comparison: &mut Comparison, actual: &Image, reference: &Image) {
+    for change in actual.scene.content_changes(&reference.scene) {
+        if change.is_lost {
+            comparison.mismatches.push(Mismatch::Lost { content: change.kind, name: change.name });
+        } else {
+            comparison.new_content.push(change.to_string());
+        }
+    }
 }
 
 /// The layers, with no different pixels where the share of them is within the limits.

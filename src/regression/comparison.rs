@@ -38,6 +38,13 @@ pub enum Mismatch {
         /// Their channel, counts and first pixel.
         values: NonFinite,
     },
+    /// Content that only the reference's scene has.
+    Lost {
+        /// What it is: `node`, `clip`, `camera` or `variant`.
+        content: &'static str,
+        /// Its name in quotes, or a number where names are not listed.
+        name: String,
+    },
 }
 
 /// One measure and its limit.
@@ -64,6 +71,8 @@ pub struct Comparison {
     /// Differences that no limit allows.
     #[serde(rename = "faults")]
     pub mismatches: Vec<Mismatch>,
+    /// Content that the reference's scene does not have, one line each.
+    pub new_content: Vec<String>,
     /// Measures with limits.
     pub checks: Vec<Check>,
     /// Differences by EXR layer.
@@ -95,7 +104,7 @@ impl Comparison {
 
     /// Whether the image is identical, changed within the limits, or failed.
     pub fn verdict(&self) -> Verdict {
-        match (self.passes(), self.is_identical) {
+        match (self.passes(), self.is_identical && self.new_content.is_empty()) {
             (false, _) => Verdict::Failed,
             (true, false) => Verdict::Changed,
             (true, true) => Verdict::Identical,
@@ -109,6 +118,9 @@ impl Comparison {
         let shown = self.checks.iter().filter(|check| check.measured > 0.0 && check.limit.is_finite());
         if let Some(check) = shown.max_by(|a, b| share(a).total_cmp(&share(b))) {
             return Some(check.to_string());
+        }
+        if let Some(content) = self.new_content.first() {
+            return Some(content.clone());
         }
         let channels = self.layers.iter().flat_map(|layer| &layer.channels);
         let channel = channels.filter(|channel| channel.largest > 0.0);
@@ -189,6 +201,7 @@ impl std::fmt::Display for Mismatch {
             }
             Self::NotFinite { in_reference: false, values } => write!(formatter, "{values}"),
             Self::NotFinite { values, .. } => write!(formatter, "in the reference {values}"),
+            Self::Lost { content, name } => write!(formatter, "lost: {content} {name}"),
         }
     }
 }

@@ -9,7 +9,7 @@ use sha2::{Digest as _, Sha256};
 
 use super::{Image, Samples};
 
-/// SHA-256 over windows, names and bits of all values, as hexadecimal digits.
+/// SHA-256 over windows, names and bits of all values, and the content that the file lists, as hexadecimal digits.
 pub fn pixel_hash(image: &Image) -> String {
     let mut hash = Sha256::new();
     let (whole, data) = (image.display_window.size(), image.data_window);
@@ -31,6 +31,9 @@ pub fn pixel_hash(image: &Image) -> String {
                 hash.update(value.to_bits().to_le_bytes());
             }
         }
+    }
+    if let Some(content) = &image.scene.content {
+        hash.update(content.text().as_bytes());
     }
     hash.finalize().iter().fold(String::new(), |mut text, byte| {
         let _ = write!(text, "{byte:02x}");

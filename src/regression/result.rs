@@ -123,7 +123,7 @@ impl FrameResult {
     /// Whether the frame is identical, changed within the limits, or failed.
     pub fn verdict(&self) -> Verdict {
         match (self.status, &self.comparison) {
-            (FrameStatus::Passed, Some(comparison)) if !comparison.is_identical => Verdict::Changed,
+            (FrameStatus::Passed, Some(comparison)) => comparison.verdict(),
             (FrameStatus::Passed, _) => Verdict::Identical,
             _ => Verdict::Failed,
         }

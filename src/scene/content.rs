@@ -1,5 +1,6 @@
 //! The content of a scene file.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use super::{
@@ -84,6 +85,18 @@ impl Scene {
     pub fn camera_name(&self, camera: CameraIndex) -> Option<&str> {
         let own = self.cameras.get(camera.index()).and_then(|camera| camera.name.as_deref());
         own.or_else(|| self.holder_name(|node| node.camera == Some(camera)))
+    }
+
+    /// Indices of the cameras in the default scene.
+    pub fn cameras_of_default_scene(&self) -> BTreeSet<usize> {
+        let mut pending =
+            self.scenes.get(self.default_scene).map(|scene| scene.roots.clone()).unwrap_or_default();
+        let mut cameras = BTreeSet::new();
+        while let Some(node) = pending.pop().and_then(|index| self.nodes.get(index.index())) {
+            cameras.extend(node.camera.map(CameraIndex::index));
+            pending.extend_from_slice(&node.children);
+        }
+        cameras
     }
 
     /// Name of a light, or else of the first node that holds it.

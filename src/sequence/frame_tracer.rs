@@ -7,7 +7,7 @@ use crate::cancel::CancelFlag;
 use crate::denoise::{Denoiser, NoisyImage};
 use crate::error::{Error, Result};
 use crate::film::{AovFlags, Film};
-use crate::image::{PartHashes, Plate};
+use crate::image::{PartHashes, Plate, SceneContent};
 use crate::image_file::{FrameAttributes, SAMPLE_RANGE};
 use crate::output::{InstanceIds, frame_attributes};
 use crate::render::{Integrator, PathFrame, RenderStatistics, SceneView, ShutterSample, render_frame_into};
@@ -15,6 +15,7 @@ use crate::render::{Integrator, PathFrame, RenderStatistics, SceneView, ShutterS
 use super::checkpoint::Checkpoint;
 use super::pass_clock::PassClock;
 use super::posed_frames::PosedFrames;
+use super::scene_content::scene_content;
 use super::scene_parts::{StaticHashes, part_hashes};
 use super::{FrameProgress, Phases, SequenceJob};
 
@@ -254,6 +255,10 @@ impl<'a> FrameTracer<'a> {
         let statics = self.static_hashes.get_or_init(|| StaticHashes::of(&self.job.scene));
         let parts = part_hashes(self.job, statics, frame);
         attributes.texts.push((PartHashes::ATTRIBUTE.to_owned(), parts.text()));
+        if self.job.exr.lists_content && self.job.frames.first() == Some(&frame) {
+            let content = scene_content(&self.job.scene);
+            attributes.texts.push((SceneContent::ATTRIBUTE.to_owned(), content.text()));
+        }
         let range = self.job.render.sample_range_text();
         attributes.texts.extend(range.map(|range| (SAMPLE_RANGE.to_owned(), range)));
         attributes

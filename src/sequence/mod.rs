@@ -23,6 +23,7 @@ mod plates;
 mod posed_frames;
 mod render_hash;
 mod resume;
+mod scene_content;
 mod scene_parts;
 mod sequence_outputs;
 mod shared_exposure;

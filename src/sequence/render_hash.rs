@@ -245,9 +245,10 @@ fn lens_key(Lens { aperture, focus }: Lens) -> serde_json::Value {
 
 /// Content and encoding of EXR files. A stamp describes the run, not the image: it is left out.
 fn exr_key(exr: &ExrOutput) -> serde_json::Value {
-    let ExrOutput { aovs, samples, compression, is_split, is_stamped } = exr;
+    let ExrOutput { aovs, samples, compression, is_split, is_stamped, lists_content } = exr;
     // The default file has a name of its own.
-    if *exr == (ExrOutput { is_stamped: *is_stamped, ..ExrOutput::default() }) {
+    if *exr == (ExrOutput { is_stamped: *is_stamped, lists_content: *lists_content, ..ExrOutput::default() })
+    {
         return json!("exr rgba half");
     }
     json!({

@@ -78,6 +78,7 @@ named! {
         Top = "top", "From above; the front is at the bottom";
         Bottom = "bottom", "From below; the front is at the top";
         ThreeQuarter = "three-quarter", "From the right, slightly above: orbit 30,20";
+        ThreeQuarterBack = "three-quarter-back", "The same from the other side: orbit 210,20";
     }
     BuilderKind {
         Auto = "auto", "Karras' radix tree, clustered where that pays";

@@ -1,13 +1,16 @@
 //! Jobs of shots of a suite.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::error::{Result, Warning};
 use crate::gltf::ImageLoading;
+use crate::scene::Scene;
 use crate::sequence::SequenceJob;
 use crate::settings::{DEFINITIONS, Settings};
 
-use super::resolve::{RenderJob, check_shot, resolve};
+use super::environment::LoadedEnvironments;
+use super::resolve::{RenderJob, check_shot, load_scene, resolve, resolve_scene_with};
 use super::shot_settings::{ShotSettings, check_warnings, is_shot, no_scene};
 
 /// A shot of a suite.
@@ -41,6 +44,28 @@ pub fn shot_job(request: &ShotRequest<'_>) -> Result<ShotJob> {
     let RenderJob { sequence, warnings, inputs, .. } = resolve(&shot, ImageLoading::Texels)?;
     check_warnings(&sequence, &warnings)?;
     Ok(ShotJob { sequence, warnings, inputs })
+}
+
+/// The jobs of a shot whose scene is loaded once: one for each level of settings that `views` makes of the shot and its scene. The levels
+/// override the shot's settings.
+///
+/// # Errors
+/// Those of [`shot_job`] and of `views`.
+pub fn shot_jobs(
+    request: &ShotRequest<'_>,
+    views: impl FnOnce(&ShotSettings, &Scene) -> Result<Vec<Settings>>,
+) -> Result<Vec<ShotJob>> {
+    let shot = shot_settings(request)?;
+    let scene = Arc::new(load_scene(&shot, ImageLoading::Texels)?);
+    let mut environments = LoadedEnvironments::default();
+    let mut job = |view: Settings| {
+        let shot = ShotSettings::merge([view, shot.settings.clone()], shot.shot_file.clone())?;
+        let RenderJob { sequence, warnings, inputs, .. } =
+            resolve_scene_with(&shot, Arc::clone(&scene), &mut environments)?;
+        check_warnings(&sequence, &warnings)?;
+        Ok(ShotJob { sequence, warnings, inputs })
+    };
+    views(&shot, &scene)?.into_iter().map(&mut job).collect()
 }
 
 /// The input files of a shot. Texels are not loaded.

@@ -151,6 +151,7 @@ pub(super) fn exr_output(args: &SettingValues) -> ExrOutput {
         compression,
         is_split: args.split_aovs,
         is_stamped: args.stamp,
+        lists_content: false,
     }
 }
 

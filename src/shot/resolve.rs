@@ -133,8 +133,20 @@ fn check_image(shot: &ShotSettings) -> Result<()> {
 /// [`Error::Setting`] for settings that have no meaning for the scene or make several sequences, and errors of loading the
 /// environment.
 pub(crate) fn resolve_scene(shot: &ShotSettings, scene: Arc<Scene>) -> Result<RenderJob> {
+    resolve_scene_with(shot, scene, &mut LoadedEnvironments::default())
+}
+
+/// The same. Environment images that `environments` holds are not loaded again.
+///
+/// # Errors
+/// Those of [`resolve_scene`].
+pub(super) fn resolve_scene_with(
+    shot: &ShotSettings,
+    scene: Arc<Scene>,
+    environments: &mut LoadedEnvironments,
+) -> Result<RenderJob> {
     refuse_each(shot)?;
-    let jobs = resolve_sequences(shot, scene, &mut LoadedEnvironments::default());
+    let jobs = resolve_sequences(shot, scene, environments);
     let mut jobs = jobs.map_err(|error| shot.settings.locate(error))?;
     match (jobs.pop(), jobs.is_empty()) {
         (Some(job), true) => Ok(job),

@@ -4,7 +4,7 @@
     python3 tests/oracles/thousand_shots.py RAYFRAME [--shots N]
 
 The shots are copies of a scene of this repository, each with another light, so that no two have the same bytes. The script ends with
-an error where a run does not end as it should; it does not judge the times.
+an error where a run does not end as it should; the times decide nothing.
 """
 
 import argparse

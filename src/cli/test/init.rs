@@ -22,7 +22,6 @@ preset = "visual"           # exact, strict, visual or noisy; shot files may hav
 [shot]                      # settings of all shots, as in shot files, which replace them
 resolution = [320, 180]
 samples = 4
-frames = 0                  # of an animation or turntable: 0, [0, 12, 24], "1-10" or "all"
 aovs = ["object_id", "material_id"]   # a few bytes that find objects that changed; "albedo" and "depth" find more
 "#;
 

@@ -67,7 +67,7 @@ fn rendered(pixels: &Image, camera: f32, [geometry, materials, lights]: [&str; 3
     let assignments = if materials == "swapped" { "other" } else { geometry.as_str() }.to_owned();
     let materials = if materials == "swapped" { "m".to_owned() } else { materials };
     let parts = Some(PartHashes { geometry, materials, assignments, lights });
-    let scene = RenderedScene { camera: Some([[camera; 16]; 2]), parts };
+    let scene = RenderedScene { camera: Some([[camera; 16]; 2]), parts, content: None };
     Image { scene, ..pixels.clone() }
 }
 
@@ -112,7 +112,7 @@ fn an_object_that_moves_before_the_same_camera_is_no_camera() {
     let moved = image(|_, x, y| 0.5 + 0.3 * libm::sinf((x - 2.0) * 0.3) * libm::cosf((y + 1.0) * 0.2));
     let layers = [differing("object_id", 50)];
     let seen = |image: &Image, camera: f32| {
-        let scene = RenderedScene { camera: Some([[camera; 16]; 2]), parts: None };
+        let scene = RenderedScene { camera: Some([[camera; 16]; 2]), parts: None, content: None };
         Image { scene, ..image.clone() }
     };
     let cause = |camera: f32| likely_cause(&seen(&moved, camera), &seen(&reference, 1.0), &layers);

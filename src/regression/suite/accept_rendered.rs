@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use super::covered_jobs::jobs_of;
 use super::filter::Filter;
-use super::job::job_of;
-use super::names::{image_name, reference_path};
+use super::names::reference_path;
 use super::orphans::orphaned_references;
 use super::pending::{discard_image, discard_removal};
 use super::render::reference_job;
@@ -119,11 +119,13 @@ impl<'a> RenderedChecks<'a> {
 
 /// The render hashes of all frames of a shot, by name of image.
 fn render_hashes(suite: &Suite, shot: &SuiteShot) -> Result<BTreeMap<String, String>> {
-    let job = reference_job(job_of(suite, &shot.path)?.sequence, Path::new(""))?;
-    let count = job.frames.len();
-    let hashes =
-        job.frames.iter().map(|&frame| (image_name(&shot.name, frame, count), render_hash(&job, frame)));
-    Ok(hashes.collect())
+    let mut hashes = BTreeMap::new();
+    for covered in jobs_of(suite, shot)? {
+        let job = reference_job(covered.job.sequence.clone(), Path::new(""))?;
+        let frames = job.frames.iter();
+        hashes.extend(frames.map(|&frame| (covered.image_name(&shot.name, frame), render_hash(&job, frame))));
+    }
+    Ok(hashes)
 }
 
 impl RenderedChange {

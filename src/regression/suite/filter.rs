@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::SuiteShot;
-use super::names::numbered_shot;
+use super::names::possible_shots;
 
 /// A selection of shots and images. A word selects, in this order of precedence: everything if it is empty, the shot of that name with
 /// all of its images, the image or reference file (`walk.exr`) of that name, or everything whose name contains the word.
@@ -34,13 +34,13 @@ impl<'a> Filter<'a> {
         let images: Vec<&str> = images.collect();
         let shots: BTreeSet<&str> = shots.iter().map(|shot| shot.name.as_str()).collect();
         let file_of_shot = [".toml", ".gltf", ".glb"].iter().find_map(|ending| word.strip_suffix(ending));
-        let is_frame = numbered_shot(word).is_some_and(|shot| shots.contains(shot));
+        let is_image = owner(&shots, word).is_some();
         let (word, selection) = match (word.strip_suffix(".exr"), file_of_shot) {
             _ if word.is_empty() => (word, Selection::All),
             _ if shots.contains(word) => (word, Selection::Shot),
             (Some(image), _) => (image, Selection::Image),
             (_, Some(shot)) if shots.contains(shot) => (shot, Selection::Shot),
-            _ if is_frame || images.contains(&word) => (word, Selection::Image),
+            _ if is_image || images.contains(&word) => (word, Selection::Image),
             _ => (word, Selection::Part),
         };
         let containing = images.iter().filter(|image| image.contains(word));
@@ -80,8 +80,7 @@ impl<'a> Filter<'a> {
 }
 
 fn owner<'a>(shots: &BTreeSet<&'a str>, image: &str) -> Option<&'a str> {
-    let named = |name: &str| shots.get(name).copied();
-    named(image).or_else(|| named(numbered_shot(image)?))
+    possible_shots(image).find_map(|name| shots.get(name).copied())
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use toml::de::{DeTable, DeValue};
 
 use super::super::{Limits, Preset};
+use super::coverage::COVERAGE_KEYS;
 use crate::error::Result;
 use crate::settings::{TomlEntry, TomlFile, entries, nearest, number};
 
@@ -61,9 +62,12 @@ impl PresetLimits {
             let preset = preset(file, entry)?;
             self = Self { preset, limits: preset.limits() };
         }
-        for entry in entries.into_iter().filter(|entry| entry.key != "preset") {
-            let limit =
-                self.limits.named_mut(entry.key).ok_or_else(|| file.unknown_key(entry, "a limit", &KEYS))?;
+        let is_limit = |entry: &TomlEntry<'_>| entry.key != "preset" && !COVERAGE_KEYS.contains(&entry.key);
+        for entry in entries.into_iter().filter(is_limit) {
+            let limit = self
+                .limits
+                .named_mut(entry.key)
+                .ok_or_else(|| file.unknown_key(entry, "a limit", &[&KEYS[..], &COVERAGE_KEYS].concat()))?;
             let value = number(entry.value).ok_or_else(|| file.wrong_kind(entry, "a number"))?;
             if value.is_nan() || value < 0.0 {
                 return Err(file.wrong_value(entry, "write a number from 0, or inf for no limit"));

@@ -38,7 +38,8 @@ struct ReportedShot {
     seconds: f64,
     cached: bool,
     warnings: Vec<String>,
-    pictures: Vec<ReportedFrame>,
+    #[serde(rename = "pictures")]
+    frames: Vec<ReportedFrame>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -139,7 +140,7 @@ impl Merging<'_> {
         let limits = self.suite.limits_of(&shot.file).unwrap_or(self.suite.limits);
         let mut not_kept = Vec::new();
         let mut frames = Vec::new();
-        for frame in shot.pictures {
+        for frame in shot.frames {
             let mut tested = self.frame(folder, frame, &limits.limits)?;
             self.image_budget.admit(&mut tested.result);
             if let Some(target) = self.images {

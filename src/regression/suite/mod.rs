@@ -28,9 +28,10 @@
 mod accept_rendered;
 mod approvals;
 mod changed_files;
+mod coverage;
+mod covered_jobs;
 mod discover;
 mod filter;
-mod job;
 mod limits;
 mod merge_reports;
 mod names;

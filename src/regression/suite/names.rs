@@ -25,6 +25,13 @@ pub(super) fn numbered_shot(image: &str) -> Option<&str> {
     (digits.len() >= 3 && digits.bytes().all(|byte| byte.is_ascii_digit())).then_some(shot)
 }
 
+/// Names of shots that may render an image, the longest first: `walk@front.0012`, `walk@front` and `walk`.
+pub(super) fn possible_shots(image: &str) -> impl Iterator<Item = &str> {
+    let view = numbered_shot(image);
+    let of_views = view.unwrap_or(image).rmatch_indices('@').map(|(at, _)| &image[..at]);
+    std::iter::once(image).chain(view).chain(of_views)
+}
+
 /// The path of the reference of the image `name` below `references`.
 pub(super) fn reference_path(references: &Path, name: &str) -> PathBuf {
     references.join(format!("{name}{REFERENCE}"))
@@ -43,6 +50,11 @@ pub(super) fn changed_path(references: &Path, name: &str) -> PathBuf {
 /// The path of the pending removal of the reference `name`.
 pub(super) fn removal_path(references: &Path, name: &str) -> PathBuf {
     references.join(format!("{name}{REFERENCE}{REMOVAL}"))
+}
+
+/// The paths of all files of an image below `references`.
+pub(super) fn paths_of_image(references: &Path, name: &str) -> [PathBuf; 4] {
+    [reference_path, pending_path, changed_path, removal_path].map(|path| path(references, name))
 }
 
 /// A file below the folder of references.
@@ -148,6 +160,13 @@ mod tests {
             assert_eq!(of(removal_path(references, name)), ReferenceFile::Removal(name.to_owned()));
         }
         assert_eq!(kind_of("notes.txt"), None);
+    }
+
+    #[test]
+    fn images_of_views_belong_to_a_shot() {
+        let shots = |image| possible_shots(image).collect::<Vec<_>>();
+        assert_eq!(shots("a/walk"), ["a/walk"]);
+        assert_eq!(shots("walk@far@run.0012"), ["walk@far@run.0012", "walk@far@run", "walk@far", "walk"]);
     }
 
     #[test]

@@ -3,12 +3,13 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use super::covered_jobs::jobs_of;
 use super::filter::Filter;
-use super::job::job_of;
-use super::names::{ReferenceFile, image_name, numbered_shot, reference_files, reference_path};
+use super::names::{ReferenceFile, paths_of_image, possible_shots, reference_files, reference_path};
 use super::pending::{discard_image, discard_removal, store_removal};
 use super::{RunOptions, Suite, SuiteShot};
 use crate::error::{Error, Result};
+use crate::image_file::remove_stale_temporaries;
 use crate::regression::Image;
 use crate::regression::encoded_image::EncodedImage;
 use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
@@ -20,8 +21,10 @@ use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
 pub fn orphaned_references(suite: &Suite, shots: &[SuiteShot]) -> Result<Vec<String>> {
     let mut rendered = BTreeSet::new();
     for shot in shots {
-        let job = job_of(suite, &shot.path)?.sequence;
-        rendered.extend(job.frames.iter().map(|&frame| image_name(&shot.name, frame, job.frames.len())));
+        for covered in jobs_of(suite, shot)? {
+            let frames = &covered.job.sequence.frames;
+            rendered.extend(frames.iter().map(|&frame| covered.image_name(&shot.name, frame)));
+        }
     }
     let files = reference_files(&suite.references)?;
     let references = files.iter().filter(|file| matches!(file, ReferenceFile::Reference(_)));
@@ -48,9 +51,15 @@ pub fn finish(
     // A shot that was not tested, or could not be opened, may render any frame.
     let is_known = |shot: &str| results.iter().any(|result| result.name == shot && !is_unopened(result));
     // Without a shot, it belongs to the part that its shot would belong to.
-    let is_here =
-        |name: &str| options.shard.is_none_or(|shard| shard.includes(numbered_shot(name).unwrap_or(name)));
+    let is_here = |name: &str| {
+        options.shard.is_none_or(|shard| shard.includes(possible_shots(name).last().unwrap_or(name)))
+    };
     let is_decided = |name: &str| filter.owner(name).map_or_else(|| is_here(name), is_known);
+    if keeps_pending {
+        let names = rendered.iter().copied().chain(files.iter().map(ReferenceFile::name));
+        let paths = names.flat_map(|name| paths_of_image(&suite.references, name));
+        remove_stale_temporaries(&paths.collect::<Vec<_>>());
+    }
     let mut orphaned = Vec::new();
     let mut not_kept = Vec::new();
     for file in &files {

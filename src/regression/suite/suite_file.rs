@@ -4,9 +4,11 @@ use std::path::{Path, PathBuf};
 
 use toml::de::{DeTable, DeValue};
 
+use super::coverage::Coverage;
 use super::limits::PresetLimits;
 use crate::error::Result;
 use crate::settings::{TomlEntry, TomlFile, entries, number, read_text};
+use crate::shot::is_shot;
 
 /// The name of suite files.
 pub const SUITE_FILE: &str = "suite.toml";
@@ -31,6 +33,7 @@ pub struct Suite {
     /// Size limit of references, bytes.
     pub max_reference_bytes: u64,
     pub(super) limits: PresetLimits,
+    pub(super) coverage: Coverage,
 }
 
 /// Keys of a suite file.
@@ -109,6 +112,7 @@ impl Suite {
         let table = toml.table()?;
         let text = SuiteText::of(&toml, &table)?;
         let limits = PresetLimits::default().with(&toml, &table)?;
+        let coverage = Coverage::default().with(&toml, &table)?;
         let folder = file.parent().unwrap_or(Path::new(""));
         let below = |path: Option<PathBuf>, default: &str| joined(folder, &path.unwrap_or(default.into()));
         let scenes = below(text.scenes.filter(|path| path != Path::new(".")), "");
@@ -121,6 +125,7 @@ impl Suite {
             cache: below(text.cache, ".rayframe-cache"),
             max_reference_bytes: text.max_reference_kib.unwrap_or(MAX_REFERENCE_KIB).saturating_mul(1024),
             limits,
+            coverage,
             file,
         })
     }
@@ -143,12 +148,22 @@ impl Suite {
 
     /// The limits of the shot at `path`: those of the suite, changed by the shot file.
     pub(super) fn limits_of(&self, path: &Path) -> Result<PresetLimits> {
-        if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml")) {
+        if !is_shot(path) {
             return Ok(self.limits);
         }
         let text = read_text(path)?;
         let file = TomlFile { path, text: &text };
         self.limits.with(&file, &file.table()?)
+    }
+
+    /// What is tested of the shot at `path`: what the suite says, changed by the shot file.
+    pub(super) fn coverage_of(&self, path: &Path) -> Result<Coverage> {
+        if !is_shot(path) {
+            return Ok(self.coverage.clone());
+        }
+        let text = read_text(path)?;
+        let file = TomlFile { path, text: &text };
+        self.coverage.clone().with(&file, &file.table()?)
     }
 }
 

@@ -1,12 +1,13 @@
 //! Renders one shot, compares its frames, and stores pending images.
 
+use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::job::job_of;
+use super::covered_jobs::{CoveredJob, jobs_of};
 use super::limits::PresetLimits;
-use super::names::{image_name, reference_path};
+use super::names::reference_path;
 use super::pending::{discard_image, discard_removal, store_image};
 use super::render::render_shot;
 use super::rendered_images::store_rendered;
@@ -147,21 +148,44 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
     if let Some(cached) = context.cache.and_then(|cache| cache.find(shot)) {
         return Ok(TestedShot::cached(cached));
     }
-    let ShotJob { sequence: mut job, warnings, inputs } = job_of(context.suite, &shot.path)?;
+    let (mut frames, mut warnings, mut inputs) = (Vec::new(), BTreeSet::new(), Some(BTreeSet::new()));
+    for covered in jobs_of(context.suite, shot)? {
+        frames.extend(tested_view(context, shot, &limits.limits, &covered)?);
+        let ShotJob { sequence, warnings: of_view, inputs: files } = covered.job;
+        warnings.extend(of_view.iter().map(ToString::to_string));
+        // The library of a denoiser is no input file.
+        inputs = inputs.filter(|_| sequence.denoiser.is_none());
+        if let Some(inputs) = &mut inputs {
+            inputs.extend(files);
+        }
+    }
+    Ok(TestedShot {
+        frames,
+        warnings: warnings.into_iter().collect(),
+        inputs: inputs.map(|inputs| inputs.into_iter().collect()),
+        is_cached: false,
+    })
+}
+
+/// Renders and compares the frames of one view.
+fn tested_view(
+    context: &TestContext<'_>,
+    shot: &SuiteShot,
+    limits: &Limits,
+    covered: &CoveredJob,
+) -> Result<Vec<TestedFrame>> {
+    let mut job = covered.job.sequence.clone();
     job.max_memory_bytes /= context.shots_at_once.max(1) as u64;
-    // The library of a denoiser is no input file.
-    let inputs = job.denoiser.is_none().then_some(inputs);
     let mut rendered = render_shot(job, context.cancel)?;
     let is_refused = |(_, file): &(i64, Result<PathBuf>)| matches!(file, Err(Error::Refused { .. }));
     if let Some(refused) = rendered.frames.iter().position(is_refused).filter(|_| context.shots_at_once > 1) {
         rendered.frames.swap_remove(refused).1?;
     }
-    let count = rendered.frames.len();
     let frames = rendered.frames.iter().map(|(frame, file)| {
         let id =
-            FrameId { name: image_name(&shot.name, *frame, count), frame: (count > 1).then_some(*frame) };
+            FrameId { name: covered.image_name(&shot.name, *frame), frame: covered.frame_number(*frame) };
         let mut tested = match file {
-            Ok(file) => test_frame(context.suite, &limits.limits, id, file)?,
+            Ok(file) => test_frame(context.suite, limits, id, file)?,
             Err(error) => {
                 TestedFrame { result: id.result(FrameStatus::Broken, error.to_string()), file: None }
             }
@@ -169,12 +193,7 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
         context.image_budget.admit(&mut tested.result);
         Ok(tested)
     });
-    Ok(TestedShot {
-        frames: frames.collect::<Result<_>>()?,
-        warnings: warnings.iter().map(ToString::to_string).collect(),
-        inputs,
-        is_cached: false,
-    })
+    frames.collect()
 }
 
 /// The name of a frame's reference, and the frame number in shots of several frames.

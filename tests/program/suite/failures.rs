@@ -13,8 +13,8 @@ fn a_new_folder_becomes_a_suite_that_guards_a_scene() {
     stage.run(&["test", "--init"]).ends(0, &["suite.toml written"]);
     stage.run(&["test"]).ends(65, &["neither a shot file (.toml) nor a scene"]);
     stage.scene("point.gltf", POINT.1, "", "");
-    stage.run(&["test"]).ends(1, &["there is no reference references/point.exr", "report/index.html"]);
-    stage.run(&["accept"]).ends(0, &["added references/point.exr"]);
+    stage.run(&["test"]).ends(1, &["there is no reference references/point@camera.exr", "report/index.html"]);
+    stage.run(&["accept"]).ends(0, &["added references/point@camera.exr"]);
     stage.run(&["test"]).ends(0, &["1 image identical"]);
     assert!(std::fs::read_to_string(stage.path(".gitignore")).unwrap().contains("*.new"));
     // From a folder below as well.

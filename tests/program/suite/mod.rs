@@ -2,6 +2,7 @@
 
 mod approvals;
 mod causes;
+mod coverage;
 mod failures;
 mod forms;
 mod killed;

@@ -1,0 +1,173 @@
+//! What of a scene is tested without a shot file, the lists of `[test]`, and content that is lost.
+
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+use serde_json::{Value, json};
+
+use super::Stage;
+
+/// A suite that leaves to the scenes what is seen.
+const SUITE: &str = "[shot]\nresolution = [48, 27]\nsamples = 1\n";
+
+/// A triangle on each of two nodes, with two clips of one second and half a second, two variants, and some cameras.
+fn scene(cameras: usize) -> Value {
+    let positions = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let (times, translations) = ([0.0, 1.0, 0.0, 0.5], [0.0, 0.0, 0.0, 0.0, 0.5, 0.0]);
+    let floats = positions.into_iter().chain(times).chain(translations);
+    let bytes: Vec<u8> = floats.flat_map(f32::to_le_bytes).collect();
+    let uri = format!("data:application/octet-stream;base64,{}", BASE64_STANDARD.encode(&bytes));
+    let clip = |name: &str, times: usize| {
+        json!({
+            "name": name,
+            "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
+            "samplers": [{"input": times, "output": 3}],
+        })
+    };
+    let mut nodes =
+        vec![json!({"name": "body", "mesh": 0}), json!({"name": "hat", "mesh": 0, "translation": [0, 1, 0]})];
+    nodes.extend((0..cameras).map(|index| json!({"camera": index, "translation": [0.5, 0.5, 3 + index]})));
+    let mut scene = json!({
+        "asset": {"version": "2.0"},
+        "extensionsUsed": ["KHR_materials_variants"],
+        "extensions": {"KHR_materials_variants": {"variants": [{"name": "day"}, {"name": "night"}]}},
+        "scenes": [{"nodes": (0..nodes.len()).collect::<Vec<_>>()}],
+        "nodes": nodes,
+        "meshes": [{"primitives": [{
+            "attributes": {"POSITION": 0},
+            "material": 0,
+            "extensions": {"KHR_materials_variants": {"mappings": [{"material": 1, "variants": [1]}]}},
+        }]}],
+        "materials": [
+            {"doubleSided": true},
+            {"doubleSided": true, "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.1, 0.4, 1]}},
+        ],
+        "animations": [clip("walk", 1), clip("run", 2)],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
+            {"bufferView": 0, "byteOffset": 36, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [1]},
+            {"bufferView": 0, "byteOffset": 44, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [0.5]},
+            {"bufferView": 0, "byteOffset": 52, "componentType": 5126, "count": 2, "type": "VEC3"},
+        ],
+        "bufferViews": [{"buffer": 0, "byteLength": bytes.len()}],
+        "buffers": [{"uri": uri, "byteLength": bytes.len()}],
+    });
+    if cameras > 0 {
+        let lens = |index| json!({"name": format!("lens {index}"), "type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1}});
+        scene["cameras"] = (0..cameras).map(lens).collect();
+    }
+    scene
+}
+
+/// Accepts all images, and returns the names of the references.
+fn accepted(stage: &Stage) -> Vec<String> {
+    stage.run(&["test"]).ends(1, &["there is no reference"]);
+    stage.run(&["accept"]).ends(0, &[]);
+    stage.run(&["test"]).ends(0, &[" identical, 0 changed within limits, 0 failed"]);
+    stage.references()
+}
+
+#[test]
+fn a_scene_without_a_shot_file_is_tested_whole() {
+    let stage = Stage::new(SUITE);
+    stage.write("robot.gltf", &scene(0).to_string());
+    let of_clips = ["robot@day", "robot@night", "robot@run.0000", "robot@run.0006", "robot@run.0012"];
+    let rest = ["robot@three-quarter-back", "robot@walk.0000", "robot@walk.0012", "robot@walk.0024"];
+    let whole: Vec<_> =
+        ["robot@auto"].iter().chain(&of_clips).chain(&rest).map(|name| format!("{name}.exr")).collect();
+    assert_eq!(accepted(&stage), whole);
+    // Cameras of the file replace the automatic views.
+    let stage = Stage::new(SUITE);
+    stage.write("robot.gltf", &scene(2).to_string());
+    let names = accepted(&stage);
+    assert_eq!(names.len(), whole.len());
+    assert_eq!(names[1..3], ["robot@lens 0.exr", "robot@lens 1.exr"]);
+    // Names select a shot, a view or one frame.
+    let listed = |name: &str| {
+        let ran = stage.run(&["test", name, "--json"]);
+        let json: Value = serde_json::from_str(&ran.stdout).unwrap_or_default();
+        json["shots"][0]["pictures"].as_array().map_or(0, Vec::len)
+    };
+    assert_eq!([listed("robot"), listed("robot@walk.0012"), listed("robot@night")], [whole.len(); 3]);
+    // A suite that chooses frames, or any other part of the scene, tests what it chooses.
+    for chosen in ["frames = 0", "animation = 'walk'\nframes = [0, 12]", "variant = 'night'\nframes = 3"] {
+        let stage = Stage::new(&format!("{SUITE}{chosen}\n"));
+        stage.write("robot.gltf", &scene(0).to_string());
+        let expected: &[&str] =
+            if chosen.contains("12") { &["robot.0000.exr", "robot.0012.exr"] } else { &["robot.exr"] };
+        assert_eq!(accepted(&stage), expected, "{chosen}");
+    }
+}
+
+#[test]
+fn lists_make_a_matrix() {
+    let stage = Stage::new(&format!("{SUITE}[test]\nclips = 'each'\nframes = ['last']\n"));
+    stage.write("robot.gltf", &scene(2).to_string());
+    stage.write(
+        "day.toml",
+        "scene = 'robot.gltf'\n[test]\ncameras = ['lens 1']\nviews = ['left']\nclips = ['run']\nvariants = 'each'\nframes = [0, 5, 'middle']\n",
+    );
+    let mut expected = Vec::new();
+    for from in ["left", "lens 1"] {
+        for variant in ["day", "night"] {
+            expected.extend(
+                ["0000", "0005", "0006"].map(|frame| format!("day@{from}@run@{variant}.{frame}.exr")),
+            );
+        }
+    }
+    assert_eq!(accepted(&stage), expected);
+    // Without a shot file, the suite's lists apply.
+    std::fs::remove_file(stage.path("day.toml")).unwrap();
+    std::fs::remove_dir_all(stage.path("references")).unwrap();
+    assert_eq!(accepted(&stage), ["robot@run.exr", "robot@walk.exr"]);
+    stage.write("day.toml", "scene = 'robot.gltf'\n[test]\nclips = ['jump']\n");
+    stage.run(&["test", "day"]).ends(1, &["there is no animation \"jump\"; choose one of"]);
+    stage.write("day.toml", "scene = 'robot.gltf'\n[test]\nview = ['left']\n");
+    stage.run(&["test", "day"]).ends(1, &["\"view\" is not a limit; did you mean \"views\"?"]);
+}
+
+#[test]
+fn lost_content_fails_with_its_name_where_no_pixel_shows_it() {
+    let stage = Stage::new(&format!("{SUITE}frames = 0\nanimation = 'none'\nview = 'front'\n"));
+    let mut robot = scene(0);
+    // Behind the body, so that no pixel shows it.
+    robot["nodes"][1]["scale"] = json!([0, 0, 0]);
+    stage.write("robot.gltf", &robot.to_string());
+    assert_eq!(accepted(&stage), ["robot.exr"]);
+    let whole = robot.clone();
+    robot["animations"].as_array_mut().unwrap().pop();
+    robot["nodes"][1]["name"] = json!("cap");
+    stage.write("robot.gltf", &robot.to_string());
+    let lost = ["FAIL robot", "lost: node \"hat\"", "lost: clip \"run\""];
+    stage.run(&["test"]).ends(1, &lost);
+    let json: Value = serde_json::from_str(&stage.run(&["test", "--json"]).stdout).unwrap();
+    let image = &json["shots"][0]["pictures"][0];
+    assert_eq!(image["faults"][1], json!({"kind": "lost", "content": "clip", "name": "\"run\""}));
+    assert_eq!(image["new_content"], json!(["new: node \"cap\""]));
+    // Accepting it makes the new content the reference's.
+    stage.run(&["accept"]).ends(0, &["replaced"]);
+    stage.run(&["test"]).ends(0, &["1 image identical"]);
+    // What is new is a change within the limits.
+    stage.write("robot.gltf", &whole.to_string());
+    stage.run(&["test"]).ends(1, &["lost: node \"cap\""]);
+    robot["animations"] = whole["animations"].clone();
+    stage.write("robot.gltf", &robot.to_string());
+    stage.run(&["test"]).ends(0, &["changed robot", "new: clip \"run\""]);
+    stage.run(&["accept", "--changed"]).ends(0, &["replaced"]);
+    stage.run(&["test"]).ends(0, &["1 image identical"]);
+}
+
+#[test]
+fn a_lost_clip_is_one_failure_and_its_images_are_orphaned() {
+    let stage = Stage::new(SUITE);
+    let mut robot = scene(0);
+    stage.write("robot.gltf", &robot.to_string());
+    accepted(&stage);
+    robot["animations"].as_array_mut().unwrap().pop();
+    stage.write("robot.gltf", &robot.to_string());
+    let ran = stage.run_with(&["test"], "", Some("true"));
+    ran.ends(1, &["lost: clip \"run\"", "FAIL robot@run.0006", "6 images identical", "4 failed"]);
+    assert_eq!(ran.text.matches("lost: clip").count(), 1, "{}", ran.text);
+    // The images of a build server carry the names, too.
+    stage.run(&["accept", "--from", "report"]).ends(0, &["replaced references/robot@auto.exr", "removed"]);
+    stage.run(&["test"]).ends(0, &["7 images identical"]);
+}

@@ -123,7 +123,9 @@ impl FrameResult {
     /// Whether the frame is identical, changed within the limits, or failed.
     pub fn verdict(&self) -> Verdict {
         match (self.status, &self.comparison) {
-            (FrameStatus::Passed, Some(comparison)) => comparison.verdict(),
+            (FrameStatus::Passed, Some(comparison)) if comparison.verdict() != Verdict::Identical => {
+                Verdict::Changed
+            }
             (FrameStatus::Passed, _) => Verdict::Identical,
             _ => Verdict::Failed,
         }

@@ -8,12 +8,12 @@ pub(super) fn scene_content(scene: &Scene) -> SceneContent {
     let or_number = |name: Option<&str>, what: &str, index: usize| {
         name.map_or_else(|| format!("{what}{index}"), str::to_owned)
     };
-    let drawn = scene.nodes.iter().filter(|node| node.mesh.is_some());
+    let with_mesh = scene.nodes.iter().filter(|node| node.mesh.is_some());
     let clips = scene.animations.iter().enumerate();
     let cameras = 0..scene.cameras.len();
     let camera = |index: usize| or_number(scene.camera_name(CameraIndex(index as u32)), "camera", index);
     SceneContent {
-        nodes: ContentNames::new(drawn.filter_map(|node| node.name.clone()).collect()),
+        nodes: ContentNames::new(with_mesh.filter_map(|node| node.name.clone()).collect()),
         clips: ContentNames::new(
             clips.map(|(index, clip)| or_number(clip.name.as_deref(), "clip", index)).collect(),
         ),

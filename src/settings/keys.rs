@@ -11,6 +11,11 @@ use super::synonyms::synonym;
 /// Options that are no settings.
 const COMMAND_LINE_ONLY: [&str; 3] = ["config", "set", "dry_run"];
 
+/// Whether a key of a shot file is a setting.
+pub(crate) fn is_setting(key: &str) -> bool {
+    Definition::of(key).is_some()
+}
+
 /// The definition of a key.
 ///
 /// # Errors

@@ -57,6 +57,7 @@ pub use existing_files::ExistingFiles;
 pub use exposure::Exposure;
 pub use frame_rate::FrameRate;
 pub use frame_spec::{FrameSpec, frames_text};
+pub(crate) use keys::is_setting;
 pub use lists::aovs_in_files;
 pub use named::Named;
 pub(crate) use nearest::nearest;

@@ -5,6 +5,7 @@ mod findings;
 mod init;
 mod junit;
 mod markdown;
+mod open;
 mod output_files;
 mod report;
 mod selection;
@@ -25,9 +26,10 @@ use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Result};
 use rayframe::image_file::write_atomically;
 use rayframe::regression::suite::{self, RunOptions, Suite};
-use rayframe::regression::{SuiteResult, check_report_place, write_report};
+use rayframe::regression::{SuiteResult, Verdict, check_report_place, write_report};
 use rayframe::settings::parse as options;
 
+use open::open_in_browser;
 use output_files::OutputFiles;
 use selection::SelectionOptions;
 
@@ -70,6 +72,12 @@ pub(super) struct TestArgs {
     slowest: usize,
     #[command(flatten)]
     fail_on: FailOnOption,
+    /// Open the report in a browser where an image changed or failed
+    #[arg(long, conflicts_with_all = ["init", "list"])]
+    open: bool,
+    /// Other programs' option that replaces references
+    #[arg(long, hide = true, aliases = ["update-snapshots", "update-references", "bless"])]
+    update: bool,
     /// Print failures only
     #[arg(short, long)]
     quiet: bool,
@@ -93,6 +101,11 @@ pub(super) fn run(args: &TestArgs) -> ExitStatus {
 }
 
 fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
+    if args.update {
+        return Err(Error::usage(
+            "rayframe test never replaces references; look at the report, then run rayframe accept",
+        ));
+    }
     if args.init {
         return init::init(&args.suite).map(|()| true);
     }
@@ -118,6 +131,7 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     };
     let fail_on = args.fail_on.value();
     let passes = !result.fails(fail_on);
+    let differs = result.counts().worst() != Verdict::Identical;
     for error in result.not_kept() {
         print_warning(&format!("pending images cannot be stored: {error}"));
     }
@@ -138,11 +152,20 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     write_report(&suite::report_page(&suite, result, &command(args, &suite), !suite::is_ci()), &page)?;
     write_atomically(&folder.join(suite::RESULT_FILE), json.as_bytes())?;
     files_written?;
+    if args.open && differs {
+        open_in_browser(&page);
+    }
     Ok(passes)
 }
 
 fn tested(args: &TestArgs, suite: &Suite, cancel: &CancelFlag) -> Result<SuiteResult> {
     let options = args.run_options(suite);
+    for file in suite::stray_files(suite)? {
+        let file = one_line(&file.display().to_string());
+        print_warning(&format!(
+            "{file}: is skipped, as no key in it is a setting of a shot; `exclude` of the suite silences this"
+        ));
+    }
     let progress = SuiteProgress::new(!args.quiet && std::io::stderr().is_terminal());
     let result = suite::run(suite, &options, cancel, &|count, shot| {
         progress.tell(count, &shot.name, shot.passes());

@@ -28,6 +28,7 @@ const SCRIPT: &str = concat!(
     include_str!("page/inspect.js"),
     include_str!("page/graph.js"),
     include_str!("page/approvals.js"),
+    include_str!("page/thumbnails.js"),
     include_str!("page/list.js"),
     include_str!("page/changes.js"),
     include_str!("page/details.js"),

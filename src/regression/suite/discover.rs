@@ -5,7 +5,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::names::{files_below, name_below, numbered_shot};
-use super::suite_file::is_suite_file;
+use super::suite_file::{is_camera_path, is_suite_file, may_be_shot};
 use super::{SUITE_FILE, Suite};
 use crate::error::{Error, Result};
 use crate::shot::scene_of_shot;
@@ -26,6 +26,7 @@ pub struct SuiteShot {
 pub fn discover(suite: &Suite) -> Result<Vec<SuiteShot>> {
     let (shot_files, scenes): (Vec<_>, Vec<_>) =
         own_files(suite)?.into_iter().partition(|file| has_extension(file, &["toml"]));
+    let shot_files: Vec<_> = shot_files.into_iter().filter(|file| may_be_shot(file)).collect();
     let mut named = BTreeSet::new();
     for shot in &shot_files {
         match scene_of_shot(shot) {
@@ -47,6 +48,16 @@ pub fn discover(suite: &Suite) -> Result<Vec<SuiteShot>> {
     shots.sort_by(|a, b| a.name.cmp(&b.name));
     refuse_shared_names(&shots)?;
     Ok(shots)
+}
+
+/// Files `.toml` of a suite that have no setting of a shot, and are no camera paths.
+///
+/// # Errors
+/// [`Error::Missing`] when a folder cannot be read.
+pub fn stray_files(suite: &Suite) -> Result<Vec<PathBuf>> {
+    let mut files = own_files(suite)?;
+    files.retain(|file| has_extension(file, &["toml"]) && !may_be_shot(file) && !is_camera_path(file));
+    Ok(files)
 }
 
 /// Refuses shots that share a reference, also on file systems that ignore case.

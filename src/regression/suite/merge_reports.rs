@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use super::names::reference_path;
 use super::orphans::without_shot;
+use super::renamed::name_renamed;
 use super::rendered_images::{image_path, remove_rendered, write_list};
 use super::test_shot::{FrameId, TestedFrame, keep_rendered, test_frame};
 use super::{RunOptions, Shard, Suite};
@@ -83,6 +84,7 @@ pub fn merge_reports(suite: &Suite, folders: &[PathBuf], options: &RunOptions) -
     }
     result.shots.sort_by(|a, b| a.name.cmp(&b.name));
     result.orphaned = orphaned.iter().map(|name| without_shot(suite, name)).collect();
+    name_renamed(suite, &mut result.shots, &mut result.orphaned);
     if let Some(folder) = options.images.as_ref().filter(|_| result.counts().worst() != Verdict::Identical) {
         result.not_kept.extend(write_list(suite, &result, folder).err());
     }

@@ -38,6 +38,7 @@ mod names;
 mod orphans;
 mod page;
 mod pending;
+mod renamed;
 mod render;
 mod rendered_images;
 mod run;
@@ -50,7 +51,7 @@ mod verdict_cache;
 
 pub use accept_rendered::{RenderedChange, RenderedChecks, select_rendered};
 pub use approvals::{Approval, read_approvals};
-pub use discover::{SuiteShot, discover};
+pub use discover::{SuiteShot, discover, stray_files};
 pub use merge_reports::{RESULT_FILE, merge_reports};
 pub use orphans::{finish, orphaned_references};
 pub use page::{folders, report_page, suite_title};

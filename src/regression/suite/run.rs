@@ -9,6 +9,7 @@ use rayon::ThreadPoolBuilder;
 use super::changed_files::changed_shots;
 use super::filter::Filter;
 use super::names::{ReferenceFile, reference_files};
+use super::renamed::name_renamed;
 use super::rendered_images::{remove_rendered, write_list};
 use super::test_shot::{TestContext, test_shot};
 use super::verdict_cache::VerdictCache;
@@ -108,7 +109,8 @@ pub fn run(
         results.extend(test_shots(&context, &shots, threads, &on_shot)?.results);
     }
     results.sort_by(|a, b| a.name.cmp(&b.name));
-    let (orphaned, not_kept) = finish(suite, &shots, &results, options)?;
+    let (mut orphaned, not_kept) = finish(suite, &shots, &results, options)?;
+    name_renamed(suite, &mut results, &mut orphaned);
     if results.is_empty() && orphaned.is_empty() && options.shard.is_none() && options.changed_since.is_none()
     {
         return Err(nothing_called(&options.filter));

@@ -7,7 +7,7 @@ use toml::de::{DeTable, DeValue};
 use super::coverage::Coverage;
 use super::limits::PresetLimits;
 use crate::error::Result;
-use crate::settings::{TomlEntry, TomlFile, entries, number, read_text};
+use crate::settings::{TomlEntry, TomlFile, entries, is_setting, number, read_text};
 use crate::shot::is_shot;
 
 /// The name of suite files.
@@ -170,6 +170,22 @@ impl Suite {
 /// Whether a `.toml` file is a suite file: by its name, or by a table `[shot]` without a scene.
 pub(super) fn is_suite_file(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name == SUITE_FILE) || has_shot_settings(path).unwrap_or(false)
+}
+
+/// Whether a `.toml` file has a key of a shot, or cannot be read.
+pub(super) fn may_be_shot(path: &Path) -> bool {
+    let has_key = |text: &str| {
+        let table = TomlFile { path, text }.table()?;
+        Ok(entries(&table).iter().any(|entry| entry.key == "test" || is_setting(entry.key)))
+    };
+    read_text(path).and_then(|text| has_key(&text)).unwrap_or(true)
+}
+
+/// Whether a `.toml` file holds keys of a camera path.
+pub(super) fn is_camera_path(path: &Path) -> bool {
+    let text = read_text(path).unwrap_or_default();
+    let table = TomlFile { path, text: &text }.table();
+    table.is_ok_and(|table| table.get("key").is_some_and(|keys| keys.get_ref().is_array()))
 }
 
 /// Joins `path` to `folder`, resolving leading `..` by name.

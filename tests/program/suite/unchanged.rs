@@ -116,3 +116,27 @@ fn slow_shots_are_listed() {
     ran.ends(1, &[" s  spot\n"]);
     assert!(!ran.text.contains(" s  a/point\n"), "{}", ran.text);
 }
+
+#[test]
+fn files_of_other_programs_are_skipped_and_named() {
+    let stage = Stage::accepted(SUITE, &[POINT]);
+    stage.write("Cargo.toml", "[package]\nname = 'a'\n");
+    stage.write("path.toml", "[[key]]\ntime = 0\n");
+    let ran = stage.run(&["test"]);
+    ran.ends(0, &["1 image identical", "Cargo.toml: is skipped, as no key in it is a setting of a shot"]);
+    assert!(!ran.text.contains("path.toml"), "{}", ran.text);
+    // What may be a shot with an error is tested.
+    stage.write("near.toml", "scene = 'a/point.gltf'\nsample = 3\n");
+    stage.run(&["test"]).ends(1, &["FAIL near", "\"sample\" is no setting"]);
+    stage.write("suite.toml", &format!("exclude = ['Cargo.toml', 'near.toml']\n{SUITE}"));
+    let ran = stage.run(&["test"]);
+    assert!(ran.code == Some(0) && !ran.text.contains("Cargo.toml"), "{}", ran.text);
+}
+
+#[test]
+fn references_are_replaced_by_accept_alone() {
+    let stage = Stage::accepted(SUITE, &[POINT]);
+    for option in ["--update", "--update-snapshots", "--bless"] {
+        stage.run(&["test", option]).ends(2, &["never replaces references", "rayframe accept"]);
+    }
+}

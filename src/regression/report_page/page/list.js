@@ -154,8 +154,9 @@ function shotTable(indices) {
       return element("td", { className: "number" }, values.length > 0 ? Math.max(...values).toFixed(4) : "");
     };
     const why = worst?.likely || worst?.messages[0] || "";
-    return element("tr", {}, element("th", { scope: "row", className: "path" }, link), element("td", {}, kindText(shot)), largest("mean"), largest("tile"), element("td", { className: "why" }, why));
+    const images = element("td", { className: "thumbnails" }, ...thumbnails(worst));
+    return element("tr", {}, element("th", { scope: "row", className: "path" }, link), images, element("td", {}, kindText(shot)), largest("mean"), largest("tile"), element("td", { className: "why" }, why));
   });
-  const head = [report.asset ? "images" : "shot", "kind", "mean FLIP", "worst tile", "likely cause or message"].map((name, at) => element("th", { scope: "col", className: at === 2 || at === 3 ? "number" : "" }, name));
+  const head = [report.asset ? "images" : "shot", "expected, actual", "kind", "mean FLIP", "worst tile", "likely cause or message"].map((name, at) => element("th", { scope: "col", className: at === 3 || at === 4 ? "number" : "" }, name));
   return element("div", { className: "scroll" }, element("table", {}, element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...rows)));
 }

@@ -188,9 +188,9 @@ fn shadow_rays(stage: &Stage, name: &str) -> u64 {
 #[test]
 fn a_killed_frame_continues_from_its_checkpoint() {
     let kinds: [&[&str]; 3] = [
-        &["--samples", "4096", "--aovs", "light,noise"],
-        &["--samples", "4096", "--noise", "0.004", "--aovs", "crypto"],
-        &["--samples", "2048", "--sample-range", "512-2047"],
+        &["--samples", "1024", "--aovs", "light,noise"],
+        &["--samples", "1024", "--noise", "0.006", "--aovs", "crypto"],
+        &["--samples", "1024", "--sample-range", "256-1023"],
     ];
     for options in kinds {
         let stage = Stage::new(SCENE);
@@ -211,7 +211,7 @@ fn foreign_and_damaged_checkpoints_are_ignored() {
     let stage = Stage::new(SCENE);
     let options = ["--samples", "64", "--checkpoint"];
     stage.render("expected.exr", &options);
-    kill_after_a_checkpoint(&stage, &["--samples", "4096", "--checkpoint"]);
+    kill_after_a_checkpoint(&stage, &["--samples", "1024", "--checkpoint"]);
     let foreign = stage.bytes("frame.exr.checkpoint");
     // Bytes of the pixels and of the table of offsets are damaged behind a whole header.
     let mut damaged = foreign.clone();

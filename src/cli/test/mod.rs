@@ -123,6 +123,7 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     let folder = args.report.as_ref().unwrap_or(&suite.report);
     let page = folder.join("index.html");
     check_report_place(&page)?;
+    suite::check_result_place(folder)?;
     args.files.check()?;
 
     let result = match &*args.merge {

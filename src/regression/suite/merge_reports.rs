@@ -1,6 +1,6 @@
 //! Merging of the reports of shards: results and images of all machines become one result, without rendering.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::str::FromStr as _;
 
@@ -9,9 +9,9 @@ use serde::Deserialize;
 use super::names::reference_path;
 use super::orphans::without_shot;
 use super::renamed::name_renamed;
-use super::rendered_images::{image_path, remove_rendered, write_list};
+use super::rendered_images::{check_names, image_path, remove_rendered, write_list};
 use super::test_shot::{FrameId, TestedFrame, keep_rendered, test_frame};
-use super::{RunOptions, Shard, Suite};
+use super::{RunOptions, Shard, Suite, discover};
 use crate::error::{Error, Result};
 use crate::regression::Limits;
 use crate::regression::comparison::Comparison;
@@ -72,7 +72,9 @@ pub fn merge_reports(suite: &Suite, folders: &[PathBuf], options: &RunOptions) -
         }
         remove_rendered(target);
     }
-    let merging = Merging { suite, images: options.images.as_deref(), image_budget: ImageBudget::new() };
+    let paths = discover(suite)?.into_iter().map(|shot| (shot.name, shot.path)).collect();
+    let merging =
+        Merging { suite, paths, images: options.images.as_deref(), image_budget: ImageBudget::new() };
     let mut result = SuiteResult::default();
     let mut orphaned = BTreeSet::new();
     for (folder, report) in folders.iter().zip(reports) {
@@ -94,8 +96,32 @@ pub fn merge_reports(suite: &Suite, folders: &[PathBuf], options: &RunOptions) -
 fn read_report(folder: &Path) -> Result<ShardReport> {
     let file = folder.join(RESULT_FILE);
     let text = read_text(&file)?;
-    serde_json::from_str(&text)
-        .map_err(|error| Error::invalid(&file, "", format!("no report of this version: {error}")))
+    let report: ShardReport = serde_json::from_str(&text)
+        .map_err(|error| Error::invalid(&file, "", format!("no report of this version: {error}")))?;
+    let frames = report.shots.iter().flat_map(|shot| &shot.frames);
+    check_names(&file, "/shots", frames.map(|frame| &frame.name))?;
+    check_names(&file, "/dangling", report.dangling.iter())?;
+    Ok(report)
+}
+
+/// Checks that [`RESULT_FILE`] of a report folder is missing, or one that an earlier run wrote.
+///
+/// # Errors
+/// [`Error::CannotCreate`] where it is another program's file.
+pub fn check_result_place(folder: &Path) -> Result<()> {
+    let path = folder.join(RESULT_FILE);
+    // Versions may differ.
+    let is_own = |text: &[u8]| {
+        let value: serde_json::Value = serde_json::from_slice(text).unwrap_or_default();
+        value.get("schema").is_some() && value.get("shots").is_some()
+    };
+    match std::fs::read(&path) {
+        Ok(text) if !is_own(&text) => {
+            let message = "is there already and is not the result of a test; name another folder".to_owned();
+            Err(Error::CannotCreate { path, message })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Refuses reports that are not all parts of one suite, once each.
@@ -133,13 +159,16 @@ fn same_folder(a: &Path, b: &Path) -> bool {
 
 struct Merging<'a> {
     suite: &'a Suite,
+    /// Shot files and scenes by name.
+    paths: BTreeMap<String, PathBuf>,
     images: Option<&'a Path>,
     image_budget: ImageBudget,
 }
 
 impl Merging<'_> {
     fn shot(&self, folder: &Path, shot: ReportedShot) -> Result<ShotResult> {
-        let limits = self.suite.limits_of(&shot.file).unwrap_or(self.suite.limits);
+        let limits = self.paths.get(&shot.name).and_then(|path| self.suite.limits_of(path).ok());
+        let limits = limits.unwrap_or(self.suite.limits);
         let mut not_kept = Vec::new();
         let mut frames = Vec::new();
         for frame in shot.frames {

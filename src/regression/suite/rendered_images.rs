@@ -109,14 +109,24 @@ pub fn rendered_images(report: &Path) -> Result<Vec<RenderedImage>> {
         let message = format!("has schema {}; this version supports {SCHEMA}", list.schema);
         return Err(Error::invalid(&file, "/schema", message));
     }
+    check_names(&file, "/images", list.images.iter().map(|image| &image.name))?;
+    Ok(list.images)
+}
+
+/// Refuses names of images that lead out of a folder. Reports come from other machines.
+pub(super) fn check_names<'a>(
+    file: &Path,
+    pointer: &str,
+    mut names: impl Iterator<Item = &'a String>,
+) -> Result<()> {
     let is_below = |name: &str| {
         !name.is_empty() && Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
     };
-    match list.images.iter().find(|image| !is_below(&image.name)) {
-        Some(image) => {
-            let message = format!("the name \"{}\" leaves the folder", image.name.escape_debug());
-            Err(Error::invalid(&file, "/images", message))
+    match names.find(|name| !is_below(name)) {
+        Some(name) => {
+            let message = format!("the name \"{}\" leaves the folder", name.escape_debug());
+            Err(Error::invalid(file, pointer, message))
         }
-        None => Ok(list.images),
+        None => Ok(()),
     }
 }

@@ -5,11 +5,13 @@
 //! kept: what changed or failed is rendered again, since the report shows its images.
 
 use std::collections::BTreeMap;
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io::Read as _;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::SystemTime;
+#[cfg(unix)]
+use std::time::{Duration, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
@@ -162,8 +164,8 @@ impl<'a> VerdictCache<'a> {
 
     /// The hash of a file that did not change since the run began.
     fn unchanged_hash(&self, path: &Path) -> Option<String> {
-        let modified = std::fs::metadata(path).ok()?.modified().ok()?;
-        self.hash(path).filter(|_| modified < self.start)
+        let changed = last_change(&std::fs::metadata(path).ok()?)?;
+        self.hash(path).filter(|_| changed < self.start)
     }
 
     /// The hash of a file; read once a run.
@@ -176,6 +178,20 @@ impl<'a> VerdictCache<'a> {
             hash
         })
     }
+}
+
+/// When the content or the name of a file changed last. A file that is moved over another keeps its time of modification.
+#[cfg(unix)]
+fn last_change(metadata: &Metadata) -> Option<SystemTime> {
+    use std::os::unix::fs::MetadataExt as _;
+    let seconds = u64::try_from(metadata.ctime()).ok()?;
+    let renamed = UNIX_EPOCH + Duration::new(seconds, u32::try_from(metadata.ctime_nsec()).ok()?);
+    Some(metadata.modified().ok()?.max(renamed))
+}
+
+#[cfg(not(unix))]
+fn last_change(metadata: &Metadata) -> Option<SystemTime> {
+    metadata.modified().ok()
 }
 
 fn sha256_of_file(path: &Path) -> Option<String> {

@@ -84,8 +84,19 @@ fn incomplete_and_outdated_reports_are_not_merged() {
         .run(&["test", "--report", "r1", "--merge", "r1", "r2"])
         .ends(2, &["name another folder with --report"]);
     merge(&["r1", "r2"]).ends(1, &["FAIL folder/shot2"]);
+    // Reports come from other machines: a name may not lead out of the folder.
+    let report = std::fs::read_to_string(stage.path("r1/result.json")).unwrap();
+    let hostile = report.replace("\"folder/shot", "\"../../shot");
+    assert_ne!(hostile, report);
+    stage.write("r1/result.json", &hostile);
+    merge(&["r1", "r2"]).ends(65, &["the name \"../../shot", "leaves the folder"]);
+    stage.write("other/result.json", "[1]");
+    stage
+        .run(&["test", "--report", "other"])
+        .ends(73, &["other/result.json: is there already and is not the result"]);
     stage.write("r1/result.json", "{");
     merge(&["r1", "r2"]).ends(65, &["r1/result.json: no report of this version"]);
+    std::fs::remove_file(stage.path("r1/result.json")).unwrap();
     stage.run(&["test", "-q", "--shard", "1/2", "--report", "r1"]);
     stage.run(&["accept", "folder/shot2"]).ends(0, &["replaced"]);
     merge(&["r1", "r2"]).ends(1, &["references/folder/shot2.exr: changed since", "was tested; test again"]);

@@ -63,8 +63,12 @@ pub(super) fn accept(args: &AcceptArgs) -> Result<()> {
     }
     if left_changed > 0 {
         print_output(&format!(
-            "{} within the limits still pending; rayframe accept --changed{} accepts {}",
-            if left_changed == 1 { "1 change is".to_owned() } else { format!("{left_changed} changes are") },
+            "{} still pending; rayframe accept --changed{} accepts {}",
+            if left_changed == 1 {
+                "1 change within the limits is".to_owned()
+            } else {
+                format!("{left_changed} changes within the limits are")
+            },
             args.which.suite.shown(),
             if left_changed == 1 { "it" } else { "them" }
         ));
@@ -154,7 +158,7 @@ fn approved(suite: &Suite, approvals: &[Approval], pending_changes: &[Pending]) 
             },
             None if approval.is_applied(suite) => {}
             None => contradictions.push(format!(
-                "{}: no pending image has this name; run rayframe test, which stores pending images",
+                "{}: no pending image has this name; run rayframe test, which stores pending images, or name the folder of a build server's report with --from",
                 approval.name
             )),
         }

@@ -38,7 +38,7 @@ pub struct ExrOutput {
     pub is_split: bool,
     /// Whether files store when and where they were rendered.
     pub is_stamped: bool,
-    /// Whether the file of the first frame lists the content of the scene, as references do ([`SceneContent`](crate::image::SceneContent)).
+    /// Whether files list the content of the scene, as references do ([`SceneContent`](crate::image::SceneContent)).
     pub lists_content: bool,
 }
 

@@ -27,6 +27,9 @@ pub struct SuiteResult {
     /// Errors of updating pending images after the last shot.
     #[serde(skip)]
     pub not_kept: Vec<Error>,
+    /// Number of shots of which no file changed since the revision that the options name.
+    #[serde(skip)]
+    pub not_tested: usize,
     /// The first error of keeping verdicts for the next run.
     #[serde(skip)]
     pub not_cached: Option<Error>,
@@ -68,6 +71,8 @@ pub struct FrameResult {
     pub messages: Vec<String>,
     /// Hash of the rendered pixels ([`super::pixel_hash`]), which approvals name. `None` for identical frames.
     pub actual_hash: Option<String>,
+    /// SHA-256 of the file of the reference, for identical frames.
+    pub reference_hash: Option<String>,
     /// The comparison with the reference. `None` where there was nothing to compare.
     pub comparison: Option<Comparison>,
     /// The reference, for frames that changed or fail.
@@ -117,6 +122,7 @@ impl FrameResult {
             expected: None,
             actual: None,
             actual_hash: None,
+            reference_hash: None,
         }
     }
 
@@ -236,6 +242,7 @@ impl Serialize for FrameResult {
             verdict: Verdict,
             messages: &'a [String],
             hash: Option<&'a str>,
+            reference: Option<&'a str>,
             #[serde(flatten)]
             comparison: &'a Comparison,
         }
@@ -247,6 +254,7 @@ impl Serialize for FrameResult {
             verdict: self.verdict(),
             messages: &self.messages,
             hash: self.actual_hash.as_deref(),
+            reference: self.reference_hash.as_deref(),
             comparison: self.comparison.as_ref().unwrap_or(&none),
         };
         fields.serialize(serializer)

@@ -255,7 +255,7 @@ impl<'a> FrameTracer<'a> {
         let statics = self.static_hashes.get_or_init(|| StaticHashes::of(&self.job.scene));
         let parts = part_hashes(self.job, statics, frame);
         attributes.texts.push((PartHashes::ATTRIBUTE.to_owned(), parts.text()));
-        if self.job.exr.lists_content && self.job.frames.first() == Some(&frame) {
+        if self.job.exr.lists_content {
             let content = scene_content(&self.job.scene);
             attributes.texts.push((SceneContent::ATTRIBUTE.to_owned(), content.text()));
         }

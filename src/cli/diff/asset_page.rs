@@ -46,6 +46,7 @@ impl AssetPage {
             comparison: Some(comparison),
             expected: EncodedImage::new(expected),
             actual: EncodedImage::new(actual),
+            reference_hash: None,
             actual_hash: None,
         };
         self.image_budget.admit(&mut result);

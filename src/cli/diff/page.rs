@@ -49,6 +49,7 @@ impl DiffPage {
             comparison: Some(Comparison { flip_map: None, ..comparison.clone() }),
             expected,
             actual,
+            reference_hash: None,
             actual_hash: None,
         };
         self.push(frame);

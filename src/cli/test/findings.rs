@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use rayframe::regression::suite::Suite;
-use rayframe::regression::{FailOn, FrameResult, SuiteResult, Verdict};
+use rayframe::regression::{FailOn, FrameResult, Mismatch, SuiteResult, Verdict};
 
 /// An image that changed or fails.
 #[derive(Clone, Debug)]
@@ -16,7 +16,8 @@ pub(super) struct Finding<'a> {
     pub(super) fails: bool,
 }
 
-/// All findings: failures without FLIP, such as missing references, then by FLIP of the worst tile, and last changes within the limits.
+/// All findings: lost content first, failures without FLIP, such as missing references, then by FLIP of the worst tile, and last changes
+/// within the limits.
 pub(super) fn findings<'a>(suite: &Suite, result: &'a SuiteResult, fail_on: FailOn) -> Vec<Finding<'a>> {
     let frames =
         result.shots.iter().flat_map(|shot| shot.frames.iter().map(|frame| (frame, shot.path.clone())));
@@ -26,14 +27,19 @@ pub(super) fn findings<'a>(suite: &Suite, result: &'a SuiteResult, fail_on: Fail
     let mut findings: Vec<_> = differing
         .map(|(frame, file)| Finding { frame, file, fails: fail_on.fails(frame.verdict()) })
         .collect();
+    let has_lost = |frame: &FrameResult| {
+        let mismatches = frame.comparison.iter().flat_map(|comparison| &comparison.mismatches);
+        mismatches.into_iter().any(|mismatch| matches!(mismatch, Mismatch::Lost { .. }))
+    };
     let tile = |frame: &FrameResult| {
         let flip = frame.comparison.as_ref().and_then(|comparison| comparison.flip);
         flip.map_or(f64::INFINITY, |flip| flip.tile)
     };
     findings.sort_by(|a, b| {
         let (a, b) = (a.frame, b.frame);
+        let by_loss = has_lost(b).cmp(&has_lost(a));
         let by_measure = tile(b).total_cmp(&tile(a)).then_with(|| a.name.cmp(&b.name));
-        b.verdict().cmp(&a.verdict()).then(by_measure)
+        b.verdict().cmp(&a.verdict()).then(by_loss).then(by_measure)
     });
     findings
 }

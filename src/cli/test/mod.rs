@@ -127,7 +127,11 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     args.files.check()?;
 
     let result = match &*args.merge {
-        [] => tested(args, &suite, cancel)?,
+        [] => {
+            // A run that ends early leaves no result of an earlier one.
+            let _ = std::fs::remove_file(folder.join(suite::RESULT_FILE));
+            tested(args, &suite, cancel)?
+        }
         reports => suite::merge_reports(&suite, reports, &args.run_options(&suite))?,
     };
     let fail_on = args.fail_on.value();

@@ -56,6 +56,10 @@ pub(super) fn text(result: &SuiteResult, page: &Path, suite: &str, style: TextSt
     if cached > 0 {
         let _ = write!(text, "; {} not rendered, as nothing changed", counted(cached as u64, "shot"));
     }
+    if result.not_tested > 0 {
+        let shots = counted(result.not_tested as u64, "shot");
+        let _ = write!(text, "; {shots} not tested, as none of their files changed");
+    }
     if counts.worst() != Verdict::Identical {
         let _ = write!(text, "; report: {}", one_line(&page.display().to_string()));
         next_steps(&mut text, result, suite);
@@ -72,7 +76,13 @@ fn before_failures(text: &mut String, result: &SuiteResult) {
     for shot in &result.shots {
         for frame in shot.frames.iter().filter(|frame| frame.verdict() == Verdict::Changed) {
             let measure = frame.messages.first().map(String::as_str).unwrap_or_default();
-            let _ = writeln!(text, "changed {} (preset {}): {measure}", one_line(&frame.name), shot.preset);
+            let _ = writeln!(
+                text,
+                "changed {} (preset {}): {}",
+                one_line(&frame.name),
+                shot.preset,
+                one_line(measure)
+            );
         }
     }
 }

@@ -95,6 +95,7 @@ mod tests {
             expected: EncodedImage::new(&expected),
             actual: EncodedImage::new(&actual),
             actual_hash: None,
+            reference_hash: None,
         }
     }
 

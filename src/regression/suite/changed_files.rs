@@ -4,33 +4,39 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use rayon::prelude::*;
-
 use super::filter::Filter;
-use super::names::name_below;
+use super::names::{ReferenceFile, name_below, reference_files};
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::shot::{ShotRequest, shot_inputs};
 
-/// The shots of which an input or a reference changed since the working tree and `revision` had a common commit. Files that git does
-/// not know count as changed, except ignored ones. A changed suite file selects all shots, and so does each shot that cannot be read.
+/// The shots of which an input or a reference changed since the working tree and `revision` had a common commit, and those without a
+/// reference, such as scenes whose shot file is gone. Files that git does not track count as changed. A changed
+/// suite file selects all shots, and so does each shot that cannot be read.
 ///
 /// # Errors
 /// [`Error::Usage`] without git, outside of a repository, and for an unknown revision.
 pub(super) fn changed_shots(suite: &Suite, shots: Vec<SuiteShot>, revision: &str) -> Result<Vec<SuiteShot>> {
-    let changed = changed_files(&suite.file, revision)?;
-    if is_changed(&changed, &suite.file) {
+    let changes = changed_files(&suite.file, revision)?;
+    if changes.contain(&suite.file) {
         return Ok(shots);
     }
-    let with_references = shots_of_references(suite, &shots, &changed);
+    let with_changes = shots_of_references(suite, &shots, &changes.changed);
+    let files = reference_files(&suite.references)?;
+    let filter = Filter::new("", &shots, std::iter::empty());
+    let with_references: BTreeSet<&str> = files
+        .iter()
+        .filter(|file| matches!(file, ReferenceFile::Reference(_)))
+        .filter_map(|file| filter.owner(file.name()))
+        .collect();
     let has_changed = |shot: &SuiteShot| {
         let request = ShotRequest { path: &shot.path, suite: Some(&suite.file), overrides: &[] };
-        with_references.contains(&shot.name)
-            || is_changed(&changed, &shot.path)
-            || shot_inputs(&request)
-                .map_or(true, |inputs| inputs.iter().any(|input| is_changed(&changed, input)))
+        with_changes.contains(&shot.name)
+            || !with_references.contains(&*shot.name)
+            || changes.contain(&shot.path)
+            || shot_inputs(&request).map_or(true, |inputs| inputs.iter().any(|input| changes.contain(input)))
     };
-    let selected: Vec<bool> = shots.par_iter().map(has_changed).collect();
+    let selected: Vec<bool> = shots.iter().map(has_changed).collect();
     Ok(shots
         .into_iter()
         .zip(selected)
@@ -46,12 +52,34 @@ fn shots_of_references(suite: &Suite, shots: &[SuiteShot], changed: &BTreeSet<Pa
     names.filter_map(|name| filter.owner(&name).map(str::to_owned)).collect()
 }
 
-fn is_changed(changed: &BTreeSet<PathBuf>, path: &Path) -> bool {
-    path.canonicalize().is_ok_and(|path| changed.contains(&path))
+/// What git says of files.
+struct Changes {
+    /// Canonical paths of files that differ from the commit, and of those that git does not know.
+    changed: BTreeSet<PathBuf>,
+    /// Canonical paths of files that git tracks.
+    tracked: BTreeSet<PathBuf>,
 }
 
-/// Canonical paths of files that differ from the commit, and of those that git does not know.
-fn changed_files(suite: &Path, revision: &str) -> Result<BTreeSet<PathBuf>> {
+impl Changes {
+    /// Whether a file differs, or a link on the way to it. Files that git does not track may differ.
+    fn contain(&self, path: &Path) -> bool {
+        let named = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        let has_changed_link = || {
+            named.ancestors().any(|part| {
+                let folder = part.parent().and_then(|folder| folder.canonicalize().ok());
+                part.is_symlink()
+                    && folder
+                        .zip(part.file_name())
+                        .is_none_or(|(folder, name)| self.changed.contains(&folder.join(name)))
+            })
+        };
+        path.canonicalize().map_or(true, |path| self.changed.contains(&path) || !self.tracked.contains(&path))
+            || has_changed_link()
+    }
+}
+
+/// The files that differ from the commit, and those that git does not know.
+fn changed_files(suite: &Path, revision: &str) -> Result<Changes> {
     let folder = suite.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let top = git(folder, &["rev-parse", "--show-toplevel"])?;
     let top = path_of(top.strip_suffix(b"\n").unwrap_or(&top));
@@ -66,16 +94,38 @@ fn changed_files(suite: &Path, revision: &str) -> Result<BTreeSet<PathBuf>> {
     );
     // Shallow clones may have no common commit.
     let base = git(&top, &["merge-base", &commit, "HEAD"]).map_or(commit, |base| text(&base));
-    let differing = git(&top, &["diff", "--name-only", "--no-renames", "--no-ext-diff", "-z", &base, "--"])?;
+    let differing = git(
+        &top,
+        &[
+            "diff",
+            "--name-only",
+            "--no-renames",
+            "--no-ext-diff",
+            "--ignore-submodules=none",
+            "-z",
+            &base,
+            "--",
+        ],
+    )?;
     let unknown = git(&top, &["ls-files", "--others", "--exclude-standard", "-z"])?;
-    let names = differing.split(|byte| *byte == 0).chain(unknown.split(|byte| *byte == 0));
+    let tracked = git(&top, &["ls-files", "-z"])?;
     let root = top.canonicalize().unwrap_or(top);
-    Ok(names.filter(|name| !name.is_empty()).map(|name| root.join(path_of(name))).collect())
+    let paths = |list: &[u8]| {
+        let names = list.split(|byte| *byte == 0).filter(|name| !name.is_empty());
+        names.map(|name| root.join(path_of(name))).collect::<BTreeSet<_>>()
+    };
+    let changed = paths(&differing).into_iter().chain(paths(&unknown)).collect();
+    Ok(Changes { changed, tracked: paths(&tracked) })
 }
 
 /// What git prints.
 fn git(folder: &Path, arguments: &[&str]) -> Result<Vec<u8>> {
-    let output = Command::new("git").arg("-C").arg(folder).args(arguments).output();
+    let mut command = Command::new("git");
+    // Hooks of git set these for their own repository.
+    for name in ["GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_PREFIX"] {
+        command.env_remove(name);
+    }
+    let output = command.arg("-C").arg(folder).args(arguments).output();
     let output = output.map_err(|error| Error::usage(format!("--changed-since needs git: {error}")))?;
     if output.status.success() {
         return Ok(output.stdout);

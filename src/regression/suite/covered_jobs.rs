@@ -10,11 +10,13 @@ use crate::error::{Error, Result};
 use crate::framing::{NamedView, is_interior};
 use crate::scene::{CameraRequest, ClipSelection, NameOrIndex, Scene};
 use crate::sequence::SequenceJob;
-use crate::settings::{DEFINITIONS, Settings, file_name_part};
+use crate::settings::{BackgroundSource, DEFINITIONS, Settings, file_name_part};
 use crate::shot::{ShotJob, ShotRequest, is_shot, shot_jobs};
 
 /// Frames of a clip that are tested by default.
 const FRAMES_OF_CLIP: [CoveredFrame; 3] = [CoveredFrame::First, CoveredFrame::Middle, CoveredFrame::Last];
+/// Bytes of a name of the file in the name of an image.
+const MAX_LABEL_BYTES: usize = 60;
 /// Settings that choose what of a scene is seen. A scene without a shot file is covered unless the suite has one of them.
 const CHOOSING: [&str; 17] = [
     "frames",
@@ -66,18 +68,17 @@ pub(super) fn jobs_of(suite: &Suite, shot: &SuiteShot) -> Result<Vec<CoveredJob>
     let request = ShotRequest { path: &shot.path, suite: Some(&suite.file), overrides: &[] };
     let mut views = Vec::new();
     let jobs = shot_jobs(&request, |settings, scene| {
-        let is_default = coverage.is_empty() && !is_shot(&shot.path) && !chooses(&settings.settings);
+        let has_plate = matches!(settings.values.background, BackgroundSource::Plate(_));
+        let is_default =
+            coverage.is_empty() && !is_shot(&shot.path) && !has_plate && !chooses(&settings.settings);
+        if !is_default {
+            check_names(&coverage, scene)?;
+        }
         views = if is_default { default_views(scene)? } else { combinations(&coverage, scene) };
         make_unique(&mut views);
         Ok(views.iter().map(|view| view.settings.clone()).collect())
     })?;
-    let mut jobs: Vec<_> =
-        jobs.into_iter().zip(views).map(|(job, view)| covered_job(job, view)).collect::<Result<_>>()?;
-    // Once a shot: what is lost is one failure.
-    if let Some(first) = jobs.first_mut() {
-        first.job.sequence.exr.lists_content = true;
-    }
-    Ok(jobs)
+    jobs.into_iter().zip(views).map(|(job, view)| covered_job(job, view)).collect()
 }
 
 fn covered_job(mut job: ShotJob, view: View) -> Result<CoveredJob> {
@@ -119,12 +120,42 @@ struct View {
 impl View {
     /// The view with another setting, and its name.
     fn and(&self, name: &str, set: impl FnOnce(&mut Settings)) -> Self {
-        let name = file_name_part(OsStr::new(name)).to_string_lossy().into_owned();
+        let mut name = file_name_part(OsStr::new(name)).to_string_lossy().into_owned();
+        let fits = |end: &usize| name.is_char_boundary(*end);
+        name.truncate((0..=name.len().min(MAX_LABEL_BYTES)).rfind(fits).unwrap_or(0));
         let label = if self.label.is_empty() { name } else { format!("{}@{name}", self.label) };
         let mut view = Self { label, ..self.clone() };
         set(&mut view.settings);
         view
     }
+}
+
+/// Refuses names of clips and variants that the scene does not have. Cameras are selected by more names, those of nodes.
+fn check_names(coverage: &Coverage, scene: &Scene) -> Result<()> {
+    let clips: Vec<_> = (0..scene.animations.len()).map(|index| clip_label(scene, index)).collect();
+    let variants: Vec<_> = scene.variants.iter().map(|variant| variant.name.clone()).collect();
+    for (key, covered, names) in
+        [("clips", &coverage.clips, clips), ("variants", &coverage.variants, variants)]
+    {
+        let Some(Covered::Named(asked)) = covered else { continue };
+        let is_missing = |asked: &&NameOrIndex| match asked {
+            NameOrIndex::Name(name) => !names.contains(name),
+            NameOrIndex::Index(index) => *index >= names.len(),
+        };
+        if let Some(missing) = asked.iter().find(is_missing) {
+            let missing = match missing {
+                NameOrIndex::Name(name) => format!("\"{}\"", name.escape_debug()),
+                NameOrIndex::Index(index) => format!("#{index}"),
+            };
+            let known: Vec<_> = names.iter().map(|name| format!("\"{}\"", name.escape_debug())).collect();
+            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+            let why = format!(
+                "of [test]: the scene has no {missing}, there is {known}; restore it, or take it off the list"
+            );
+            return Err(Error::setting(key, why));
+        }
+    }
+    Ok(())
 }
 
 /// All combinations of what the coverage names.

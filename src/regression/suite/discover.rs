@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use super::names::{files_below, name_below, numbered_shot};
+use super::names::{files_below, name_below, possible_shots};
 use super::suite_file::{is_camera_path, is_suite_file, may_be_shot};
 use super::{SUITE_FILE, Suite};
 use crate::error::{Error, Result};
@@ -73,11 +73,14 @@ fn refuse_shared_names(shots: &[SuiteShot]) -> Result<()> {
             return Err(Error::invalid(&shot.path, "", message));
         }
     }
-    let frame =
-        shots.iter().find_map(|shot| Some((shot, *names.get(&numbered_shot(&shot.name)?.to_lowercase())?)));
+    let frame = shots.iter().find_map(|shot| {
+        let name = shot.name.to_lowercase();
+        let other = possible_shots(&name).skip(1).find_map(|name| names.get(name))?;
+        Some((shot, *other))
+    });
     match frame {
         Some((shot, other)) => {
-            let message = format!("has the name of a frame of {}; rename one of them", other.path.display());
+            let message = format!("has the name of an image of {}; rename one of them", other.path.display());
             Err(Error::invalid(&shot.path, "", message))
         }
         None => Ok(()),

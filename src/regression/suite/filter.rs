@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::SuiteShot;
-use super::names::possible_shots;
+use super::names::{numbered_shot, possible_shots};
 
 /// A selection of shots and images. A word selects, in this order of precedence: everything if it is empty, the shot of that name with
 /// all of its images, the image or reference file (`walk.exr`) of that name, or everything whose name contains the word.
@@ -34,7 +34,7 @@ impl<'a> Filter<'a> {
         let images: Vec<&str> = images.collect();
         let shots: BTreeSet<&str> = shots.iter().map(|shot| shot.name.as_str()).collect();
         let file_of_shot = [".toml", ".gltf", ".glb"].iter().find_map(|ending| word.strip_suffix(ending));
-        let is_image = owner(&shots, word).is_some();
+        let is_image = numbered_shot(word).is_some_and(|name| owner(&shots, name).is_some());
         let (word, selection) = match (word.strip_suffix(".exr"), file_of_shot) {
             _ if word.is_empty() => (word, Selection::All),
             _ if shots.contains(word) => (word, Selection::Shot),

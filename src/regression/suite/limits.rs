@@ -64,10 +64,9 @@ impl PresetLimits {
         }
         let is_limit = |entry: &TomlEntry<'_>| entry.key != "preset" && !COVERAGE_KEYS.contains(&entry.key);
         for entry in entries.into_iter().filter(is_limit) {
-            let limit = self
-                .limits
-                .named_mut(entry.key)
-                .ok_or_else(|| file.unknown_key(entry, "a limit", &[&KEYS[..], &COVERAGE_KEYS].concat()))?;
+            let limit = self.limits.named_mut(entry.key).ok_or_else(|| {
+                file.unknown_key(entry, "a key of [test]", &[&KEYS[..], &COVERAGE_KEYS].concat())
+            })?;
             let value = number(entry.value).ok_or_else(|| file.wrong_kind(entry, "a number"))?;
             if value.is_nan() || value < 0.0 {
                 return Err(file.wrong_value(entry, "write a number from 0, or inf for no limit"));
@@ -151,7 +150,7 @@ mod tests {
             ("preset = 1", "suite.toml:2:1: preset: expected a text in quotes, found a number"),
             (
                 "\n mean_flipp = 1",
-                "suite.toml:3:2: \"mean_flipp\" is not a limit; did you mean \"mean_flip\"?",
+                "suite.toml:3:2: \"mean_flipp\" is not a key of [test]; did you mean \"mean_flip\"?",
             ),
             ("mean_flip = 'low'", "suite.toml:2:1: mean_flip: expected a number, found a text"),
             ("mean_flip = -1", "suite.toml:2:1: mean_flip: write a number from 0, or inf for no limit"),

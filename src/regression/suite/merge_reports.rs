@@ -9,7 +9,7 @@ use serde::Deserialize;
 use super::names::reference_path;
 use super::orphans::without_shot;
 use super::renamed::name_renamed;
-use super::rendered_images::{check_names, image_path, remove_rendered, write_list};
+use super::rendered_images::{check_names, image_path, reference_hash, remove_rendered, write_list};
 use super::test_shot::{FrameId, TestedFrame, keep_rendered, test_frame};
 use super::{RunOptions, Shard, Suite, discover};
 use crate::error::{Error, Result};
@@ -22,6 +22,9 @@ use crate::settings::read_text;
 
 /// The file beside `index.html` that holds what `rayframe test --json` prints.
 pub const RESULT_FILE: &str = "result.json";
+
+/// Largest number of seconds of a report, thirty years.
+const MAX_SECONDS: f64 = 1e9;
 
 /// What merging needs of [`RESULT_FILE`]: its names are those of `schema/test.schema.json`.
 #[derive(Debug, Deserialize)]
@@ -51,6 +54,7 @@ struct ReportedFrame {
     verdict: Verdict,
     messages: Vec<String>,
     hash: Option<String>,
+    reference: Option<String>,
 }
 
 /// The result of a suite from the report folders of all its shards, which keep the images that changed or failed. They are compared
@@ -72,7 +76,8 @@ pub fn merge_reports(suite: &Suite, folders: &[PathBuf], options: &RunOptions) -
         }
         remove_rendered(target);
     }
-    let paths = discover(suite)?.into_iter().map(|shot| (shot.name, shot.path)).collect();
+    let paths: BTreeMap<_, _> = discover(suite)?.into_iter().map(|shot| (shot.name, shot.path)).collect();
+    check_shots(&paths, &reports)?;
     let merging =
         Merging { suite, paths, images: options.images.as_deref(), image_budget: ImageBudget::new() };
     let mut result = SuiteResult::default();
@@ -101,6 +106,10 @@ fn read_report(folder: &Path) -> Result<ShardReport> {
     let frames = report.shots.iter().flat_map(|shot| &shot.frames);
     check_names(&file, "/shots", frames.map(|frame| &frame.name))?;
     check_names(&file, "/dangling", report.dangling.iter())?;
+    let mut seconds = report.shots.iter().map(|shot| shot.seconds).chain([report.seconds]);
+    if seconds.any(|seconds| !(0.0..=MAX_SECONDS).contains(&seconds)) {
+        return Err(Error::invalid(&file, "", "a time is no number of seconds"));
+    }
     Ok(report)
 }
 
@@ -150,6 +159,28 @@ fn check_shards(folders: &[PathBuf], reports: &[ShardReport]) -> Result<()> {
     }
 }
 
+/// Refuses reports that do not have each shot of the suite once, such as those of filtered runs and of other revisions.
+fn check_shots(paths: &BTreeMap<String, PathBuf>, reports: &[ShardReport]) -> Result<()> {
+    let mut names = BTreeSet::new();
+    for name in reports.iter().flat_map(|report| &report.shots).map(|shot| &shot.name) {
+        if !paths.contains_key(name) || !names.insert(name) {
+            let name = name.escape_debug();
+            return Err(Error::usage(format!(
+                "the reports have the shot {name} that the suite has not, or have it twice; test again"
+            )));
+        }
+    }
+    match paths.keys().find(|name| !names.contains(name)) {
+        Some(name) => {
+            let name = name.escape_debug();
+            Err(Error::usage(format!(
+                "no report has the shot {name}; test all shards of one revision without a name"
+            )))
+        }
+        None => Ok(()),
+    }
+}
+
 fn same_folder(a: &Path, b: &Path) -> bool {
     match (a.canonicalize(), b.canonicalize()) {
         (Ok(a), Ok(b)) => a == b,
@@ -172,7 +203,7 @@ impl Merging<'_> {
         let mut not_kept = Vec::new();
         let mut frames = Vec::new();
         for frame in shot.frames {
-            let mut tested = self.frame(folder, frame, &limits.limits)?;
+            let mut tested = self.frame(folder, frame, (&limits.limits, frames.is_empty()))?;
             self.image_budget.admit(&mut tested.result);
             if let Some(target) = self.images {
                 not_kept.extend(keep_rendered(target, &tested).err());
@@ -192,20 +223,33 @@ impl Merging<'_> {
         })
     }
 
-    fn frame(&self, folder: &Path, frame: ReportedFrame, limits: &Limits) -> Result<TestedFrame> {
-        let ReportedFrame { name, frame, status, verdict, messages, hash } = frame;
+    fn frame(
+        &self,
+        folder: &Path,
+        frame: ReportedFrame,
+        (limits, is_first): (&Limits, bool),
+    ) -> Result<TestedFrame> {
+        let ReportedFrame { name, frame, status, verdict, messages, hash, reference } = frame;
         let file = image_path(folder, &name);
         let reported = FrameResult {
             messages,
             comparison: (verdict == Verdict::Identical).then(Comparison::identical),
             actual_hash: hash,
+            reference_hash: reference,
             ..FrameResult::new(name.clone(), frame, status, String::new())
         };
+        let now = reference_hash(self.suite, &reported.name);
+        if verdict == Verdict::Identical && now != reported.reference_hash {
+            let reference = reference_path(&self.suite.references, &reported.name);
+            let message =
+                format!("{}: changed since {} was tested; test again", reference.display(), folder.display());
+            return Err(Error::Different { message });
+        }
         // Broken frames have no image.
-        if verdict == Verdict::Identical || !file.exists() {
+        if verdict == Verdict::Identical || (status == FrameStatus::Broken && !file.exists()) {
             return Ok(TestedFrame { result: reported, file: None });
         }
-        let tested = test_frame(self.suite, limits, FrameId { name, frame }, &file)?;
+        let tested = test_frame(self.suite, limits, FrameId { name, frame, is_first }, &file)?;
         if (tested.result.status, &tested.result.actual_hash) != (status, &reported.actual_hash) {
             let reference = reference_path(&self.suite.references, &reported.name);
             let message =

@@ -55,6 +55,8 @@ pub fn finish(
         options.shard.is_none_or(|shard| shard.includes(possible_shots(name).last().unwrap_or(name)))
     };
     let is_decided = |name: &str| filter.owner(name).map_or_else(|| is_here(name), is_known);
+    // A shot of this name may render it.
+    let is_doubtful = |name: &str| filter.owner(name).is_some_and(|shot| !is_known(shot));
     if keeps_pending {
         let names = rendered.iter().copied().chain(files.iter().map(ReferenceFile::name));
         let paths = names.flat_map(|name| paths_of_image(&suite.references, name));
@@ -76,7 +78,8 @@ pub fn finish(
             ReferenceFile::Pending(_) | ReferenceFile::Changed(_) if is_orphaned && keeps_pending => {
                 not_kept.extend(discard_image(suite, name).err());
             }
-            ReferenceFile::Removal(_) if keeps_pending && (is_rendered || !is_decided(name)) => {
+            // Those without a shot that belong to another part are left to it.
+            ReferenceFile::Removal(_) if keeps_pending && (is_rendered || is_doubtful(name)) => {
                 not_kept.extend(discard_removal(suite, name).err());
             }
             _ => {}

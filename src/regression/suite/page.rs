@@ -36,7 +36,12 @@ pub fn report_page(suite: &Suite, result: SuiteResult, command: &str, keeps_pend
         shot_commands,
         frame_commands: BTreeMap::new(),
         asset: None,
-        accept_command: format!("rayframe accept --approvals approvals.json --suite {}", quoted(suite_path)),
+        accept_command: format!(
+            "rayframe accept{} --approvals approvals.json --suite {}",
+            // A page of a build server is read where it was unpacked.
+            if keeps_pending { "" } else { " --from FOLDER_OF_THIS_PAGE" },
+            quoted(suite_path)
+        ),
     }
 }
 

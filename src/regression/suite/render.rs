@@ -47,6 +47,7 @@ pub(super) fn reference_job(mut job: SequenceJob, folder: &Path) -> Result<Seque
     job.exr.is_split = false;
     job.checkpoint = false;
     job.exr.is_stamped = false;
+    job.exr.lists_content = true;
     job.existing = ExistingFiles::Overwrite;
     job.keep_going = true;
     Ok(job)

@@ -32,14 +32,20 @@ pub type OnShot<'a> = dyn Fn(usize, &ShotResult) + Sync + 'a;
 /// # Errors
 /// Errors of reading the suite and of git, and [`Error::Usage`] when the filter selects no shot.
 pub fn chosen_shots(suite: &Suite, shots: &[SuiteShot], options: &RunOptions) -> Result<Vec<SuiteShot>> {
-    let mut chosen = filtered(suite, shots, &options.filter)?;
-    if let Some(shard) = options.shard {
-        chosen.retain(|shot| shard.includes(&shot.name));
-    }
+    let chosen = of_shard(suite, shots, options)?;
     match &options.changed_since {
         Some(revision) => changed_shots(suite, chosen, revision),
         None => Ok(chosen),
     }
+}
+
+/// The shots that filter and shard select.
+fn of_shard(suite: &Suite, shots: &[SuiteShot], options: &RunOptions) -> Result<Vec<SuiteShot>> {
+    let mut chosen = filtered(suite, shots, &options.filter)?;
+    if let Some(shard) = options.shard {
+        chosen.retain(|shot| shard.includes(&shot.name));
+    }
+    Ok(chosen)
 }
 
 fn filtered(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<Vec<SuiteShot>> {
@@ -80,6 +86,7 @@ pub fn run(
     let start = Instant::now();
     let shots = discover(suite)?;
     let chosen = chosen_shots(suite, &shots, options)?;
+    let not_tested = of_shard(suite, &shots, options)?.len() - chosen.len();
     let threads = match options.threads {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         threads => threads,
@@ -87,7 +94,11 @@ pub fn run(
     // Two large scenes are never held at a time.
     let (alone, together): (Vec<_>, Vec<_>) = chosen.into_iter().partition(is_large);
     let workers = threads.min(together.len()).max(1);
-    let cache = options.uses_cache.then(|| VerdictCache::open(suite, &suite.cache)).flatten();
+    let (cache, not_opened) = match options.uses_cache.then(|| VerdictCache::open(suite, &suite.cache)) {
+        Some(Ok(cache)) => (cache, None),
+        Some(Err(error)) => (None, Some(error)),
+        None => (None, None),
+    };
     if let Some(folder) = &options.images {
         remove_rendered(folder);
     }
@@ -119,7 +130,8 @@ pub fn run(
         shots: results,
         orphaned,
         not_kept,
-        not_cached: cache.and_then(VerdictCache::into_error),
+        not_tested,
+        not_cached: not_opened.or_else(|| cache.and_then(VerdictCache::into_error)),
         seconds: start.elapsed().as_secs_f64(),
     };
     if let Some(folder) = options.images.as_ref().filter(|_| result.counts().worst() != Verdict::Identical) {

@@ -30,6 +30,9 @@ impl FromStr for Shard {
         let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
         match parts {
             Some((index, count)) if (1..=count).contains(&index) => Ok(Self { index, count }),
+            Some((index, count)) if count > 0 => {
+                Err(format!("there is no part {index} of {count}; parts are 1 to {count}"))
+            }
             _ => Err("write I/N, the part and the number of parts, such as 1/4".to_owned()),
         }
     }

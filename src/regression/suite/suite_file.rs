@@ -240,7 +240,7 @@ mod tests {
         assert_eq!((limits.limits.tile_flip, limits.limits.mean_flip), (0.5, 0.0));
         std::fs::write(&shot, "scene = 'a.glb'\n[test]\ntile = 0.5").unwrap();
         let error = read.as_ref().unwrap().limits_of(&shot).unwrap_err().to_string();
-        assert!(error.contains(":3:1: \"tile\" is not a limit"), "{error}");
+        assert!(error.contains(":3:1: \"tile\" is not a key of [test]"), "{error}");
         assert_eq!(read.as_ref().unwrap().limits_of(Path::new("a.glb")).unwrap(), read.unwrap().limits);
     }
 

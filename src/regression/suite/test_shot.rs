@@ -10,7 +10,7 @@ use super::limits::PresetLimits;
 use super::names::reference_path;
 use super::pending::{discard_image, discard_removal, store_image};
 use super::render::render_shot;
-use super::rendered_images::store_rendered;
+use super::rendered_images::{reference_hash, store_rendered};
 use super::verdict_cache::{CachedShot, TestedInputs, VerdictCache};
 use super::{Suite, SuiteShot};
 use crate::cancel::CancelFlag;
@@ -96,15 +96,20 @@ struct TestedShot {
 
 impl TestedShot {
     fn cached(cached: CachedShot) -> Self {
-        let frame = |(name, frame)| {
+        let frame = |(name, frame, reference)| {
             let result = FrameResult {
+                reference_hash: Some(reference),
                 messages: Vec::new(),
                 comparison: Some(Comparison::identical()),
                 ..FrameResult::new(name, frame, FrameStatus::Passed, String::new())
             };
             TestedFrame { result, file: None }
         };
-        let frames = cached.images.into_iter().map(|image| frame((image.name, image.frame))).collect();
+        let frames = cached
+            .images
+            .into_iter()
+            .map(|image| frame((image.name, image.frame, image.reference)))
+            .collect();
         Self { frames, warnings: cached.warnings, inputs: None, is_cached: true }
     }
 }
@@ -150,7 +155,8 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
     }
     let (mut frames, mut warnings, mut inputs) = (Vec::new(), BTreeSet::new(), Some(BTreeSet::new()));
     for covered in jobs_of(context.suite, shot)? {
-        frames.extend(tested_view(context, shot, &limits.limits, &covered)?);
+        let is_first = frames.is_empty();
+        frames.extend(tested_view(context, shot, &limits.limits, (&covered, is_first))?);
         let ShotJob { sequence, warnings: of_view, inputs: files } = covered.job;
         warnings.extend(of_view.iter().map(ToString::to_string));
         // The library of a denoiser is no input file.
@@ -172,7 +178,7 @@ fn tested_view(
     context: &TestContext<'_>,
     shot: &SuiteShot,
     limits: &Limits,
-    covered: &CoveredJob,
+    (covered, is_first): (&CoveredJob, bool),
 ) -> Result<Vec<TestedFrame>> {
     let mut job = covered.job.sequence.clone();
     job.max_memory_bytes /= context.shots_at_once.max(1) as u64;
@@ -182,8 +188,11 @@ fn tested_view(
         rendered.frames.swap_remove(refused).1?;
     }
     let frames = rendered.frames.iter().map(|(frame, file)| {
-        let id =
-            FrameId { name: covered.image_name(&shot.name, *frame), frame: covered.frame_number(*frame) };
+        let id = FrameId {
+            name: covered.image_name(&shot.name, *frame),
+            frame: covered.frame_number(*frame),
+            is_first: is_first && covered.job.sequence.frames.first() == Some(frame),
+        };
         let mut tested = match file {
             Ok(file) => test_frame(context.suite, limits, id, file)?,
             Err(error) => {
@@ -200,6 +209,8 @@ fn tested_view(
 pub(super) struct FrameId {
     pub(super) name: String,
     pub(super) frame: Option<i64>,
+    /// Whether it is the first image of its shot, where lost content is told once.
+    pub(super) is_first: bool,
 }
 
 impl FrameId {
@@ -212,7 +223,8 @@ impl FrameId {
 pub(super) fn test_frame(suite: &Suite, limits: &Limits, id: FrameId, file: &Path) -> Result<TestedFrame> {
     let reference = reference_path(&suite.references, &id.name);
     let bytes = std::fs::read(file).map_err(Error::missing(file))?;
-    let actual = Image::decode(file, &bytes)?;
+    let mut actual = Image::decode(file, &bytes)?;
+    let content = actual.scene.content.take_if(|_| !id.is_first);
     let mut result = if reference.exists() {
         match Image::read(&reference) {
             Ok(expected) => compare_frame(id, &actual, &expected, limits),
@@ -226,7 +238,11 @@ pub(super) fn test_frame(suite: &Suite, limits: &Limits, id: FrameId, file: &Pat
         result.status = FrameStatus::Broken;
         result.messages.insert(0, message);
     }
-    if result.verdict() != Verdict::Identical {
+    // Hashes of images cover the list.
+    actual.scene.content = actual.scene.content.or(content);
+    if result.verdict() == Verdict::Identical {
+        result.reference_hash = reference_hash(suite, &result.name);
+    } else {
         let errors = result.comparison.as_mut().and_then(|comparison| comparison.flip_map.take());
         result.actual = EncodedImage::new(&actual).map(|packed| match &errors {
             Some(map) => packed.with_errors(map),

@@ -70,7 +70,7 @@ pub(super) struct CachedImage {
     pub(super) name: String,
     pub(super) frame: Option<i64>,
     /// SHA-256 of the file of the reference.
-    reference: String,
+    pub(super) reference: String,
 }
 
 /// What a tested shot was made from, and its result.
@@ -83,10 +83,18 @@ pub(super) struct TestedInputs<'a> {
 
 impl<'a> VerdictCache<'a> {
     /// The verdicts in `folder`. `None` where the running program cannot be read, which tells versions apart.
-    pub(super) fn open(suite: &'a Suite, folder: &'a Path) -> Option<Self> {
-        let program = sha256_of_file(&std::env::current_exe().ok()?)?;
+    ///
+    /// # Errors
+    /// [`Error::CannotCreate`] for a folder with files of others.
+    pub(super) fn open(suite: &'a Suite, folder: &'a Path) -> Result<Option<Self>> {
+        let mut files = std::fs::read_dir(folder).into_iter().flatten();
+        if files.next().is_some() && !folder.join("CACHEDIR.TAG").is_file() {
+            let message = "holds other files than verdicts; name another folder in `cache`".to_owned();
+            return Err(Error::CannotCreate { path: folder.to_owned(), message });
+        }
+        let program = std::env::current_exe().ok().and_then(|program| sha256_of_file(&program));
         let (hashes, error) = (Mutex::default(), Mutex::default());
-        Some(Self { suite, folder, program, start: SystemTime::now(), hashes, error })
+        Ok(program.map(|program| Self { suite, folder, program, start: SystemTime::now(), hashes, error }))
     }
 
     /// The images of the shot, if it was identical and nothing changed since.
@@ -125,20 +133,26 @@ impl<'a> VerdictCache<'a> {
     }
 
     fn write(&self, file: &Path, cached: &CachedShot) -> Result<()> {
-        probe_folder(file)?;
-        for (name, text) in [(".gitignore", "*\n"), ("CACHEDIR.TAG", TAG)] {
+        for (name, text) in [("CACHEDIR.TAG", TAG), (".gitignore", "*\n")] {
             let path = self.folder.join(name);
             if !path.exists() {
+                probe_folder(&path)?;
                 write_atomically(&path, text.as_bytes())?;
             }
         }
+        probe_folder(file)?;
         write_atomically(file, &serde_json::to_vec(cached).unwrap_or_default())
     }
 
     /// `None` where an image is not identical, and where a file changed during the run.
     fn cached(&self, shot: &SuiteShot, tested: TestedInputs<'_>) -> Option<CachedShot> {
         let suite_folder = folder_of(&self.suite.file);
-        let input = |path: &Path| Some((relative(suite_folder, path)?, self.unchanged_hash(path)?));
+        let input = |path: &Path| {
+            let name = relative(suite_folder, path)?;
+            // Where links change what `..` is, the name may be that of another file.
+            let is_same = suite_folder.join(&name).canonicalize().ok()? == path.canonicalize().ok()?;
+            Some((name, self.unchanged_hash(path)?)).filter(|_| is_same)
+        };
         let of_suite = [self.suite.file.as_path(), &shot.path].into_iter();
         let image = |frame: &FrameResult| {
             let reference = self.unchanged_hash(&reference_path(&self.suite.references, &frame.name))?;
@@ -164,8 +178,9 @@ impl<'a> VerdictCache<'a> {
 
     /// The hash of a file that did not change since the run began.
     fn unchanged_hash(&self, path: &Path) -> Option<String> {
+        let hash = self.hash(path)?;
         let changed = last_change(&std::fs::metadata(path).ok()?)?;
-        self.hash(path).filter(|_| changed < self.start)
+        Some(hash).filter(|_| changed < self.start)
     }
 
     /// The hash of a file; read once a run.

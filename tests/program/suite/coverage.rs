@@ -120,9 +120,11 @@ fn lists_make_a_matrix() {
     std::fs::remove_dir_all(stage.path("references")).unwrap();
     assert_eq!(accepted(&stage), ["robot@run.exr", "robot@walk.exr"]);
     stage.write("day.toml", "scene = 'robot.gltf'\n[test]\nclips = ['jump']\n");
-    stage.run(&["test", "day"]).ends(1, &["there is no animation \"jump\"; choose one of"]);
+    stage
+        .run(&["test", "day"])
+        .ends(1, &["clips: of [test]: the scene has no \"jump\", there is \"walk\", \"run\"; restore it"]);
     stage.write("day.toml", "scene = 'robot.gltf'\n[test]\nview = ['left']\n");
-    stage.run(&["test", "day"]).ends(1, &["\"view\" is not a limit; did you mean \"views\"?"]);
+    stage.run(&["test", "day"]).ends(1, &["\"view\" is not a key of [test]; did you mean \"views\"?"]);
 }
 
 #[test]
@@ -154,6 +156,28 @@ fn lost_content_fails_with_its_name_where_no_pixel_shows_it() {
     stage.run(&["test"]).ends(0, &["changed robot", "new: clip \"run\""]);
     stage.run(&["accept", "--changed"]).ends(0, &["replaced"]);
     stage.run(&["test"]).ends(0, &["1 image identical"]);
+}
+
+#[test]
+fn content_is_missed_after_the_first_view_went_and_where_nodes_are_detached() {
+    let stage = Stage::new(SUITE);
+    let mut robot = scene(2);
+    robot["nodes"][1]["scale"] = json!([0, 0, 0]);
+    stage.write("robot.gltf", &robot.to_string());
+    accepted(&stage);
+    // The first camera goes, so that another reference is the first.
+    robot["scenes"][0]["nodes"] = json!([0, 1, 3]);
+    stage.write("robot.gltf", &robot.to_string());
+    stage.run(&["test"]).ends(1, &["lost: camera \"lens 0\""]);
+    stage.run(&["accept"]).ends(0, &["removed references/robot@lens 0.exr"]);
+    stage.run(&["test"]).ends(0, &["0 failed"]);
+    robot["scenes"][0]["nodes"] = json!([0, 3]);
+    stage.write("robot.gltf", &robot.to_string());
+    stage.run(&["test"]).ends(1, &["lost: node \"hat\""]);
+    // Shots with the name of an image of another are refused.
+    stage.write("robot@walk.toml", "scene = 'robot.gltf'\n");
+    stage.write("robot.toml", "scene = 'robot.gltf'\n");
+    stage.run(&["test"]).ends(65, &["has the name of an image of"]);
 }
 
 #[test]

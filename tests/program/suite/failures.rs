@@ -135,7 +135,7 @@ fn shot_files_have_settings_and_limits_of_their_own() {
     stage.write("dim.toml", "scene = 'point.gltf'\n[test]\npresets = 'exact'\n");
     stage
         .run(&["test", "dim"])
-        .ends(1, &["FAIL dim", "dim.toml:3:1: \"presets\" is not a limit; did you mean \"preset\"?"]);
+        .ends(1, &["FAIL dim", "dim.toml:3:1: \"presets\" is not a key of [test]; did you mean \"preset\"?"]);
     stage.write("dim.toml", "scene = 'point.gltf'\nsampels = 4\n");
     stage.run(&["test", "dim"]).ends(1, &["FAIL dim", "dim.toml:2:1: \"sampels\"", "samples"]);
     stage.run(&["test", "dusk"]).ends(2, &["no shot's name contains \"dusk\""]);

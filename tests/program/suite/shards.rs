@@ -56,6 +56,12 @@ fn merged_shards_are_the_whole_result() {
     let merged = stage.run(&merge);
     assert_eq!(merged.code, whole.code);
     assert_eq!(comparable(&merged), comparable(&whole));
+    // Without the images of what changed nothing can be said.
+    std::fs::rename(stage.path("r1/images"), stage.path("kept")).unwrap();
+    let without = stage.run(&merge);
+    assert_eq!(without.code, Some(66), "{}", without.text);
+    std::fs::rename(stage.path("kept"), stage.path("r1/images")).unwrap();
+    assert_eq!(comparable(&stage.run(&merge)), comparable(&whole));
     // The merged report has the images of all machines.
     let list = |folder: &str| std::fs::read_to_string(stage.path(folder).join("images.json")).unwrap();
     assert_eq!(list("merged"), list("whole"));
@@ -98,9 +104,23 @@ fn incomplete_and_outdated_reports_are_not_merged() {
     merge(&["r1", "r2"]).ends(65, &["r1/result.json: no report of this version"]);
     std::fs::remove_file(stage.path("r1/result.json")).unwrap();
     stage.run(&["test", "-q", "--shard", "1/2", "--report", "r1"]);
+    // Reports of filtered runs, of other shots, and of other references of identical images.
+    stage.run(&["test", "-q", "shot7", "--shard", "1/2", "--report", "f1"]);
+    stage.run(&["test", "-q", "shot7", "--shard", "2/2", "--report", "f2"]);
+    merge(&["f1", "f2"]).ends(2, &["no report has the shot folder/"]);
+    stage.scene("folder/new.gltf", "light/point.gltf", "", "");
+    merge(&["r1", "r2"]).ends(2, &["no report has the shot folder/new"]);
+    std::fs::remove_file(stage.path("folder/new.gltf")).unwrap();
+    std::fs::rename(stage.path("references/folder/shot9.exr"), stage.path("shot9.exr")).unwrap();
+    merge(&["r1", "r2"]).ends(1, &["references/folder/shot9.exr: changed since"]);
+    std::fs::rename(stage.path("shot9.exr"), stage.path("references/folder/shot9.exr")).unwrap();
     stage.run(&["accept", "folder/shot2"]).ends(0, &["replaced"]);
     merge(&["r1", "r2"]).ends(1, &["references/folder/shot2.exr: changed since", "was tested; test again"]);
-    stage.run(&["test", "--shard", "4/3"]).ends(2, &["write I/N"]);
+    let seconds = std::fs::read_to_string(stage.path("r1/result.json")).unwrap();
+    let (before, after) = seconds.split_once("\"seconds\": ").unwrap();
+    stage.write("r1/result.json", &format!("{before}\"seconds\": -{after}"));
+    merge(&["r1", "r2"]).ends(65, &["a time is no number of seconds"]);
+    stage.run(&["test", "--shard", "4/3"]).ends(2, &["there is no part 4 of 3; parts are 1 to 3"]);
 }
 
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
@@ -148,9 +168,30 @@ fn shots_that_changed_since_a_revision_are_selected() {
     stage.scene("new.gltf", "light/point.gltf", "", "");
     assert_eq!(listed("HEAD").1, ["d", "new"]);
     git(&stage, &["add", "-A"]);
+    stage.run(&["test", "-q"]).ends(1, &[]);
+    stage.run(&["accept"]).ends(0, &[]);
+    git(&stage, &["add", "-A"]);
     git(&stage, &["commit", "-q", "-m", "b"]);
     assert_eq!(listed("HEAD").1, [""; 0]);
-    assert_eq!(listed("HEAD~1").1, ["d", "new"]);
+    assert_eq!(listed("HEAD~1").1, ["new"]);
+    // What git does not track may differ; links count as well as what they point to.
+    stage.write(".gitignore", "/report/\n*.new\nignored.gltf\n");
+    stage.scene("ignored.gltf", "light/point.gltf", "", "");
+    stage.run(&["test", "ignored"]).ends(1, &[]);
+    stage.run(&["accept", "ignored"]).ends(0, &[]);
+    git(&stage, &["add", "-A"]);
+    git(&stage, &["commit", "-q", "-m", "c"]);
+    assert_eq!(listed("HEAD").1, ["ignored"]);
+    std::fs::remove_file(stage.path("ignored.gltf")).unwrap();
+    std::fs::remove_file(stage.path("references/ignored.exr")).unwrap();
+    git(&stage, &["commit", "-q", "-a", "-m", "d"]);
+    // A scene becomes a shot when its shot file goes.
+    std::fs::remove_file(stage.path("c.toml")).unwrap();
+    std::fs::remove_file(stage.path("references/c.exr")).unwrap();
+    assert_eq!(listed("HEAD").1, ["a"]);
+    let ran = stage.run(&["test", "--changed-since", "HEAD"]);
+    ran.ends(1, &["FAIL a", "3 shots not tested, as none of their files changed"]);
+    git(&stage, &["checkout", "-q", "."]);
     stage.write("suite.toml", &format!("{SUITE}# comment\n"));
     assert_eq!(listed("HEAD").1, ["c", "d", "new", "with_light"]);
 }

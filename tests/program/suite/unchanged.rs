@@ -103,9 +103,18 @@ fn changed_and_failed_shots_are_rendered_again() {
     std::fs::remove_dir_all(stage.path(".rayframe-cache")).unwrap();
     stage.run(&["test"]).ends(0, &["2 images identical"]);
     assert_eq!(cached(&stage), [""; 0]);
-    // A folder that cannot be written to is a warning.
-    stage.write("suite.toml", &format!("cache = 'a/point.gltf/x'\n{SUITE}"));
-    stage.run(&["test"]).ends(0, &["2 images identical", "verdicts cannot be kept for the next run"]);
+    // A folder that cannot be written to, or that has other files, is a warning.
+    for (cache, why) in [
+        ("a/point.gltf/x", ""),
+        (".", "holds other files than verdicts"),
+        ("references", "holds other files"),
+    ] {
+        stage.write("suite.toml", &format!("cache = '{cache}'\n{SUITE}"));
+        stage
+            .run(&["test"])
+            .ends(0, &["2 images identical", "verdicts cannot be kept for the next run", why]);
+        assert!(!stage.path(".gitignore").exists() && !stage.path("references/.gitignore").exists());
+    }
 }
 
 #[test]

@@ -153,7 +153,8 @@ function shotTable(indices) {
       const values = shot.frames.flatMap((frame) => frame.flip?.[key] ?? []);
       return element("td", { className: "number" }, values.length > 0 ? Math.max(...values).toFixed(4) : "");
     };
-    const why = worst?.likely || worst?.messages[0] || "";
+    const lost = shot.frames.flatMap((frame) => frame.messages.filter((message) => message.startsWith("lost: ")));
+    const why = [...new Set([...lost, worst?.likely || worst?.messages[0] || ""])].filter(Boolean).join("; ");
     const images = element("td", { className: "thumbnails" }, ...thumbnails(worst));
     return element("tr", {}, element("th", { scope: "row", className: "path" }, link), images, element("td", {}, kindText(shot)), largest("mean"), largest("tile"), element("td", { className: "why" }, why));
   });

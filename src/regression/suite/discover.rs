@@ -164,7 +164,7 @@ mod tests {
             assert!(error.contains("would share the reference"), "{error}");
         }
         let error = discovered(&[("walk.glb", ""), ("walk.0012.glb", "")]).unwrap_err().to_string();
-        assert!(error.contains("walk.0012.glb") && error.contains("name of a frame of"), "{error}");
+        assert!(error.contains("walk.0012.glb") && error.contains("name of an image of"), "{error}");
         assert_eq!(discovered(&[]).unwrap(), [] as [&str; 0]);
     }
 

@@ -16,8 +16,8 @@ pub(super) struct Matching {
 }
 
 impl Matching {
-    /// Pairs items by name, then by alias. Those that are left are paired in their order where they are equally many and one side
-    /// has no names: programs drop names, and unnamed items have nothing but their order.
+    /// Pairs items by name, then by alias. Unnamed ones that are left have nothing but their order, in which they are paired where they
+    /// are equally many. Where one side has no names left, as programs drop them, so are all that are left.
     pub(super) fn new(actual: &[Item], reference: &[Item]) -> Self {
         let mut matching = Self {
             pairs: Vec::new(),
@@ -26,12 +26,16 @@ impl Matching {
         };
         matching.pair_by(actual, reference, |item| item.is_named.then_some(item.name.as_str()));
         matching.pair_by(actual, reference, |item| item.alias.as_deref());
-        let is_unnamed =
-            |items: &[Item], indices: &[usize]| indices.iter().all(|&index| !items[index].is_named);
-        let is_either_unnamed =
-            is_unnamed(actual, &matching.added) || is_unnamed(reference, &matching.removed);
-        if is_either_unnamed && matching.added.len() == matching.removed.len() {
-            matching.pairs.extend(matching.added.drain(..).zip(matching.removed.drain(..)));
+        let unnamed = |items: &[Item], indices: &[usize]| -> Vec<usize> {
+            indices.iter().copied().filter(|&index| !items[index].is_named).collect()
+        };
+        let (ours, theirs) = (unnamed(actual, &matching.added), unnamed(reference, &matching.removed));
+        if ours.len() == theirs.len() {
+            matching.pair_in_order(&ours, &theirs);
+        } else if matching.added.len() == matching.removed.len()
+            && (ours.len() == matching.added.len() || theirs.len() == matching.removed.len())
+        {
+            matching.pair_in_order(&matching.added.clone(), &matching.removed.clone());
         }
         matching.pairs.sort_by_key(|&(_, reference)| reference);
         matching
@@ -41,6 +45,13 @@ impl Matching {
     pub(super) fn pairs(&self, actual: usize, reference: usize) -> bool {
         let found = self.pairs.binary_search_by_key(&reference, |pair| pair.1);
         found.is_ok_and(|found| self.pairs[found].0 == actual)
+    }
+
+    fn pair_in_order(&mut self, actual: &[usize], reference: &[usize]) {
+        self.pairs.extend(actual.iter().copied().zip(reference.iter().copied()));
+        let [actual, reference]: [BTreeSet<_>; 2] = [actual, reference].map(|side| side.iter().collect());
+        self.added.retain(|index| !actual.contains(index));
+        self.removed.retain(|index| !reference.contains(index));
     }
 
     /// Pairs what is left and has equal keys; of several items with one key the first with the first.

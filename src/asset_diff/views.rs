@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use super::difference::AssetDifference;
 use super::facts::AssetFacts;
 use super::group_kind::GroupKind;
-use crate::scene::{Animation, Scene};
-use crate::settings::FrameRate;
+use crate::scene::{Animation, CameraIndex, Scene};
+use crate::settings::{FrameRate, number_duplicates};
 
 /// One camera at some times, for both assets.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,10 +59,11 @@ impl View {
 /// of the reference, and a still of every variant.
 pub(super) fn views(sides: &Sides<'_>, is_interior: bool) -> Vec<View> {
     let [actual, reference] = sides.scenes;
-    let stands = |scene: &Scene, camera: usize| scene.cameras_of_default_scene().contains(&camera);
+    let standing = [actual, reference].map(Scene::cameras_of_default_scene);
+    let stands = |side: usize, camera: usize| standing[side].contains(&CameraIndex(camera as u32));
     let cameras = paired(sides, GroupKind::Cameras).into_iter();
     let cameras = cameras
-        .filter(|(pair, _)| stands(actual, pair.actual) && stands(reference, pair.reference))
+        .filter(|(pair, _)| stands(0, pair.actual) && stands(1, pair.reference))
         .map(|(pair, name)| View::still(format!("camera \"{name}\""), ViewCamera::OfFile(pair)));
     let mut views: Vec<_> = cameras.collect();
     if views.is_empty() {
@@ -80,7 +81,7 @@ pub(super) fn views(sides: &Sides<'_>, is_interior: bool) -> Vec<View> {
     for (pair, name) in paired(sides, GroupKind::Variants) {
         views.push(View { variant: Some(pair), ..View::still(format!("variant \"{name}\""), camera) });
     }
-    make_unique(&mut views);
+    number_duplicates(views.iter_mut().map(|view| &mut view.name));
     views
 }
 
@@ -98,17 +99,4 @@ fn paired(sides: &Sides<'_>, group: GroupKind) -> Vec<(PairedIndex, String)> {
 fn clip_frames(clip: &Animation) -> Vec<i64> {
     let last = FrameRate::FILM.last_frame(clip.duration_seconds());
     BTreeSet::from([0, last / 2, last]).into_iter().collect()
-}
-
-/// Adds numbers to names that several views have, since glTF does not require unique names.
-fn make_unique(views: &mut [View]) {
-    let mut names = BTreeSet::new();
-    for view in views {
-        let name = view.name.clone();
-        let mut number = 2;
-        while !names.insert(view.name.clone()) {
-            view.name = format!("{name} {number}");
-            number += 1;
-        }
-    }
 }

@@ -27,6 +27,9 @@ pub struct SuiteResult {
     /// Errors of updating pending images after the last shot.
     #[serde(skip)]
     pub not_kept: Vec<Error>,
+    /// Files `.toml` that have no setting of a shot, and are skipped.
+    #[serde(skip)]
+    pub stray: Vec<PathBuf>,
     /// Number of shots of which no file changed since the revision that the options name.
     #[serde(skip)]
     pub not_tested: usize,
@@ -71,7 +74,7 @@ pub struct FrameResult {
     pub messages: Vec<String>,
     /// Hash of the rendered pixels ([`super::pixel_hash`]), which approvals name. `None` for identical frames.
     pub actual_hash: Option<String>,
-    /// SHA-256 of the file of the reference, for identical frames.
+    /// SHA-256 of the file of the reference. `None` where there is none.
     pub reference_hash: Option<String>,
     /// The comparison with the reference. `None` where there was nothing to compare.
     pub comparison: Option<Comparison>,
@@ -129,10 +132,10 @@ impl FrameResult {
     /// Whether the frame is identical, changed within the limits, or failed.
     pub fn verdict(&self) -> Verdict {
         match (self.status, &self.comparison) {
-            (FrameStatus::Passed, Some(comparison)) if comparison.verdict() != Verdict::Identical => {
-                Verdict::Changed
+            (FrameStatus::Passed, Some(comparison)) if comparison.verdict() == Verdict::Identical => {
+                Verdict::Identical
             }
-            (FrameStatus::Passed, _) => Verdict::Identical,
+            (FrameStatus::Passed, _) => Verdict::Changed,
             _ => Verdict::Failed,
         }
     }

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use super::{
-    Animation, Camera, CameraIndex, FileStorage, Image, ImageLight, ImageLightIndex, ImageMips, Light,
-    LightIndex, Material, Mesh, Node, NodeIndex, Skin, Texture, TextureIndex, Variant,
+    Animation, AnimationIndex, Camera, CameraIndex, FileStorage, Image, ImageLight, ImageLightIndex,
+    ImageMips, Light, LightIndex, Material, Mesh, Node, NodeIndex, Skin, Texture, TextureIndex, Variant,
 };
 use crate::error::Warning;
 
@@ -87,16 +87,37 @@ impl Scene {
         own.or_else(|| self.holder_name(|node| node.camera == Some(camera)))
     }
 
-    /// Indices of the cameras in the default scene.
-    pub fn cameras_of_default_scene(&self) -> BTreeSet<usize> {
-        let mut pending =
-            self.scenes.get(self.default_scene).map(|scene| scene.roots.clone()).unwrap_or_default();
-        let mut cameras = BTreeSet::new();
-        while let Some(node) = pending.pop().and_then(|index| self.nodes.get(index.index())) {
-            cameras.extend(node.camera.map(CameraIndex::index));
-            pending.extend_from_slice(&node.children);
+    /// Name of a camera, or else of the first node that holds it, or `camera2` without either.
+    pub fn camera_label(&self, camera: CameraIndex) -> String {
+        self.camera_name(camera).map_or_else(|| format!("camera{}", camera.index()), str::to_owned)
+    }
+
+    /// Name of a clip, or `clip2` without one.
+    pub fn clip_label(&self, clip: AnimationIndex) -> String {
+        let name = self.animations.get(clip.index()).and_then(|clip| clip.name.clone());
+        name.unwrap_or_else(|| format!("clip{}", clip.index()))
+    }
+
+    /// The nodes below `roots`, these included, in no particular order.
+    pub fn nodes_below(&self, roots: &[NodeIndex]) -> Vec<NodeIndex> {
+        let mut nodes = roots.to_vec();
+        let mut at = 0;
+        while let Some(node) = nodes.get(at).and_then(|index| self.nodes.get(index.index())) {
+            nodes.extend_from_slice(&node.children);
+            at += 1;
         }
-        cameras
+        nodes
+    }
+
+    /// The cameras that stand below `roots`.
+    pub fn cameras_below(&self, roots: &[NodeIndex]) -> BTreeSet<CameraIndex> {
+        self.nodes_below(roots).iter().filter_map(|node| self.nodes.get(node.index())?.camera).collect()
+    }
+
+    /// The cameras that stand in the default scene.
+    pub fn cameras_of_default_scene(&self) -> BTreeSet<CameraIndex> {
+        let roots = self.scenes.get(self.default_scene).map(|scene| scene.roots.as_slice());
+        self.cameras_below(roots.unwrap_or_default())
     }
 
     /// Name of a light, or else of the first node that holds it.

@@ -132,13 +132,9 @@ fn camera_or_node_name<'a>(
 
 /// The cameras of nodes below `roots`, ordered by camera, then by node.
 pub(super) fn selected_cameras(scene: &Scene, roots: &[NodeIndex]) -> Vec<(CameraIndex, NodeIndex)> {
-    let mut cameras = Vec::new();
-    let mut pending = roots.to_vec();
-    while let Some(index) = pending.pop() {
-        let node = &scene.nodes[index.index()];
-        cameras.extend(node.camera.map(|camera| (camera, index)));
-        pending.extend(&node.children);
-    }
+    let nodes = scene.nodes_below(roots).into_iter();
+    let mut cameras: Vec<_> =
+        nodes.filter_map(|index| Some((scene.nodes[index.index()].camera?, index))).collect();
     cameras.sort_unstable();
     cameras
 }

@@ -50,6 +50,8 @@ pub(crate) struct FrameTracer<'a> {
     posed: PosedFrames,
     /// Hashes of vertices and texels, computed once.
     static_hashes: OnceLock<StaticHashes>,
+    /// The value of [`SceneContent::ATTRIBUTE`].
+    content: OnceLock<String>,
     /// The plate behind a frame.
     plate: Option<(i64, Arc<Plate>)>,
 }
@@ -67,8 +69,16 @@ pub(crate) struct FrameStatistics {
 
 impl<'a> FrameTracer<'a> {
     pub(crate) fn new(job: &'a SequenceJob, cancel: &'a CancelFlag) -> Self {
-        let (posed, static_hashes) = (PosedFrames::default(), OnceLock::new());
-        Self { job, cancel, scratch: None, instance_ids: None, posed, static_hashes, plate: None }
+        Self {
+            job,
+            cancel,
+            scratch: None,
+            instance_ids: None,
+            posed: PosedFrames::default(),
+            static_hashes: OnceLock::new(),
+            content: OnceLock::new(),
+            plate: None,
+        }
     }
 
     /// Forgets the poses of earlier frames, which a panic may have left inconsistent.
@@ -256,8 +266,8 @@ impl<'a> FrameTracer<'a> {
         let parts = part_hashes(self.job, statics, frame);
         attributes.texts.push((PartHashes::ATTRIBUTE.to_owned(), parts.text()));
         if self.job.exr.lists_content {
-            let content = scene_content(&self.job.scene);
-            attributes.texts.push((SceneContent::ATTRIBUTE.to_owned(), content.text()));
+            let content = self.content.get_or_init(|| scene_content(&self.job.scene).text());
+            attributes.texts.push((SceneContent::ATTRIBUTE.to_owned(), content.clone()));
         }
         let range = self.job.render.sample_range_text();
         attributes.texts.extend(range.map(|range| (SAMPLE_RANGE.to_owned(), range)));

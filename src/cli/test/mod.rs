@@ -140,6 +140,12 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     for error in result.not_kept() {
         print_warning(&format!("pending images cannot be stored: {error}"));
     }
+    for file in &result.stray {
+        let file = one_line(&file.display().to_string());
+        print_warning(&format!(
+            "{file}: is skipped, as no key in it is a setting of a shot; `exclude` of the suite silences this"
+        ));
+    }
     if let Some(error) = &result.not_cached {
         print_warning(&format!("verdicts cannot be kept for the next run: {error}"));
     }
@@ -165,12 +171,6 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
 
 fn tested(args: &TestArgs, suite: &Suite, cancel: &CancelFlag) -> Result<SuiteResult> {
     let options = args.run_options(suite);
-    for file in suite::stray_files(suite)? {
-        let file = one_line(&file.display().to_string());
-        print_warning(&format!(
-            "{file}: is skipped, as no key in it is a setting of a shot; `exclude` of the suite silences this"
-        ));
-    }
     let progress = SuiteProgress::new(!args.quiet && std::io::stderr().is_terminal());
     let result = suite::run(suite, &options, cancel, &|count, shot| {
         progress.tell(count, &shot.name, shot.passes());

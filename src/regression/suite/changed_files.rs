@@ -18,7 +18,7 @@ use crate::shot::{ShotRequest, shot_inputs};
 /// [`Error::Usage`] without git, outside of a repository, and for an unknown revision.
 pub(super) fn changed_shots(suite: &Suite, shots: Vec<SuiteShot>, revision: &str) -> Result<Vec<SuiteShot>> {
     let changes = changed_files(&suite.file, revision)?;
-    if changes.contain(&suite.file) {
+    if changes.contains(&suite.file) {
         return Ok(shots);
     }
     let with_changes = shots_of_references(suite, &shots, &changes.changed);
@@ -33,8 +33,8 @@ pub(super) fn changed_shots(suite: &Suite, shots: Vec<SuiteShot>, revision: &str
         let request = ShotRequest { path: &shot.path, suite: Some(&suite.file), overrides: &[] };
         with_changes.contains(&shot.name)
             || !with_references.contains(&*shot.name)
-            || changes.contain(&shot.path)
-            || shot_inputs(&request).map_or(true, |inputs| inputs.iter().any(|input| changes.contain(input)))
+            || changes.contains(&shot.path)
+            || shot_inputs(&request).map_or(true, |inputs| inputs.iter().any(|input| changes.contains(input)))
     };
     let selected: Vec<bool> = shots.iter().map(has_changed).collect();
     Ok(shots
@@ -62,17 +62,15 @@ struct Changes {
 
 impl Changes {
     /// Whether a file differs, or a link on the way to it. Files that git does not track may differ.
-    fn contain(&self, path: &Path) -> bool {
+    fn contains(&self, path: &Path) -> bool {
         let named = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        let has_changed_link = || {
-            named.ancestors().any(|part| {
-                let folder = part.parent().and_then(|folder| folder.canonicalize().ok());
-                part.is_symlink()
-                    && folder
-                        .zip(part.file_name())
-                        .is_none_or(|(folder, name)| self.changed.contains(&folder.join(name)))
-            })
+        let is_changed_link = |link: &Path| {
+            let folder = link.parent().and_then(|folder| folder.canonicalize().ok());
+            folder
+                .zip(link.file_name())
+                .is_none_or(|(folder, name)| self.changed.contains(&folder.join(name)))
         };
+        let has_changed_link = || named.ancestors().any(|part| part.is_symlink() && is_changed_link(part));
         path.canonicalize().map_or(true, |path| self.changed.contains(&path) || !self.tracked.contains(&path))
             || has_changed_link()
     }

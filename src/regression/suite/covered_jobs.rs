@@ -8,9 +8,11 @@ use super::names::image_name;
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::framing::{NamedView, is_interior};
-use crate::scene::{CameraRequest, ClipSelection, NameOrIndex, Scene};
+use crate::scene::{AnimationIndex, CameraRequest, ClipSelection, NameOrIndex, Scene};
 use crate::sequence::SequenceJob;
-use crate::settings::{BackgroundSource, DEFINITIONS, Settings, file_name_part};
+use crate::settings::{
+    BackgroundSource, DEFINITIONS, Named as _, Settings, file_name_part, number_duplicates,
+};
 use crate::shot::{ShotJob, ShotRequest, is_shot, shot_jobs};
 
 /// Frames of a clip that are tested by default.
@@ -71,14 +73,25 @@ pub(super) fn jobs_of(suite: &Suite, shot: &SuiteShot) -> Result<Vec<CoveredJob>
         let has_plate = matches!(settings.values.background, BackgroundSource::Plate(_));
         let is_default =
             coverage.is_empty() && !is_shot(&shot.path) && !has_plate && !chooses(&settings.settings);
-        if !is_default {
-            check_names(&coverage, scene)?;
-        }
         views = if is_default { default_views(scene)? } else { combinations(&coverage, scene) };
-        make_unique(&mut views);
+        number_duplicates(views.iter_mut().map(|view| &mut view.label));
         Ok(views.iter().map(|view| view.settings.clone()).collect())
-    })?;
+    });
+    let jobs = jobs.map_err(|error| of_list(error, &coverage))?;
     jobs.into_iter().zip(views).map(|(job, view)| covered_job(job, view)).collect()
+}
+
+/// An error about a camera, clip or variant as one about the list that names it.
+fn of_list(error: Error, coverage: &Coverage) -> Error {
+    let Error::Setting(mut error) = error else { return error };
+    let Coverage { frames: _, cameras, views: _, clips, variants } = coverage;
+    let lists =
+        [("camera", "cameras", cameras), ("animation", "clips", clips), ("variant", "variants", variants)];
+    let list = lists.iter().find(|(setting, _, list)| *setting == error.setting && list.is_some());
+    if let Some((_, key, _)) = list {
+        error.setting = format!("{key} of [test]");
+    }
+    Error::Setting(error)
 }
 
 fn covered_job(mut job: ShotJob, view: View) -> Result<CoveredJob> {
@@ -105,8 +118,9 @@ fn frame_numbers(job: &SequenceJob, frames: &[CoveredFrame]) -> Vec<i64> {
 }
 
 fn chooses(settings: &Settings) -> bool {
-    let chosen = DEFINITIONS.iter().filter(|definition| CHOOSING.contains(&definition.name));
-    chosen.into_iter().any(|definition| definition.origin(settings).is_some())
+    DEFINITIONS
+        .iter()
+        .any(|definition| CHOOSING.contains(&definition.name) && definition.origin(settings).is_some())
 }
 
 /// What is set for a view, on top of the shot.
@@ -130,111 +144,72 @@ impl View {
     }
 }
 
-/// Refuses names of clips and variants that the scene does not have. Cameras are selected by more names, those of nodes.
-fn check_names(coverage: &Coverage, scene: &Scene) -> Result<()> {
-    let clips: Vec<_> = (0..scene.animations.len()).map(|index| clip_label(scene, index)).collect();
-    let variants: Vec<_> = scene.variants.iter().map(|variant| variant.name.clone()).collect();
-    for (key, covered, names) in
-        [("clips", &coverage.clips, clips), ("variants", &coverage.variants, variants)]
-    {
-        let Some(Covered::Named(asked)) = covered else { continue };
-        let is_missing = |asked: &&NameOrIndex| match asked {
-            NameOrIndex::Name(name) => !names.contains(name),
-            NameOrIndex::Index(index) => *index >= names.len(),
-        };
-        if let Some(missing) = asked.iter().find(is_missing) {
-            let missing = match missing {
-                NameOrIndex::Name(name) => format!("\"{}\"", name.escape_debug()),
-                NameOrIndex::Index(index) => format!("#{index}"),
-            };
-            let known: Vec<_> = names.iter().map(|name| format!("\"{}\"", name.escape_debug())).collect();
-            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-            let why = format!(
-                "of [test]: the scene has no {missing}, there is {known}; restore it, or take it off the list"
-            );
-            return Err(Error::setting(key, why));
-        }
-    }
-    Ok(())
-}
-
 /// All combinations of what the coverage names.
 fn combinations(coverage: &Coverage, scene: &Scene) -> Vec<View> {
-    let Coverage { frames, cameras, views, clips, variants } = coverage;
-    let whole = View { frames: frames.clone(), ..View::default() };
-    let cameras = cameras
-        .as_ref()
-        .map(|cameras| chosen(cameras, scene.cameras_of_default_scene(), |index| camera_label(scene, index)));
+    let whole = View { frames: coverage.frames.clone(), ..View::default() };
+    let chosen = |covered: &Option<Covered>, all: fn(&Scene) -> Vec<(String, NameOrIndex)>| {
+        covered.as_ref().map(|covered| chosen(covered, all(scene))).unwrap_or_default()
+    };
     let mut from = Vec::new();
-    for (name, camera) in cameras.into_iter().flatten() {
+    for (name, camera) in chosen(&coverage.cameras, cameras) {
         from.push(whole.and(&name, |settings| settings.camera = Some(CameraRequest::Camera(camera).into())));
     }
-    for &view in views.iter().flatten() {
-        from.push(
-            whole
-                .and(crate::settings::Named::choice_name(view), |settings| settings.view = Some(view.into())),
-        );
+    for &view in coverage.views.iter().flatten() {
+        from.push(whole.and(view.choice_name(), |settings| settings.view = Some(view.into())));
     }
     if from.is_empty() {
         from.push(whole);
     }
-    let clips = clips
-        .as_ref()
-        .map(|clips| chosen(clips, (0..scene.animations.len()).collect(), |index| clip_label(scene, index)));
-    let with_clips =
-        crossed(from, clips, |settings, clip| settings.animation = Some(ClipSelection::One(clip).into()));
-    let variants = variants.as_ref().map(|variants| {
-        chosen(variants, (0..scene.variants.len()).collect(), |index| scene.variants[index].name.clone())
+    let with_clips = crossed(from, &chosen(&coverage.clips, clips), |settings, clip| {
+        settings.animation = Some(ClipSelection::One(clip).into());
     });
-    crossed(with_clips, variants, |settings, variant| settings.variant = Some(variant.into()))
+    crossed(with_clips, &chosen(&coverage.variants, variants), |settings, variant| {
+        settings.variant = Some(variant.into());
+    })
 }
 
 /// Every view with every element; the views alone where there is none.
 fn crossed(
     views: Vec<View>,
-    elements: Option<Vec<(String, NameOrIndex)>>,
+    elements: &[(String, NameOrIndex)],
     set: impl Fn(&mut Settings, NameOrIndex),
 ) -> Vec<View> {
-    match elements {
-        Some(elements) if !elements.is_empty() => {
-            let with = |view: &View| {
-                let of = |(name, element): &(String, NameOrIndex)| {
-                    view.and(name, |settings| set(settings, element.clone()))
-                };
-                elements.iter().map(of).collect::<Vec<_>>()
-            };
-            views.iter().flat_map(with).collect()
-        }
-        _ => views,
+    if elements.is_empty() {
+        return views;
     }
+    let with_each = |view: &View| {
+        let with = |(name, element): &(String, NameOrIndex)| {
+            view.and(name, |settings| set(settings, element.clone()))
+        };
+        elements.iter().map(with).collect::<Vec<_>>()
+    };
+    views.iter().flat_map(with_each).collect()
 }
 
-/// The elements with their labels.
-fn chosen(
-    covered: &Covered,
-    all: BTreeSet<usize>,
-    label: impl Fn(usize) -> String,
-) -> Vec<(String, NameOrIndex)> {
-    match covered {
-        Covered::Each => all.into_iter().map(|index| (label(index), NameOrIndex::Index(index))).collect(),
-        Covered::Named(names) => {
-            let text = |name: &NameOrIndex| match name {
-                NameOrIndex::Name(name) => name.clone(),
-                NameOrIndex::Index(index) => index.to_string(),
-            };
-            names.iter().map(|name| (text(name), name.clone())).collect()
-        }
-    }
+/// The elements with their labels: `all`, or those that are named.
+fn chosen(covered: &Covered, all: Vec<(String, NameOrIndex)>) -> Vec<(String, NameOrIndex)> {
+    let Covered::Named(names) = covered else { return all };
+    let label = |name: &NameOrIndex| match name {
+        NameOrIndex::Name(name) => name.clone(),
+        NameOrIndex::Index(index) => index.to_string(),
+    };
+    names.iter().map(|name| (label(name), name.clone())).collect()
 }
 
-fn camera_label(scene: &Scene, index: usize) -> String {
-    let name = scene.camera_name(crate::scene::CameraIndex(index as u32));
-    name.map_or_else(|| format!("camera{index}"), str::to_owned)
+/// The cameras of the default scene.
+fn cameras(scene: &Scene) -> Vec<(String, NameOrIndex)> {
+    let cameras = scene.cameras_of_default_scene().into_iter();
+    cameras.map(|camera| (scene.camera_label(camera), NameOrIndex::Index(camera.index()))).collect()
 }
 
-fn clip_label(scene: &Scene, index: usize) -> String {
-    let name = scene.animations.get(index).and_then(|clip| clip.name.clone());
-    name.unwrap_or_else(|| format!("clip{index}"))
+fn clips(scene: &Scene) -> Vec<(String, NameOrIndex)> {
+    let label = |index: usize| scene.clip_label(AnimationIndex(index as u32));
+    (0..scene.animations.len()).map(|index| (label(index), NameOrIndex::Index(index))).collect()
+}
+
+fn variants(scene: &Scene) -> Vec<(String, NameOrIndex)> {
+    let variants = scene.variants.iter().enumerate();
+    variants.map(|(index, variant)| (variant.name.clone(), NameOrIndex::Index(index))).collect()
 }
 
 /// The views of a scene without a shot file: stills without animation by every camera, or else by the automatic one and, unless it is
@@ -242,8 +217,7 @@ fn clip_label(scene: &Scene, index: usize) -> String {
 fn default_views(scene: &Scene) -> Result<Vec<View>> {
     let still = View { frames: Some(vec![CoveredFrame::First]), ..View::default() };
     let stopped = |settings: &mut Settings| settings.animation = Some(ClipSelection::None.into());
-    let cameras =
-        chosen(&Covered::Each, scene.cameras_of_default_scene(), |index| camera_label(scene, index));
+    let cameras = cameras(scene);
     let by_camera = |camera: &NameOrIndex| Some(CameraRequest::Camera(camera.clone()).into());
     let mut views: Vec<View> = cameras
         .iter()
@@ -270,30 +244,28 @@ fn default_views(scene: &Scene) -> Result<Vec<View>> {
         },
         ..View::default()
     };
-    for (index, name) in (0..scene.animations.len()).map(|index| (index, clip_label(scene, index))) {
-        let clip = ClipSelection::One(NameOrIndex::Index(index));
-        let view = first.and(&name, |settings| settings.animation = Some(clip.into()));
+    for (name, clip) in clips(scene) {
+        let view = first.and(&name, |settings| settings.animation = Some(ClipSelection::One(clip).into()));
         views.push(View { frames: Some(FRAMES_OF_CLIP.to_vec()), ..view });
     }
-    for (index, variant) in scene.variants.iter().enumerate() {
+    for (name, variant) in variants(scene) {
         let view = View { frames: still.frames.clone(), ..first.clone() };
-        views.push(view.and(&variant.name, |settings| {
+        views.push(view.and(&name, |settings| {
             stopped(settings);
-            settings.variant = Some(NameOrIndex::Index(index).into());
+            settings.variant = Some(variant.into());
         }));
     }
     Ok(views)
 }
 
-/// Adds numbers to labels that several views have, also on file systems that ignore case.
-fn make_unique(views: &mut [View]) {
-    let mut labels = BTreeSet::new();
-    for view in views {
-        let label = view.label.clone();
-        let mut number = 2;
-        while !labels.insert(view.label.to_lowercase()) {
-            view.label = format!("{label} {number}");
-            number += 1;
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn choosing_names_are_settings() {
+        for name in CHOOSING {
+            assert!(DEFINITIONS.iter().any(|definition| definition.name == name), "{name}");
         }
     }
 }

@@ -5,7 +5,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::names::{files_below, name_below, possible_shots};
-use super::suite_file::{is_camera_path, is_suite_file, may_be_shot};
+use super::suite_file::SuiteToml;
 use super::{SUITE_FILE, Suite};
 use crate::error::{Error, Result};
 use crate::shot::scene_of_shot;
@@ -17,6 +17,8 @@ pub struct SuiteShot {
     pub name: String,
     /// The shot file, or a scene that no shot file names.
     pub path: PathBuf,
+    /// The scene; the shot file where it names none that exists.
+    pub scene: PathBuf,
 }
 
 /// All shots of a suite, sorted by name: its shot files, and the scenes that no shot file names.
@@ -24,40 +26,36 @@ pub struct SuiteShot {
 /// # Errors
 /// [`Error::Missing`] when a folder cannot be read, [`Error::Invalid`] when images of two shots would share a name.
 pub fn discover(suite: &Suite) -> Result<Vec<SuiteShot>> {
-    let (shot_files, scenes): (Vec<_>, Vec<_>) =
-        own_files(suite)?.into_iter().partition(|file| has_extension(file, &["toml"]));
-    let shot_files: Vec<_> = shot_files.into_iter().filter(|file| may_be_shot(file)).collect();
-    let mut named = BTreeSet::new();
-    for shot in &shot_files {
-        match scene_of_shot(shot) {
-            Ok(scene) if scene.exists() => {
-                named.insert(same_file(&scene));
-            }
-            // The error is reported when the shot is rendered. Most likely it names the scene beside it.
-            _ => {
-                named.extend(["gltf", "glb"].map(|extension| same_file(&shot.with_extension(extension))));
-            }
-        }
-    }
-    let unnamed_scenes = scenes.into_iter().filter(|scene| !named.contains(&same_file(scene)));
-    let shots = shot_files.into_iter().chain(unnamed_scenes).filter_map(|path| {
-        let name = name_below(&suite.scenes, &path.with_extension(""))?;
-        Some(SuiteShot { name, path })
-    });
-    let mut shots: Vec<_> = shots.collect();
-    shots.sort_by(|a, b| a.name.cmp(&b.name));
-    refuse_shared_names(&shots)?;
-    Ok(shots)
+    Ok(discover_files(suite)?.0)
 }
 
-/// Files `.toml` of a suite that have no setting of a shot, and are no camera paths.
+/// All shots of a suite, and its files `.toml` that have no setting of a shot and are no camera paths.
 ///
 /// # Errors
-/// [`Error::Missing`] when a folder cannot be read.
-pub fn stray_files(suite: &Suite) -> Result<Vec<PathBuf>> {
-    let mut files = own_files(suite)?;
-    files.retain(|file| has_extension(file, &["toml"]) && !may_be_shot(file) && !is_camera_path(file));
-    Ok(files)
+/// Those of [`discover`].
+pub(super) fn discover_files(suite: &Suite) -> Result<(Vec<SuiteShot>, Vec<PathBuf>)> {
+    let OwnFiles { shot_files, scenes, stray } = own_files(suite)?;
+    let mut named = BTreeSet::new();
+    let mut shots = Vec::new();
+    let shot = |path: PathBuf, scene: PathBuf| {
+        let name = name_below(&suite.scenes, &path.with_extension(""))?;
+        Some(SuiteShot { name, path, scene })
+    };
+    for path in shot_files {
+        let scene = scene_of_shot(&path).ok().filter(|scene| scene.exists());
+        match &scene {
+            Some(scene) => drop(named.insert(same_file(scene))),
+            // The error is reported when the shot is rendered. Most likely it names the scene beside it.
+            None => named.extend(["gltf", "glb"].map(|extension| same_file(&path.with_extension(extension)))),
+        }
+        let scene = scene.unwrap_or_else(|| path.clone());
+        shots.extend(shot(path, scene));
+    }
+    let unnamed = scenes.into_iter().filter(|scene| !named.contains(&same_file(scene)));
+    shots.extend(unnamed.filter_map(|scene| shot(scene.clone(), scene)));
+    shots.sort_by(|a, b| a.name.cmp(&b.name));
+    refuse_shared_names(&shots)?;
+    Ok((shots, stray))
 }
 
 /// Refuses shots that share a reference, also on file systems that ignore case.
@@ -87,13 +85,26 @@ fn refuse_shared_names(shots: &[SuiteShot]) -> Result<()> {
     }
 }
 
-/// Shot files and scenes of the suite, except those of suites below it, of its references and of its report.
-fn own_files(suite: &Suite) -> Result<Vec<PathBuf>> {
-    let files = files_below(&suite.scenes)?;
-    let (suites, mut files): (Vec<_>, Vec<_>) = files
+/// Files of a suite.
+struct OwnFiles {
+    shot_files: Vec<PathBuf>,
+    scenes: Vec<PathBuf>,
+    stray: Vec<PathBuf>,
+}
+
+/// Files of the suite, except those of suites below it, of its references and of its report.
+fn own_files(suite: &Suite) -> Result<OwnFiles> {
+    let (toml, mut models): (Vec<_>, Vec<_>) = files_below(&suite.scenes)?
         .into_iter()
         .filter(|file| has_extension(file, &["toml", "gltf", "glb"]))
-        .partition(|file| has_extension(file, &["toml"]) && is_suite_file(file));
+        .partition(|file| has_extension(file, &["toml"]));
+    let mut by_kind = BTreeMap::<_, Vec<PathBuf>>::new();
+    for file in toml {
+        by_kind.entry(SuiteToml::of(&file)).or_default().push(file);
+    }
+    let mut of_kind = |kind| by_kind.remove(&kind).unwrap_or_default();
+    let (suites, mut shot_files, mut stray) =
+        (of_kind(SuiteToml::Suite), of_kind(SuiteToml::Shot), of_kind(SuiteToml::Stray));
     let scenes = same_file(&suite.scenes);
     let below =
         |folder: PathBuf| Some(folder).filter(|folder| *folder != scenes && folder.starts_with(&scenes));
@@ -104,11 +115,14 @@ fn own_files(suite: &Suite) -> Result<Vec<PathBuf>> {
         .filter_map(|folder| below(same_file(folder)));
     let excluded = suite.excluded.iter().map(|path| same_file(path));
     let skipped: Vec<PathBuf> = others.chain(results).chain(excluded).collect();
-    files.retain(|file| {
+    let is_own = |file: &PathBuf| {
         let file = same_file(file);
         !skipped.iter().any(|folder| file.starts_with(folder))
-    });
-    Ok(files)
+    };
+    for files in [&mut shot_files, &mut models, &mut stray] {
+        files.retain(is_own);
+    }
+    Ok(OwnFiles { shot_files, scenes: models, stray })
 }
 
 fn has_extension(path: &Path, extensions: &[&str]) -> bool {

@@ -88,7 +88,10 @@ mod tests {
     use super::*;
 
     fn shots(names: &[&str]) -> Vec<SuiteShot> {
-        names.iter().map(|name| SuiteShot { name: (*name).to_owned(), path: name.into() }).collect()
+        names
+            .iter()
+            .map(|name| SuiteShot { name: (*name).to_owned(), path: name.into(), scene: name.into() })
+            .collect()
     }
 
     #[test]

@@ -38,7 +38,6 @@ struct ShardReport {
 #[derive(Debug, Deserialize)]
 struct ReportedShot {
     name: String,
-    file: PathBuf,
     seconds: f64,
     cached: bool,
     warnings: Vec<String>,
@@ -93,7 +92,7 @@ pub fn merge_reports(suite: &Suite, folders: &[PathBuf], options: &RunOptions) -
     result.orphaned = orphaned.iter().map(|name| without_shot(suite, name)).collect();
     name_renamed(suite, &mut result.shots, &mut result.orphaned);
     if let Some(folder) = options.images.as_ref().filter(|_| result.counts().worst() != Verdict::Identical) {
-        result.not_kept.extend(write_list(suite, &result, folder).err());
+        result.not_kept.extend(write_list(&result, folder).err());
     }
     Ok(result)
 }
@@ -198,8 +197,8 @@ struct Merging<'a> {
 
 impl Merging<'_> {
     fn shot(&self, folder: &Path, shot: ReportedShot) -> Result<ShotResult> {
-        let limits = self.paths.get(&shot.name).and_then(|path| self.suite.limits_of(path).ok());
-        let limits = limits.unwrap_or(self.suite.limits);
+        let path = self.paths.get(&shot.name).cloned().unwrap_or_default();
+        let limits = self.suite.limits_of(&path).unwrap_or(self.suite.limits);
         let mut not_kept = Vec::new();
         let mut frames = Vec::new();
         for frame in shot.frames {
@@ -212,7 +211,7 @@ impl Merging<'_> {
         }
         Ok(ShotResult {
             name: shot.name,
-            path: shot.file,
+            path,
             preset: limits.name(),
             limits: limits.limits,
             frames,
@@ -238,8 +237,9 @@ impl Merging<'_> {
             reference_hash: reference,
             ..FrameResult::new(name.clone(), frame, status, String::new())
         };
-        let now = reference_hash(self.suite, &reported.name);
-        if verdict == Verdict::Identical && now != reported.reference_hash {
+        if reference_hash(self.suite, &reported.name) != reported.reference_hash
+            && status != FrameStatus::Broken
+        {
             let reference = reference_path(&self.suite.references, &reported.name);
             let message =
                 format!("{}: changed since {} was tested; test again", reference.display(), folder.display());
@@ -251,9 +251,7 @@ impl Merging<'_> {
         }
         let tested = test_frame(self.suite, limits, FrameId { name, frame, is_first }, &file)?;
         if (tested.result.status, &tested.result.actual_hash) != (status, &reported.actual_hash) {
-            let reference = reference_path(&self.suite.references, &reported.name);
-            let message =
-                format!("{}: changed since {} was tested; test again", reference.display(), file.display());
+            let message = format!("{}: is not the image that was tested; test again", file.display());
             return Err(Error::Different { message });
         }
         Ok(tested)

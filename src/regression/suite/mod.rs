@@ -51,7 +51,7 @@ mod verdict_cache;
 
 pub use accept_rendered::{RenderedChange, RenderedChecks, select_rendered};
 pub use approvals::{Approval, read_approvals};
-pub use discover::{SuiteShot, discover, stray_files};
+pub use discover::{SuiteShot, discover};
 pub use merge_reports::{RESULT_FILE, check_result_place, merge_reports};
 pub use orphans::{finish, orphaned_references};
 pub use page::{folders, report_page, suite_title};

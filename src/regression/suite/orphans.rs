@@ -7,6 +7,7 @@ use super::covered_jobs::jobs_of;
 use super::filter::Filter;
 use super::names::{ReferenceFile, paths_of_image, possible_shots, reference_files, reference_path};
 use super::pending::{discard_image, discard_removal, store_removal};
+use super::rendered_images::file_hash;
 use super::{RunOptions, Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::image_file::remove_stale_temporaries;
@@ -99,7 +100,12 @@ pub(super) fn without_shot(suite: &Suite, name: &str) -> FrameResult {
     let has_scene = scenes.iter().any(|scene| scene.exists() && !is_excluded(scene));
     let why = if has_scene { ", because a shot file names the scene of this name" } else { "" };
     let message = format!("no shot renders this reference{why}");
-    let expected = Image::read(&reference_path(&suite.references, name));
-    let expected = expected.ok().as_ref().and_then(EncodedImage::new);
-    FrameResult { expected, ..FrameResult::new(name.to_owned(), None, FrameStatus::Orphaned, message) }
+    let reference = reference_path(&suite.references, name);
+    let bytes = std::fs::read(&reference).ok();
+    let image = bytes.as_ref().and_then(|bytes| Image::decode(&reference, bytes).ok());
+    FrameResult {
+        expected: image.as_ref().and_then(EncodedImage::new),
+        reference_hash: bytes.as_deref().map(file_hash),
+        ..FrameResult::new(name.to_owned(), None, FrameStatus::Orphaned, message)
+    }
 }

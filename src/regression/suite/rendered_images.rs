@@ -68,14 +68,14 @@ pub(super) fn remove_rendered(report: &Path) {
 ///
 /// # Errors
 /// [`Error::CannotCreate`] or [`Error::WriteFailed`].
-pub(super) fn write_list(suite: &Suite, result: &SuiteResult, report: &Path) -> Result<()> {
+pub(super) fn write_list(result: &SuiteResult, report: &Path) -> Result<()> {
     let can_accept =
         |frame: &&FrameResult| frame.verdict() != Verdict::Identical && frame.status != FrameStatus::Broken;
     let images = result.frames().filter(can_accept).map(|frame| RenderedImage {
         name: frame.name.clone(),
         verdict: frame.verdict(),
         hash: frame.actual_hash.clone(),
-        reference: reference_hash(suite, &frame.name),
+        reference: frame.reference_hash.clone(),
     });
     let list = ImageList { schema: SCHEMA, images: images.collect() };
     let json = serde_json::to_string_pretty(&list);
@@ -87,8 +87,12 @@ pub(super) fn write_list(suite: &Suite, result: &SuiteResult, report: &Path) -> 
 
 /// SHA-256 of the file of the reference `name`. `None` where there is none.
 pub(super) fn reference_hash(suite: &Suite, name: &str) -> Option<String> {
-    let bytes = std::fs::read(reference_path(&suite.references, name)).ok()?;
-    Some(hex(&Sha256::digest(bytes)))
+    Some(file_hash(&std::fs::read(reference_path(&suite.references, name)).ok()?))
+}
+
+/// SHA-256 of the bytes of a file, hexadecimal.
+pub(super) fn file_hash(bytes: &[u8]) -> String {
+    hex(&Sha256::digest(bytes))
 }
 
 /// Reads the list in the folder of a report.

@@ -7,19 +7,19 @@ use std::time::Instant;
 use rayon::ThreadPoolBuilder;
 
 use super::changed_files::changed_shots;
+use super::discover::discover_files;
 use super::filter::Filter;
 use super::names::{ReferenceFile, reference_files};
 use super::renamed::name_renamed;
 use super::rendered_images::{remove_rendered, write_list};
 use super::test_shot::{TestContext, test_shot};
 use super::verdict_cache::VerdictCache;
-use super::{RunOptions, Suite, SuiteShot, discover, finish};
+use super::{RunOptions, Suite, SuiteShot, finish};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::regression::report_page::ImageBudget;
 use crate::regression::result::{ShotResult, SuiteResult};
 use crate::regression::verdict::Verdict;
-use crate::shot::scene_of_shot;
 
 /// Scenes of more bytes are tested one at a time.
 const LARGE_SCENE_BYTES: u64 = 64 << 20;
@@ -32,10 +32,14 @@ pub type OnShot<'a> = dyn Fn(usize, &ShotResult) + Sync + 'a;
 /// # Errors
 /// Errors of reading the suite and of git, and [`Error::Usage`] when the filter selects no shot.
 pub fn chosen_shots(suite: &Suite, shots: &[SuiteShot], options: &RunOptions) -> Result<Vec<SuiteShot>> {
-    let chosen = of_shard(suite, shots, options)?;
+    changed(suite, of_shard(suite, shots, options)?, options)
+}
+
+/// Of these shots those that changed since the revision, where one is named.
+fn changed(suite: &Suite, shots: Vec<SuiteShot>, options: &RunOptions) -> Result<Vec<SuiteShot>> {
     match &options.changed_since {
-        Some(revision) => changed_shots(suite, chosen, revision),
-        None => Ok(chosen),
+        Some(revision) => changed_shots(suite, shots, revision),
+        None => Ok(shots),
     }
 }
 
@@ -84,9 +88,11 @@ pub fn run(
     on_shot: &OnShot<'_>,
 ) -> Result<SuiteResult> {
     let start = Instant::now();
-    let shots = discover(suite)?;
-    let chosen = chosen_shots(suite, &shots, options)?;
-    let not_tested = of_shard(suite, &shots, options)?.len() - chosen.len();
+    let (shots, stray) = discover_files(suite)?;
+    let selected = of_shard(suite, &shots, options)?;
+    let selected_count = selected.len();
+    let chosen = changed(suite, selected, options)?;
+    let not_tested = selected_count - chosen.len();
     let threads = match options.threads {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         threads => threads,
@@ -131,11 +137,12 @@ pub fn run(
         orphaned,
         not_kept,
         not_tested,
+        stray,
         not_cached: not_opened.or_else(|| cache.and_then(VerdictCache::into_error)),
         seconds: start.elapsed().as_secs_f64(),
     };
     if let Some(folder) = options.images.as_ref().filter(|_| result.counts().worst() != Verdict::Identical) {
-        let written = write_list(suite, &result, folder);
+        let written = write_list(&result, folder);
         result.not_kept.extend(written.err());
     }
     Ok(result)
@@ -143,8 +150,7 @@ pub fn run(
 
 /// Whether the scene is so large that it is tested alone, with all memory and threads.
 fn is_large(shot: &SuiteShot) -> bool {
-    let scene = scene_of_shot(&shot.path).unwrap_or_else(|_| shot.path.clone());
-    std::fs::metadata(scene).is_ok_and(|metadata| metadata.len() > LARGE_SCENE_BYTES)
+    std::fs::metadata(&shot.scene).is_ok_and(|metadata| metadata.len() > LARGE_SCENE_BYTES)
 }
 
 struct Tested {

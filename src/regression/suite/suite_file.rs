@@ -167,25 +167,38 @@ impl Suite {
     }
 }
 
-/// Whether a `.toml` file is a suite file: by its name, or by a table `[shot]` without a scene.
-pub(super) fn is_suite_file(path: &Path) -> bool {
-    path.file_name().is_some_and(|name| name == SUITE_FILE) || has_shot_settings(path).unwrap_or(false)
+/// What a `.toml` file in the folder of a suite is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum SuiteToml {
+    /// A suite file, by its name, or by a table `[shot]` without a scene.
+    Suite,
+    /// It has a key of a shot, or cannot be read.
+    Shot,
+    /// It has keys of a camera path.
+    CameraPath,
+    /// A file of another program.
+    Stray,
 }
 
-/// Whether a `.toml` file has a key of a shot, or cannot be read.
-pub(super) fn may_be_shot(path: &Path) -> bool {
-    let has_key = |text: &str| {
-        let table = TomlFile { path, text }.table()?;
-        Ok(entries(&table).iter().any(|entry| entry.key == "test" || is_setting(entry.key)))
-    };
-    read_text(path).and_then(|text| has_key(&text)).unwrap_or(true)
-}
-
-/// Whether a `.toml` file holds keys of a camera path.
-pub(super) fn is_camera_path(path: &Path) -> bool {
-    let text = read_text(path).unwrap_or_default();
-    let table = TomlFile { path, text: &text }.table();
-    table.is_ok_and(|table| table.get("key").is_some_and(|keys| keys.get_ref().is_array()))
+impl SuiteToml {
+    /// Reads the file.
+    pub(super) fn of(path: &Path) -> Self {
+        if path.file_name().is_some_and(|name| name == SUITE_FILE) {
+            return Self::Suite;
+        }
+        let Ok(text) = read_text(path) else { return Self::Shot };
+        let Ok(table) = (TomlFile { path, text: &text }).table() else { return Self::Shot };
+        let has_key = || entries(&table).iter().any(|entry| entry.key == "test" || is_setting(entry.key));
+        if table.contains_key("shot") && !table.contains_key("scene") {
+            Self::Suite
+        } else if has_key() {
+            Self::Shot
+        } else if table.get("key").is_some_and(|keys| keys.get_ref().is_array()) {
+            Self::CameraPath
+        } else {
+            Self::Stray
+        }
+    }
 }
 
 /// Joins `path` to `folder`, resolving leading `..` by name.
@@ -195,12 +208,6 @@ fn joined(folder: &Path, path: &Path) -> PathBuf {
         (Ok(rest), Some(parent)) if name => joined(parent, rest),
         _ => folder.join(path),
     }
-}
-
-fn has_shot_settings(path: &Path) -> Result<bool> {
-    let text = read_text(path)?;
-    let table = TomlFile { path, text: &text }.table()?;
-    Ok(table.contains_key("shot") && !table.contains_key("scene"))
 }
 
 #[cfg(test)]

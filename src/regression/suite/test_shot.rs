@@ -10,7 +10,7 @@ use super::limits::PresetLimits;
 use super::names::reference_path;
 use super::pending::{discard_image, discard_removal, store_image};
 use super::render::render_shot;
-use super::rendered_images::{reference_hash, store_rendered};
+use super::rendered_images::{file_hash, store_rendered};
 use super::verdict_cache::{CachedShot, TestedInputs, VerdictCache};
 use super::{Suite, SuiteShot};
 use crate::cancel::CancelFlag;
@@ -225,24 +225,24 @@ pub(super) fn test_frame(suite: &Suite, limits: &Limits, id: FrameId, file: &Pat
     let bytes = std::fs::read(file).map_err(Error::missing(file))?;
     let mut actual = Image::decode(file, &bytes)?;
     let content = actual.scene.content.take_if(|_| !id.is_first);
-    let mut result = if reference.exists() {
-        match Image::read(&reference) {
+    let stored = if reference.exists() { Some(std::fs::read(&reference)) } else { None };
+    let stored = stored.transpose().map_err(Error::missing(&reference))?;
+    let mut result = match &stored {
+        Some(stored) => match Image::decode(&reference, stored) {
             Ok(expected) => compare_frame(id, &actual, &expected, limits),
             Err(error) => id.result(FrameStatus::Different, error.to_string()),
-        }
-    } else {
-        id.result(FrameStatus::Missing, format!("there is no reference {}", reference.display()))
+        },
+        None => id.result(FrameStatus::Missing, format!("there is no reference {}", reference.display())),
     };
-    let stored = if result.passes() { size_of(&reference) } else { bytes.len() as u64 };
-    if let Some(message) = suite.too_large(stored) {
+    result.reference_hash = stored.as_deref().map(file_hash);
+    let size = stored.filter(|_| result.passes()).map_or(bytes.len(), |stored| stored.len());
+    if let Some(message) = suite.too_large(size as u64) {
         result.status = FrameStatus::Broken;
         result.messages.insert(0, message);
     }
     // Hashes of images cover the list.
     actual.scene.content = actual.scene.content.or(content);
-    if result.verdict() == Verdict::Identical {
-        result.reference_hash = reference_hash(suite, &result.name);
-    } else {
+    if result.verdict() != Verdict::Identical {
         let errors = result.comparison.as_mut().and_then(|comparison| comparison.flip_map.take());
         result.actual = EncodedImage::new(&actual).map(|packed| match &errors {
             Some(map) => packed.with_errors(map),
@@ -274,8 +274,4 @@ fn compare_frame(id: FrameId, actual: &Image, expected: &Image, limits: &Limits)
     }
     result.comparison = Some(comparison);
     result
-}
-
-fn size_of(file: &Path) -> u64 {
-    std::fs::metadata(file).map_or(0, |metadata| metadata.len())
 }

@@ -24,8 +24,6 @@ use crate::regression::Verdict;
 use crate::regression::result::FrameResult;
 use crate::sequence::hex;
 
-/// The version of the files.
-const SCHEMA: u32 = 1;
 /// Bytes of a file that are hashed at a time.
 const BLOCK_BYTES: usize = 1 << 16;
 /// Marks the folder for backup programs, <https://bford.info/cachedir/>.
@@ -50,7 +48,7 @@ pub(super) struct VerdictCache<'a> {
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CachedShot {
-    schema: u32,
+    /// SHA-256 of the program, which also tells versions of this file apart.
     program: String,
     /// The shot file or scene. A new shot file may take the name of a scene.
     shot: String,
@@ -102,8 +100,7 @@ impl<'a> VerdictCache<'a> {
         let text = std::fs::read(self.file(shot)).ok()?;
         let cached: CachedShot = serde_json::from_slice(&text).ok()?;
         let suite_folder = folder_of(&self.suite.file);
-        let is_valid = cached.schema == SCHEMA
-            && cached.program == self.program
+        let is_valid = cached.program == self.program
             && relative(suite_folder, &shot.path).as_ref() == Some(&cached.shot)
             && cached
                 .inputs
@@ -155,12 +152,12 @@ impl<'a> VerdictCache<'a> {
         };
         let of_suite = [self.suite.file.as_path(), &shot.path].into_iter();
         let image = |frame: &FrameResult| {
-            let reference = self.unchanged_hash(&reference_path(&self.suite.references, &frame.name))?;
+            // That of the bytes that were compared.
+            let reference = frame.reference_hash.clone()?;
             let image = CachedImage { name: frame.name.clone(), frame: frame.frame, reference };
             (frame.verdict() == Verdict::Identical).then_some(image)
         };
         Some(CachedShot {
-            schema: SCHEMA,
             program: self.program.clone(),
             shot: relative(suite_folder, &shot.path)?,
             inputs: of_suite

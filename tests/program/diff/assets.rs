@@ -192,3 +192,40 @@ fn the_page_has_the_changes_and_all_images() {
     assert_eq!(again.stdout, output.stdout);
     assert_eq!(std::fs::read_to_string(Path::new(&folder).join("index.html")).unwrap(), html);
 }
+
+#[test]
+fn content_that_is_detached_is_lost() {
+    let detach = |scene: &mut Value| {
+        scene["nodes"][4].as_object_mut().unwrap().remove("mesh");
+    };
+    let (report, code) = Stage::new().compared(BALLS, detach, &["--mean-flip", "1", "--tile-flip", "1"]);
+    assert_eq!(code, Some(1));
+    let lost =
+        report["asset"]["changes"].as_array().unwrap().iter().filter(|change| change["is_loss"] == true);
+    let lost: Vec<_> = lost.map(|change| (&change["group"], &change["kind"])).collect();
+    assert_eq!(lost, [(&value!("nodes"), &value!("changed"))], "{report}");
+}
+
+#[test]
+fn unnamed_items_that_only_have_other_indices_are_the_same() {
+    let unnamed = |scene: &mut Value| {
+        for material in scene["materials"].as_array_mut().unwrap() {
+            material.as_object_mut().unwrap().remove("name");
+        }
+    };
+    let stage = Stage::new();
+    let old = stage.version("old.gltf", BALLS, unnamed);
+    // A material that nothing uses comes first, so that every index is another.
+    let new = stage.version("new.gltf", BALLS, |scene| {
+        unnamed(scene);
+        scene["materials"].as_array_mut().unwrap().insert(0, value!({"name": "unused"}));
+        for mesh in scene["meshes"].as_array_mut().unwrap() {
+            for primitive in mesh["primitives"].as_array_mut().unwrap() {
+                primitive["material"] = value!(primitive["material"].as_u64().unwrap() + 1);
+            }
+        }
+    });
+    let report = json(&rayframe(&[&["diff", &new, &old, "--json"], &SMALL[..]].concat()));
+    let told = changes(&report);
+    assert_eq!(told, owned(&[("materials", "added", "unused")]));
+}

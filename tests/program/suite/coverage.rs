@@ -120,9 +120,10 @@ fn lists_make_a_matrix() {
     std::fs::remove_dir_all(stage.path("references")).unwrap();
     assert_eq!(accepted(&stage), ["robot@run.exr", "robot@walk.exr"]);
     stage.write("day.toml", "scene = 'robot.gltf'\n[test]\nclips = ['jump']\n");
-    stage
-        .run(&["test", "day"])
-        .ends(1, &["clips: of [test]: the scene has no \"jump\", there is \"walk\", \"run\"; restore it"]);
+    stage.run(&["test", "day"]).ends(
+        1,
+        &["clips of [test]: there is no animation \"jump\"; choose one of: #0 \"walk\", #1 \"run\""],
+    );
     stage.write("day.toml", "scene = 'robot.gltf'\n[test]\nview = ['left']\n");
     stage.run(&["test", "day"]).ends(1, &["\"view\" is not a key of [test]; did you mean \"views\"?"]);
 }

@@ -1,5 +1,7 @@
 //! Shots that were identical and have not changed since are not rendered again.
 
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
 use serde_json::Value;
 
 use super::{SUITE, Stage};
@@ -27,7 +29,7 @@ fn wait_a_tick() {
 #[test]
 fn verdicts_hold_until_an_input_changes() {
     let stage = Stage::accepted(SUITE, &[POINT, SPOT]);
-    stage.scene("spare.gltf", "light/range.gltf", "", "");
+    let buffer = with_buffer_file(&stage, "spare.gltf", "light/range.gltf");
     stage.write("close.toml", "scene = 'spare.gltf'\nenv = 'light.hdr'\n");
     let light = image::Rgb32FImage::from_pixel(8, 4, image::Rgb([0.9, 0.8, 0.7]));
     light.save(stage.path("light.hdr")).unwrap();
@@ -43,7 +45,8 @@ fn verdicts_hold_until_an_input_changes() {
     assert_eq!(cached(&stage), [""; 0]);
 
     // Each change is one that leaves the images as they are, so that only the inputs tell.
-    let changes: [Change<'_>; 6] = [
+    let changes: [Change<'_>; 7] = [
+        ("a buffer of a scene", &|| append(&stage, &buffer, "x"), &["a/point", "spot"]),
         ("a scene", &|| append(&stage, "a/point.gltf", " "), &["close", "spot"]),
         ("a scene of a shot file", &|| append(&stage, "spare.gltf", " "), &["a/point", "spot"]),
         ("a shot file", &|| append(&stage, "close.toml", "# comment\n"), &["a/point", "spot"]),
@@ -61,6 +64,20 @@ fn verdicts_hold_until_an_input_changes() {
         assert_eq!(stage.run(&["test"]).code, Some(0));
         assert_eq!(cached(&stage), all, "after a change of {what}, again");
     }
+}
+
+/// Writes a scene of the repository whose first buffer is a file, and returns the name of that file.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn with_buffer_file(stage: &Stage, name: &str, scene: &str) -> String {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(scene);
+    let mut document: Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+    let uri = document["buffers"][0]["uri"].as_str().unwrap();
+    let bytes = BASE64_STANDARD.decode(uri.split_once("base64,").unwrap().1).unwrap();
+    let buffer = format!("{name}.bin");
+    std::fs::write(stage.path(&buffer), bytes).unwrap();
+    document["buffers"][0]["uri"] = Value::from(buffer.clone());
+    stage.write(name, &document.to_string());
+    buffer
 }
 
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
@@ -148,4 +165,14 @@ fn references_are_replaced_by_accept_alone() {
     for option in ["--update", "--update-snapshots", "--bless"] {
         stage.run(&["test", option]).ends(2, &["never replaces references", "rayframe accept"]);
     }
+}
+
+#[test]
+fn shots_that_need_more_than_their_share_of_the_memory_are_tested_alone() {
+    // Each image needs about 13 MB, more than a half and less than all of the limit.
+    let suite = "[shot]\nresolution = [640, 360]\nsamples = 1\nframes = 0\nmax_memory = '20M'\n";
+    let stage = Stage::accepted(suite, &[POINT, SPOT]);
+    stage.run(&["test", "--no-cache", "-t", "2"]).ends(0, &["2 images identical"]);
+    stage.write("suite.toml", &suite.replace("20M", "10M"));
+    stage.run(&["test", "-t", "2"]).ends(1, &["2 failed", "need about", "more than the limit of 10.0 MB"]);
 }

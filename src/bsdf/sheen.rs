@@ -4,13 +4,14 @@
 //! shadowing (equation 3 and table 1), and the scaling of lower lobes by the sheen's albedo; `KHR_materials_sheen`. F is 1.
 
 use std::f64::consts::PI;
-use std::sync::OnceLock;
 
 use glam::{DVec3, Vec3};
 
 use super::albedo_grid::{COLUMNS, Cell, ROWS, grid_points};
 use super::cubic_table::CubicTable;
 
+/// Unlimited albedos; [`super::albedo_tables`] says how they are made.
+pub(super) const STORED: &[u8] = include_bytes!("sheen_albedo.bin");
 /// Lowest roughness; smoother sheen would be invisible.
 const MIN_ROUGHNESS: f32 = 0.05;
 
@@ -102,18 +103,22 @@ fn albedo(cosine: f32, roughness: f32) -> f32 {
 
 /// The albedo that the fit has, which may exceed 1 where both directions graze.
 fn unlimited_albedo(cosine: f32, roughness: f32) -> f32 {
-    static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
-    let table = TABLE.get_or_init(|| {
-        let cubic = CubicTable::new(ROUGHNESS_STEPS, VIEW_STEPS, |x, y| {
-            // Denser towards smooth sheen
-            [by_quadrature(y * y, MIN_ROUGHNESS + (1.0 - MIN_ROUGHNESS) * x * x, HEMISPHERE_STEPS)]
-        });
-        let step = |index: usize, steps: usize| index as f32 / (steps - 1) as f32;
-        grid_points(|row, column| cubic.at(step(row, ROWS), step(column, COLUMNS))[0])
-    });
+    let (points, _) = STORED.as_chunks::<4>();
     let row = (roughness - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS);
-    let [albedo] = Cell::at(row, cosine.clamp(0.0, 1.0).sqrt()).interpolate(table, |value| [*value]);
+    let cell = Cell::at(row, cosine.clamp(0.0, 1.0).sqrt());
+    let [albedo] = cell.interpolate(points, |bytes| [f32::from_le_bytes(*bytes)]);
     albedo
+}
+
+/// The table's bytes, by integration: little-endian `f32`, one per grid point.
+pub(super) fn integrated() -> Vec<u8> {
+    let cubic = CubicTable::new(ROUGHNESS_STEPS, VIEW_STEPS, |x, y| {
+        // Denser towards smooth sheen
+        [by_quadrature(y * y, MIN_ROUGHNESS + (1.0 - MIN_ROUGHNESS) * x * x, HEMISPHERE_STEPS)]
+    });
+    let step = |index: usize, steps: usize| index as f32 / (steps - 1) as f32;
+    let points = grid_points(|row, column| cubic.at(step(row, ROWS), step(column, COLUMNS))[0]);
+    points.into_iter().flat_map(f32::to_le_bytes).collect()
 }
 
 /// ∫ f cos θ_i dω_i for F = 1, by midpoints over half the hemisphere: it is symmetric about the plane of the view.

@@ -33,13 +33,13 @@ pub(super) struct AcceptArgs {
     /// Accept only what this file approves, which a report exported
     #[arg(long, value_name = "FILE", conflicts_with_all = ["filter", "changed"])]
     pub(super) approvals: Option<PathBuf>,
-    /// Accept images that a build server rendered: the folder of its report, which has images.json
-    #[arg(long, value_name = "DIR")]
+    /// Accept images that a build server rendered: the folder of its report, which has images.json, or a zip archive of it
+    #[arg(long, value_name = "DIR|ZIP")]
     from: Option<PathBuf>,
 }
 
 impl AcceptArgs {
-    /// The folder of `--from`.
+    /// The folder or archive of `--from`.
     pub(super) fn from(&self) -> Option<&Path> {
         self.from.as_deref()
     }
@@ -158,7 +158,7 @@ fn approved(suite: &Suite, approvals: &[Approval], pending_changes: &[Pending]) 
             },
             None if approval.is_applied(suite) => {}
             None => contradictions.push(format!(
-                "{}: no pending image has this name; run rayframe test, which stores pending images, or name the folder of a build server's report with --from",
+                "{}: no pending image has this name; run rayframe test, which stores pending images, or name a build server's report with --from",
                 approval.name
             )),
         }

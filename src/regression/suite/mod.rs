@@ -41,6 +41,8 @@ mod pending;
 mod renamed;
 mod render;
 mod rendered_images;
+mod rendered_report;
+mod report_archive;
 mod run;
 mod run_options;
 mod shard;
@@ -58,7 +60,8 @@ pub use page::{folders, report_page, suite_title};
 pub use pending::{
     Pending, PendingKind, PendingSelection, accept, check_acceptable, compare_pending, is_ci, pending, reject,
 };
-pub use rendered_images::{RenderedImage, rendered_images};
+pub use rendered_images::RenderedImage;
+pub use rendered_report::RenderedReport;
 pub use run::{OnShot, chosen_shots, run};
 pub use run_options::RunOptions;
 pub use shard::Shard;

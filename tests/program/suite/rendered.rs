@@ -14,7 +14,7 @@ const FROM: [&str; 3] = ["accept", "--from", "artefact"];
 /// A suite tested where `CI` is set, with its report moved to the folder `artefact`: a change within the limits, a difference, a missing
 /// and an orphaned reference.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-fn tested_in_ci() -> Stage {
+pub(super) fn tested_in_ci() -> Stage {
     let stage = Stage::accepted(SUITE, &[POINT, SPOT, SUN]);
     stage.write("a/point.toml", "scene = 'point.gltf'\nlight_scale = 1.01\n");
     stage.write("spot.toml", "scene = 'spot.gltf'\nlight_scale = 3\n");
@@ -101,7 +101,8 @@ fn images_that_fit_no_longer_are_refused_by_name_and_nothing_is_accepted() {
 
     let from = |folder: &str| stage.run(&["accept", "--from", folder]);
     from("gone").ends(66, &["gone/images.json"]);
-    from("suite.toml").ends(2, &["suite.toml is a file; unpack it"]);
+    from("suite.toml")
+        .ends(65, &["suite.toml: is no whole zip archive; name one, or the folder that has images.json"]);
     stage.run(&[&FROM[..], &["moon"]].concat()).ends(2, &["no image of the report has the name \"moon\""]);
     let mut outside = list(&stage);
     outside["images"][0]["name"] = "../spot".into();

@@ -58,11 +58,7 @@ fn all_or_none<T>(checked: Vec<Result<T>>) -> Result<Vec<T>> {
 /// The images that the options select. Only `--changed` or an exact name selects changes within the limits.
 fn chosen(args: &AcceptArgs, images: Vec<RenderedImage>, shots: &[SuiteShot]) -> Result<Vec<RenderedImage>> {
     let word = &args.which.filter;
-    let (mut images, is_by_name) = select_rendered(images, shots, word);
-    if images.is_empty() && !word.is_empty() {
-        let word = word.escape_debug();
-        return Err(Error::usage(format!("no image of the report has the name \"{word}\", or contains it")));
-    }
+    let (mut images, is_by_name) = select_rendered(images, shots, word)?;
     if args.changed {
         images.retain(|image| image.verdict == Verdict::Changed);
     } else if !is_by_name {

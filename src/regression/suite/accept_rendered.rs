@@ -42,15 +42,23 @@ pub struct RenderedChecks<'a> {
 }
 
 /// The images that `filter` selects, and whether it is the exact name of a shot or image.
+///
+/// # Errors
+/// [`Error::Usage`] for a filter that selects neither an image nor a shot.
 pub fn select_rendered(
     images: Vec<RenderedImage>,
     shots: &[SuiteShot],
     filter: &str,
-) -> (Vec<RenderedImage>, bool) {
+) -> Result<(Vec<RenderedImage>, bool)> {
     let names: Vec<String> = images.iter().map(|image| image.name.clone()).collect();
-    let filter = Filter::new(filter, shots, names.iter().map(String::as_str));
-    let selected = images.into_iter().filter(|image| filter.matches_image(&image.name));
-    (selected.collect(), filter.is_name())
+    let selection = Filter::new(filter, shots, names.iter().map(String::as_str));
+    let selected: Vec<_> = images.into_iter().filter(|image| selection.matches_image(&image.name)).collect();
+    let is_known = filter.is_empty() || shots.iter().any(|shot| selection.matches_shot(&shot.name));
+    if selected.is_empty() && !is_known {
+        let word = filter.escape_debug();
+        return Err(Error::usage(format!("no image of the report has the name \"{word}\", or contains it")));
+    }
+    Ok((selected, selection.is_name()))
 }
 
 impl<'a> RenderedChecks<'a> {
@@ -128,7 +136,7 @@ impl<'a> RenderedChecks<'a> {
 /// The render hashes of all frames of a shot, by name of image.
 fn render_hashes(suite: &Suite, shot: &SuiteShot) -> Result<BTreeMap<String, String>> {
     let mut hashes = BTreeMap::new();
-    for covered in jobs_of(suite, shot)? {
+    for covered in jobs_of(suite, shot)?.jobs {
         let job = reference_job(covered.job.sequence.clone(), Path::new(""))?;
         let frames = job.frames.iter();
         hashes.extend(frames.map(|&frame| (covered.image_name(&shot.name, frame), render_hash(&job, frame))));

@@ -4,11 +4,14 @@ use std::collections::BTreeSet;
 use std::ffi::OsStr;
 
 use super::coverage::{Coverage, Covered, CoveredFrame};
-use super::names::image_name;
+use super::names::{ReferenceFile, image_name, numbered_shot, reference_files};
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::framing::{NamedView, is_interior};
-use crate::scene::{AnimationIndex, CameraRequest, ClipSelection, NameOrIndex, Scene};
+use crate::gltf::ImageLoading;
+use crate::scene::{
+    AnimationIndex, CameraRequest, ClipSelection, NameOrIndex, Scene, SelectedCamera, Selection,
+};
 use crate::sequence::SequenceJob;
 use crate::settings::{
     BackgroundSource, DEFINITIONS, Named as _, Settings, file_name_part, number_duplicates,
@@ -61,37 +64,124 @@ impl CoveredJob {
     }
 }
 
+/// A view of a shot with a camera, clip or variant that a list of `[test]` names and the scene does not have.
+#[derive(Debug)]
+pub(super) struct LostView {
+    label: String,
+    /// The error about the list.
+    pub(super) error: Error,
+}
+
+impl LostView {
+    /// The names of its references, or its own where there is none.
+    pub(super) fn image_names(&self, suite: &Suite, shot: &str) -> Result<Vec<String>> {
+        let view = format!("{shot}@{}", self.label);
+        let files = reference_files(&suite.references)?;
+        let references = files.into_iter().filter(|file| matches!(file, ReferenceFile::Reference(_)));
+        let names = references.map(|file| file.name().to_owned());
+        let names: Vec<_> =
+            names.filter(|name| *name == view || numbered_shot(name) == Some(&view)).collect();
+        Ok(if names.is_empty() { vec![view] } else { names })
+    }
+}
+
+/// What is rendered of a shot.
+#[derive(Debug)]
+pub(super) struct CoveredShot {
+    pub(super) jobs: Vec<CoveredJob>,
+    pub(super) lost: Vec<LostView>,
+    /// About frames that no clip has.
+    pub(super) warning: Option<String>,
+}
+
+/// The names of all images of a shot. Renders nothing.
+///
+/// # Errors
+/// Those of [`jobs_of`].
+pub fn image_names(suite: &Suite, shot: &SuiteShot) -> Result<Vec<String>> {
+    let CoveredShot { jobs, lost, .. } = covered(suite, shot, ImageLoading::Headers)?;
+    let mut names = Vec::new();
+    for covered in &jobs {
+        let frames = covered.job.sequence.frames.iter();
+        names.extend(frames.map(|&frame| covered.image_name(&shot.name, frame)));
+    }
+    for view in &lost {
+        names.extend(view.image_names(suite, &shot.name)?);
+    }
+    Ok(names)
+}
+
 /// The jobs of a shot file or a scene, with the settings that the suite has for all shots. They share one scene.
 ///
 /// # Errors
-/// Those of reading and resolving the shot, and [`Error::Setting`] for a camera, clip or variant that the scene does not have.
-pub(super) fn jobs_of(suite: &Suite, shot: &SuiteShot) -> Result<Vec<CoveredJob>> {
+/// Those of reading and resolving the shot.
+pub(super) fn jobs_of(suite: &Suite, shot: &SuiteShot) -> Result<CoveredShot> {
+    covered(suite, shot, ImageLoading::Texels)
+}
+
+fn covered(suite: &Suite, shot: &SuiteShot, images: ImageLoading) -> Result<CoveredShot> {
     let coverage = suite.coverage_of(&shot.path)?;
     let request = ShotRequest { path: &shot.path, suite: Some(&suite.file), overrides: &[] };
     let mut views = Vec::new();
-    let jobs = shot_jobs(&request, |settings, scene| {
+    let resolved = shot_jobs(&request, images, |settings, scene| {
         let has_plate = matches!(settings.values.background, BackgroundSource::Plate(_));
         let is_default =
             coverage.is_empty() && !is_shot(&shot.path) && !has_plate && !chooses(&settings.settings);
         views = if is_default { default_views(scene)? } else { combinations(&coverage, scene) };
         number_duplicates(views.iter_mut().map(|view| &mut view.label));
         Ok(views.iter().map(|view| view.settings.clone()).collect())
-    });
-    let jobs = jobs.map_err(|error| of_list(error, &coverage))?;
-    jobs.into_iter().zip(views).map(|(job, view)| covered_job(job, view)).collect()
+    })?;
+    let (mut jobs, mut lost) = (Vec::new(), Vec::new());
+    for (job, view) in resolved.into_iter().zip(views) {
+        match job {
+            Ok(job) => jobs.push(covered_job(job, view)?),
+            Err(error) => {
+                let error = error_of_list(error, &coverage)?;
+                lost.push(LostView { label: view.label, error });
+            }
+        }
+    }
+    let warning = frames_beyond_clips(&coverage, &jobs);
+    Ok(CoveredShot { jobs, lost, warning })
 }
 
 /// An error about a camera, clip or variant as one about the list that names it.
-fn of_list(error: Error, coverage: &Coverage) -> Error {
-    let Error::Setting(mut error) = error else { return error };
-    let Coverage { frames: _, cameras, views: _, clips, variants } = coverage;
+///
+/// # Errors
+/// Every other error.
+fn error_of_list(error: Error, coverage: &Coverage) -> Result<Error> {
+    let Error::Setting(mut error) = error else { return Err(error) };
+    let Coverage { cameras, clips, variants, .. } = coverage;
     let lists =
         [("camera", "cameras", cameras), ("animation", "clips", clips), ("variant", "variants", variants)];
-    let list = lists.iter().find(|(setting, _, list)| *setting == error.setting && list.is_some());
-    if let Some((_, key, _)) = list {
-        error.setting = format!("{key} of [test]");
+    match lists.iter().find(|(setting, _, list)| *setting == error.setting && list.is_some()) {
+        Some((_, key, _)) => {
+            error.setting = format!("{key} of [test]");
+            Ok(Error::Setting(error))
+        }
+        None => Err(Error::Setting(error)),
     }
-    Error::Setting(error)
+}
+
+/// A warning about numbers in `frames` that are beyond the end of every clip, where clips play.
+fn frames_beyond_clips(coverage: &Coverage, jobs: &[CoveredJob]) -> Option<String> {
+    let moves_camera = |selection: &Selection| {
+        matches!(selection.camera, SelectedCamera::Turntable(_) | SelectedCamera::Path(_))
+    };
+    let playing = jobs.iter().map(|covered| &covered.job.sequence);
+    let playing = playing.filter(|job| !job.selection.clips.is_empty());
+    // A camera may move after the end.
+    let last =
+        playing.map(|job| if moves_camera(&job.selection) { i64::MAX } else { last_frame(job) }).max()?;
+    let beyond = coverage.frames.iter().flatten().filter_map(|frame| match frame {
+        CoveredFrame::Number(number) if *number > last => Some(number.to_string()),
+        _ => None,
+    });
+    let beyond: Vec<_> = beyond.collect();
+    (!beyond.is_empty()).then(|| {
+        let numbers = beyond.join(", ");
+        format!("frames of [test]: {numbers}: beyond the end of every clip, whose last frame is {last}; its pose is repeated")
+    })
 }
 
 fn covered_job(mut job: ShotJob, view: View) -> Result<CoveredJob> {
@@ -105,9 +195,14 @@ fn covered_job(mut job: ShotJob, view: View) -> Result<CoveredJob> {
     Ok(CoveredJob { label: view.label, job })
 }
 
+/// The last frame of the clips that play.
+fn last_frame(job: &SequenceJob) -> i64 {
+    job.rate.last_frame(job.selection.duration_seconds(&job.scene))
+}
+
 /// The numbers of frames, in increasing order.
 fn frame_numbers(job: &SequenceJob, frames: &[CoveredFrame]) -> Vec<i64> {
-    let last = job.rate.last_frame(job.selection.duration_seconds(&job.scene));
+    let last = last_frame(job);
     let number = |frame: &CoveredFrame| match frame {
         CoveredFrame::First => 0,
         CoveredFrame::Middle => last / 2,

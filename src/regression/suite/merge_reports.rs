@@ -75,7 +75,8 @@ pub fn merge_reports(suite: &Suite, folders: &[PathBuf], options: &RunOptions) -
         }
         remove_rendered(target);
     }
-    let paths: BTreeMap<_, _> = discover(suite)?.into_iter().map(|shot| (shot.name, shot.path)).collect();
+    let shots = discover(suite)?;
+    let paths: BTreeMap<_, _> = shots.iter().map(|shot| (shot.name.clone(), shot.path.clone())).collect();
     check_shots(&paths, &reports)?;
     let merging =
         Merging { suite, paths, images: options.images.as_deref(), image_budget: ImageBudget::new() };
@@ -89,7 +90,7 @@ pub fn merge_reports(suite: &Suite, folders: &[PathBuf], options: &RunOptions) -
         }
     }
     result.shots.sort_by(|a, b| a.name.cmp(&b.name));
-    result.orphaned = orphaned.iter().map(|name| without_shot(suite, name)).collect();
+    result.orphaned = orphaned.iter().map(|name| without_shot(suite, &shots, name)).collect();
     name_renamed(suite, &mut result.shots, &mut result.orphaned);
     if let Some(folder) = options.images.as_ref().filter(|_| result.counts().worst() != Verdict::Identical) {
         result.not_kept.extend(write_list(&result, folder).err());

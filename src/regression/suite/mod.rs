@@ -53,6 +53,7 @@ mod verdict_cache;
 
 pub use accept_rendered::{RenderedChange, RenderedChecks, select_rendered};
 pub use approvals::{Approval, read_approvals};
+pub use covered_jobs::image_names;
 pub use discover::{SuiteShot, discover};
 pub use merge_reports::{RESULT_FILE, check_result_place, merge_reports};
 pub use orphans::{finish, orphaned_references};

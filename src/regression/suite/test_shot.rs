@@ -5,9 +5,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::covered_jobs::{CoveredJob, jobs_of};
+use super::covered_jobs::{CoveredJob, CoveredShot, LostView, jobs_of};
 use super::limits::PresetLimits;
 use super::names::reference_path;
+use super::orphans::with_reference;
 use super::pending::{discard_image, discard_removal, store_image};
 use super::render::render_shot;
 use super::rendered_images::{file_hash, store_rendered};
@@ -154,7 +155,9 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
         return Ok(TestedShot::cached(cached));
     }
     let (mut frames, mut warnings, mut inputs) = (Vec::new(), BTreeSet::new(), Some(BTreeSet::new()));
-    for covered in jobs_of(context.suite, shot)? {
+    let CoveredShot { jobs, lost, warning } = jobs_of(context.suite, shot)?;
+    warnings.extend(warning);
+    for covered in jobs {
         let is_first = frames.is_empty();
         frames.extend(tested_view(context, shot, &limits.limits, (&covered, is_first))?);
         let ShotJob { sequence, warnings: of_view, inputs: files } = covered.job;
@@ -165,12 +168,34 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
             inputs.extend(files);
         }
     }
+    for view in lost {
+        frames.extend(lost_frames(context, shot, &view)?);
+    }
     Ok(TestedShot {
         frames,
         warnings: warnings.into_iter().collect(),
         inputs: inputs.map(|inputs| inputs.into_iter().collect()),
         is_cached: false,
     })
+}
+
+/// The failures of a view of something that the scene does not have. Its references stay.
+fn lost_frames(context: &TestContext<'_>, shot: &SuiteShot, view: &LostView) -> Result<Vec<TestedFrame>> {
+    let frame = |name: String| {
+        let result = FrameResult::new(name, None, FrameStatus::Broken, view.error.to_string());
+        let mut result = with_reference(context.suite, result);
+        if result.reference_hash.is_some() {
+            let reference = reference_path(&context.suite.references, &result.name);
+            let lost = format!(
+                "lost: what {} shows; it is orphaned once the list does not name it",
+                reference.display()
+            );
+            result.messages.insert(0, lost);
+        }
+        context.image_budget.admit(&mut result);
+        TestedFrame { result, file: None }
+    };
+    Ok(view.image_names(context.suite, &shot.name)?.into_iter().map(frame).collect())
 }
 
 /// Renders and compares the frames of one view.

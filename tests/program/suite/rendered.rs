@@ -50,6 +50,10 @@ fn images_of_a_build_server_become_references() {
     ran.ends(0, &["added references/new.exr", "removed references/sun.exr"]);
     assert!(!ran.text.contains("point") && !ran.text.contains("spot"), "{}", ran.text);
     stage.run(&FROM).ends(0, &["all images are references already"]);
+    // A shot without such an image in the report.
+    stage.scene("identical.gltf", POINT.1, "", "");
+    stage.run(&[&FROM[..], &["identical"]].concat()).ends(0, &["the report has no such images"]);
+    std::fs::remove_file(stage.path("identical.gltf")).unwrap();
     stage.run(&[&FROM[..], &["--changed"]].concat()).ends(0, &["replaced references/a/point.exr"]);
     assert_eq!(stage.references(), ["a/point.exr", "new.exr", "spot.exr"]);
     stage.run(&["test"]).ends(0, &["3 images identical, 0 changed within limits, 0 failed"]);

@@ -16,6 +16,7 @@ use crate::sequence::SequenceJob;
 use crate::settings::{
     BackgroundSource, DEFINITIONS, Named as _, Settings, file_name_part, number_duplicates,
 };
+use crate::shot::default_views::{DefaultCamera, DefaultView, Elements, default_views, first_middle_last};
 use crate::shot::{ShotJob, ShotRequest, is_shot, shot_jobs};
 
 /// Frames of a clip that are tested by default.
@@ -127,7 +128,7 @@ fn covered(suite: &Suite, shot: &SuiteShot, images: ImageLoading) -> Result<Cove
         let has_plate = matches!(settings.values.background, BackgroundSource::Plate(_));
         let is_default =
             coverage.is_empty() && !is_shot(&shot.path) && !has_plate && !chooses(&settings.settings);
-        views = if is_default { default_views(scene)? } else { combinations(&coverage, scene) };
+        views = if is_default { whole_scene(scene)? } else { combinations(&coverage, scene) };
         number_duplicates(views.iter_mut().map(|view| &mut view.label));
         Ok(views.iter().map(|view| view.settings.clone()).collect())
     })?;
@@ -202,10 +203,10 @@ fn last_frame(job: &SequenceJob) -> i64 {
 
 /// The numbers of frames, in increasing order.
 fn frame_numbers(job: &SequenceJob, frames: &[CoveredFrame]) -> Vec<i64> {
-    let last = last_frame(job);
+    let [first, middle, last] = first_middle_last(last_frame(job));
     let number = |frame: &CoveredFrame| match frame {
-        CoveredFrame::First => 0,
-        CoveredFrame::Middle => last / 2,
+        CoveredFrame::First => first,
+        CoveredFrame::Middle => middle,
         CoveredFrame::Last => last,
         CoveredFrame::Number(number) => *number,
     };
@@ -307,50 +308,28 @@ fn variants(scene: &Scene) -> Vec<(String, NameOrIndex)> {
     variants.map(|(index, variant)| (variant.name.clone(), NameOrIndex::Index(index))).collect()
 }
 
-/// The views of a scene without a shot file: stills without animation by every camera, or else by the automatic one and, unless it is
-/// inside, from the other side; then by the first of these the first, middle and last frame of every clip, and a still of every variant.
-fn default_views(scene: &Scene) -> Result<Vec<View>> {
-    let still = View { frames: Some(vec![CoveredFrame::First]), ..View::default() };
-    let stopped = |settings: &mut Settings| settings.animation = Some(ClipSelection::None.into());
-    let cameras = cameras(scene);
-    let by_camera = |camera: &NameOrIndex| Some(CameraRequest::Camera(camera.clone()).into());
-    let mut views: Vec<View> = cameras
-        .iter()
-        .map(|(name, camera)| {
-            still.and(name, |settings| {
-                stopped(settings);
-                settings.camera = by_camera(camera);
-            })
+/// The views of a scene without a shot file.
+fn whole_scene(scene: &Scene) -> Result<Vec<View>> {
+    let elements = Elements { cameras: cameras(scene), clips: clips(scene), variants: variants(scene) };
+    Ok(default_views(elements, is_interior(scene)?).into_iter().map(View::from).collect())
+}
+
+impl From<DefaultView<NameOrIndex>> for View {
+    fn from(DefaultView { name, camera, clip, variant }: DefaultView<NameOrIndex>) -> Self {
+        let frames = if clip.is_some() { FRAMES_OF_CLIP.to_vec() } else { vec![CoveredFrame::First] };
+        let unnamed = Self { frames: Some(frames), ..Self::default() };
+        unnamed.and(&name, |settings| {
+            settings.animation = Some(clip.map_or(ClipSelection::None, ClipSelection::One).into());
+            settings.variant = variant.map(Into::into);
+            match camera {
+                DefaultCamera::OfFile(camera) => {
+                    settings.camera = Some(CameraRequest::Camera(camera).into());
+                }
+                DefaultCamera::Automatic => {}
+                DefaultCamera::OtherSide => settings.view = Some(NamedView::ThreeQuarterBack.into()),
+            }
         })
-        .collect();
-    if views.is_empty() {
-        views.push(still.and("auto", stopped));
-        if !is_interior(scene)? {
-            views.push(still.and("three-quarter-back", |settings| {
-                stopped(settings);
-                settings.view = Some(NamedView::ThreeQuarterBack.into());
-            }));
-        }
     }
-    let first = View {
-        settings: Settings {
-            camera: cameras.first().and_then(|(_, camera)| by_camera(camera)),
-            ..Settings::default()
-        },
-        ..View::default()
-    };
-    for (name, clip) in clips(scene) {
-        let view = first.and(&name, |settings| settings.animation = Some(ClipSelection::One(clip).into()));
-        views.push(View { frames: Some(FRAMES_OF_CLIP.to_vec()), ..view });
-    }
-    for (name, variant) in variants(scene) {
-        let view = View { frames: still.frames.clone(), ..first.clone() };
-        views.push(view.and(&name, |settings| {
-            stopped(settings);
-            settings.variant = Some(variant.into());
-        }));
-    }
-    Ok(views)
 }
 
 #[cfg(test)]

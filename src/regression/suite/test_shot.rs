@@ -22,6 +22,7 @@ use crate::regression::encoded_image::EncodedImage;
 use crate::regression::report_page::ImageBudget;
 use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
 use crate::regression::{Image, Limits, Verdict, pixel_hash};
+use crate::scene::Scene;
 use crate::shot::ShotJob;
 
 /// Settings shared by all shots of a run.
@@ -217,6 +218,7 @@ fn tested_view(
             name: covered.image_name(&shot.name, *frame),
             frame: covered.frame_number(*frame),
             is_first: is_first && covered.job.sequence.frames.first() == Some(frame),
+            scene: Some(&covered.job.sequence.scene),
         };
         let mut tested = match file {
             Ok(file) => test_frame(context.suite, limits, id, file)?,
@@ -231,21 +233,28 @@ fn tested_view(
 }
 
 /// The name of a frame's reference, and the frame number in shots of several frames.
-pub(super) struct FrameId {
+pub(super) struct FrameId<'a> {
     pub(super) name: String,
     pub(super) frame: Option<i64>,
     /// Whether it is the first image of its shot, where lost content is told once.
     pub(super) is_first: bool,
+    /// The rendered scene, where it is at hand, for names of its materials.
+    pub(super) scene: Option<&'a Scene>,
 }
 
-impl FrameId {
+impl FrameId<'_> {
     pub(super) fn result(self, status: FrameStatus, message: String) -> FrameResult {
         FrameResult::new(self.name, self.frame, status, message)
     }
 }
 
 /// Compares the image in `file` with its reference.
-pub(super) fn test_frame(suite: &Suite, limits: &Limits, id: FrameId, file: &Path) -> Result<TestedFrame> {
+pub(super) fn test_frame(
+    suite: &Suite,
+    limits: &Limits,
+    id: FrameId<'_>,
+    file: &Path,
+) -> Result<TestedFrame> {
     let reference = reference_path(&suite.references, &id.name);
     let bytes = std::fs::read(file).map_err(Error::missing(file))?;
     let mut actual = Image::decode(file, &bytes)?;
@@ -278,12 +287,15 @@ pub(super) fn test_frame(suite: &Suite, limits: &Limits, id: FrameId, file: &Pat
     Ok(TestedFrame { result, file: Some(bytes) })
 }
 
-fn compare_frame(id: FrameId, actual: &Image, expected: &Image, limits: &Limits) -> FrameResult {
+fn compare_frame(id: FrameId<'_>, actual: &Image, expected: &Image, limits: &Limits) -> FrameResult {
     let mut comparison = if are_identical_and_finite(actual, expected) {
         Comparison::identical()
     } else {
         compare(actual, expected, limits)
     };
+    if let Some(scene) = id.scene {
+        comparison.name_materials(actual, expected, &|id| scene.material_of_id(id));
+    }
     let mut result = id.result(FrameStatus::Passed, String::new());
     result.messages.clear();
     match comparison.verdict() {

@@ -98,7 +98,7 @@ pub(super) struct CoveredShot {
 /// The names of all images of a shot. Renders nothing.
 ///
 /// # Errors
-/// Those of [`jobs_of`].
+/// Those of reading and resolving the shot, and of reading the references.
 pub fn image_names(suite: &Suite, shot: &SuiteShot) -> Result<Vec<String>> {
     let CoveredShot { jobs, lost, .. } = covered(suite, shot, ImageLoading::Headers)?;
     let mut names = Vec::new();

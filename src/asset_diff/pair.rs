@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::difference::AssetDifference;
 use super::facts::AssetFacts;
 use super::group_kind::GroupKind;
-use super::same_ids::replace_ids;
-use super::views::{PairedIndex, Sides, View, ViewCamera, views};
+use super::same_ids::{FIRST_NEW_ID, replace_ids};
+use super::views::{PairedIndex, Sides, View, views};
 use crate::cancel::CancelFlag;
 use crate::error::{Result, Warning};
 use crate::framing::{NamedView, is_interior};
@@ -17,6 +17,7 @@ use crate::renderer::RenderedFrame;
 use crate::scene::{CameraRequest, ClipSelection, Environment, NameOrIndex, Scene};
 use crate::sequence::SequenceJob;
 use crate::settings::Settings;
+use crate::shot::default_views::DefaultCamera;
 use crate::shot::{ShotSettings, load_scene, resolve_scene};
 
 /// Two versions of an asset: the actual one and its reference.
@@ -50,13 +51,13 @@ impl Asset {
         let named = |pair: PairedIndex| NameOrIndex::Index(index(pair));
         let mut settings = self.settings.clone();
         settings.camera = Some(match view.camera {
-            ViewCamera::OfFile(pair) => CameraRequest::Camera(named(pair)).into(),
-            ViewCamera::Front | ViewCamera::Back => CameraRequest::Auto.into(),
+            DefaultCamera::OfFile(pair) => CameraRequest::Camera(named(pair)).into(),
+            DefaultCamera::Automatic | DefaultCamera::OtherSide => CameraRequest::Auto.into(),
         });
         settings.animation =
             Some(view.clip.map_or(ClipSelection::None, |pair| ClipSelection::One(named(pair))).into());
         settings.variant = view.variant.map(|pair| named(pair).into());
-        if view.camera == ViewCamera::Back {
+        if view.camera == DefaultCamera::OtherSide {
             settings.view = Some(NamedView::ThreeQuarterBack.into());
         }
         let shot = ShotSettings::merge([settings], None)?;
@@ -110,7 +111,7 @@ impl AssetPair {
     pub fn render(&self, view: &View, mut on_frame: impl FnMut(i64, [Image; 2]) -> Result<()>) -> Result<()> {
         let reference = self.reference.job(|pair| pair.reference, view)?;
         let mut actual = self.actual.job(|pair| pair.actual, view)?;
-        if !matches!(view.camera, ViewCamera::OfFile(_)) {
+        if !matches!(view.camera, DefaultCamera::OfFile(_)) {
             actual.selection.camera = reference.selection.camera.clone();
         }
         share_light(&mut actual, &reference);
@@ -123,6 +124,14 @@ impl AssetPair {
             on_frame(frame, [ours, theirs])?;
         }
         Ok(())
+    }
+
+    /// Name of a material in quotes, or its number without one, for an id of the AOV `material_id` of a rendered image.
+    pub fn material_of_id(&self, id: u32) -> Option<String> {
+        match id.checked_sub(FIRST_NEW_ID) {
+            Some(index) => self.actual.scene.material_of_id(index + 1),
+            None => self.reference.scene.material_of_id(id),
+        }
     }
 
     fn replace_ids(&self, image: &mut Image) {

@@ -5,7 +5,7 @@ use crate::image::{Image, Samples};
 use super::matching::Matching;
 
 /// The first id of things that the reference does not have.
-const FIRST_NEW_ID: u32 = 1 << 31;
+pub(super) const FIRST_NEW_ID: u32 = 1 << 31;
 
 /// Replaces the ids of the layer `layer`, which are indices plus one.
 pub(super) fn replace_ids(image: &mut Image, layer: &str, matching: &Matching) {

@@ -7,31 +7,21 @@ use super::facts::AssetFacts;
 use super::group_kind::GroupKind;
 use crate::scene::{Animation, CameraIndex, Scene};
 use crate::settings::{FrameRate, number_duplicates};
+use crate::shot::default_views::{DefaultCamera, DefaultView, Elements, default_views, first_middle_last};
 
 /// One camera at some times, for both assets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct View {
-    /// Its name, unique among the views of two assets: `front`, `camera "close-up"`, `clip "walk"`.
+    /// Its name, unique among the views of two assets: `three-quarter`, `camera "close-up"`, `clip "walk"`.
     pub name: String,
     /// Frame numbers at 24 frames a second; frame 0 alone for a still.
     pub frames: Vec<i64>,
     /// The camera.
-    pub(super) camera: ViewCamera,
+    pub(super) camera: DefaultCamera<PairedIndex>,
     /// The clip that plays alone.
     pub(super) clip: Option<PairedIndex>,
     /// The material variant.
     pub(super) variant: Option<PairedIndex>,
-}
-
-/// The camera of a view.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ViewCamera {
-    /// A camera that both files have.
-    OfFile(PairedIndex),
-    /// The automatic camera of the reference.
-    Front,
-    /// The same from the other side.
-    Back,
 }
 
 /// Indices of one thing in both files.
@@ -48,55 +38,48 @@ pub(super) struct Sides<'a> {
     pub(super) difference: &'a AssetDifference,
 }
 
-impl View {
-    fn still(name: impl Into<String>, camera: ViewCamera) -> Self {
-        Self { name: name.into(), frames: vec![0], camera, clip: None, variant: None }
-    }
-}
-
-/// The views of two assets: stills without animation by every camera that both scenes have, or else from the front and, unless the
-/// reference `is_interior`, from the back; then by the first of these cameras the first, the middle and the last frame of every clip
-/// of the reference, and a still of every variant.
+/// The views of two assets: the default views of what both have, by the cameras that stand in both scenes.
 pub(super) fn views(sides: &Sides<'_>, is_interior: bool) -> Vec<View> {
-    let [actual, reference] = sides.scenes;
-    let standing = [actual, reference].map(Scene::cameras_of_default_scene);
+    let standing = sides.scenes.map(Scene::cameras_of_default_scene);
     let stands = |side: usize, camera: usize| standing[side].contains(&CameraIndex(camera as u32));
-    let cameras = paired(sides, GroupKind::Cameras).into_iter();
-    let cameras = cameras
-        .filter(|(pair, _)| stands(0, pair.actual) && stands(1, pair.reference))
-        .map(|(pair, name)| View::still(format!("camera \"{name}\""), ViewCamera::OfFile(pair)));
-    let mut views: Vec<_> = cameras.collect();
-    if views.is_empty() {
-        views.push(View::still("front", ViewCamera::Front));
-        if !is_interior {
-            views.push(View::still("back", ViewCamera::Back));
-        }
-    }
-    let camera = views[0].camera;
-    for (pair, name) in paired(sides, GroupKind::Clips) {
-        let frames = reference.animations.get(pair.reference).map_or(vec![0], clip_frames);
-        let clip = View { frames, clip: Some(pair), ..View::still(format!("clip \"{name}\""), camera) };
-        views.push(clip);
-    }
-    for (pair, name) in paired(sides, GroupKind::Variants) {
-        views.push(View { variant: Some(pair), ..View::still(format!("variant \"{name}\""), camera) });
-    }
+    let mut cameras = paired(sides, GroupKind::Cameras);
+    cameras.retain(|(_, pair)| stands(0, pair.actual) && stands(1, pair.reference));
+    let elements = Elements {
+        cameras,
+        clips: paired(sides, GroupKind::Clips),
+        variants: paired(sides, GroupKind::Variants),
+    };
+    let mut views: Vec<_> =
+        default_views(elements, is_interior).into_iter().map(|view| of_default(sides, view)).collect();
     number_duplicates(views.iter_mut().map(|view| &mut view.name));
     views
 }
 
+fn of_default(sides: &Sides<'_>, view: DefaultView<PairedIndex>) -> View {
+    let DefaultView { name, camera, clip, variant } = view;
+    let [_, reference] = sides.scenes;
+    let frames = clip.and_then(|clip| reference.animations.get(clip.reference)).map_or(vec![0], clip_frames);
+    let name = match (clip, variant, camera) {
+        (Some(_), _, _) => format!("clip \"{name}\""),
+        (_, Some(_), _) => format!("variant \"{name}\""),
+        (_, _, DefaultCamera::OfFile(_)) => format!("camera \"{name}\""),
+        _ => name,
+    };
+    View { name, frames, camera, clip, variant }
+}
+
 /// Things that both files have, with their names in the reference.
-fn paired(sides: &Sides<'_>, group: GroupKind) -> Vec<(PairedIndex, String)> {
+fn paired(sides: &Sides<'_>, group: GroupKind) -> Vec<(String, PairedIndex)> {
     let items = sides.reference.items(group);
     let pairs = sides.difference.matchings.get(&group).map_or(&[][..], |matching| &matching.pairs);
     let named = pairs
         .iter()
-        .map(|&(actual, reference)| (PairedIndex { actual, reference }, items[reference].name.clone()));
+        .map(|&(actual, reference)| (items[reference].name.clone(), PairedIndex { actual, reference }));
     named.collect()
 }
 
 /// The first, the middle and the last frame.
 fn clip_frames(clip: &Animation) -> Vec<i64> {
     let last = FrameRate::FILM.last_frame(clip.duration_seconds());
-    BTreeSet::from([0, last / 2, last]).into_iter().collect()
+    BTreeSet::from(first_middle_last(last)).into_iter().collect()
 }

@@ -9,8 +9,11 @@ use crate::progress::print_output;
 use rayframe::error::{Error, Result};
 use rayframe::regression::suite::{self, Approval, Pending, PendingKind, PendingSelection, Suite};
 
-/// The message where nothing is pending.
-pub(super) const NOTHING: &str = "no pending images; rayframe test finds differences";
+/// The message where nothing is pending of what `filter` selects.
+pub(super) fn nothing_pending(filter: &str) -> String {
+    let of = if filter.is_empty() { String::new() } else { format!(" of {}", filter.escape_debug()) };
+    format!("no pending images{of}; rayframe test finds differences")
+}
 
 /// The selection of pending images; the options of `rayframe reject` and `rayframe review`.
 #[derive(Clone, Debug, Args)]
@@ -33,13 +36,13 @@ pub(super) struct AcceptArgs {
     /// Accept only what this file approves, which a report exported
     #[arg(long, value_name = "FILE", conflicts_with_all = ["filter", "changed"])]
     pub(super) approvals: Option<PathBuf>,
-    /// Accept images that a build server rendered: the folder of its report, which has images.json
-    #[arg(long, value_name = "DIR")]
+    /// Accept images that a build server rendered: the folder of its report, which has images.json, or a zip archive of it
+    #[arg(long, value_name = "DIR|ZIP")]
     from: Option<PathBuf>,
 }
 
 impl AcceptArgs {
-    /// The folder of `--from`.
+    /// The folder or archive of `--from`.
     pub(super) fn from(&self) -> Option<&Path> {
         self.from.as_deref()
     }
@@ -73,10 +76,10 @@ pub(super) fn accept(args: &AcceptArgs) -> Result<()> {
             if left_changed == 1 { "it" } else { "them" }
         ));
     } else if chosen.is_empty() {
-        print_output(match (&args.approvals, args.changed) {
-            (Some(_), _) => "all approved changes are applied already",
-            (None, true) => "no pending images that changed within the limits",
-            (None, false) => NOTHING,
+        print_output(&match (&args.approvals, args.changed) {
+            (Some(_), _) => "all approved changes are applied already".to_owned(),
+            (None, true) => "no pending images that changed within the limits".to_owned(),
+            (None, false) => nothing_pending(&args.which.filter),
         });
     }
     Ok(())
@@ -102,7 +105,7 @@ pub(super) fn reject(args: &RejectArgs) -> Result<()> {
         print_output(&rejected(pending));
     }
     if changes.is_empty() {
-        print_output(NOTHING);
+        print_output(&nothing_pending(&args.filter));
     }
     Ok(())
 }
@@ -158,7 +161,7 @@ fn approved(suite: &Suite, approvals: &[Approval], pending_changes: &[Pending]) 
             },
             None if approval.is_applied(suite) => {}
             None => contradictions.push(format!(
-                "{}: no pending image has this name; run rayframe test, which stores pending images, or name the folder of a build server's report with --from",
+                "{}: no pending image has this name; run rayframe test, which stores pending images, or name a build server's report with --from",
                 approval.name
             )),
         }

@@ -1,4 +1,4 @@
-//! `rayframe accept --from DIR`: accepts the images in the report of a build server.
+//! `rayframe accept --from DIR|ZIP`: accepts the images in the report of a build server.
 
 use std::path::Path;
 
@@ -7,8 +7,8 @@ use crate::progress::print_output;
 use rayframe::error::{Error, Result};
 use rayframe::regression::Verdict;
 use rayframe::regression::suite::{
-    self, Approval, PendingKind, RenderedChecks, RenderedImage, Suite, SuiteShot, read_approvals,
-    rendered_images, select_rendered,
+    self, Approval, PendingKind, RenderedChecks, RenderedImage, RenderedReport, Suite, SuiteShot,
+    read_approvals, select_rendered,
 };
 
 /// Checks the selected images, and makes them references: all or none.
@@ -16,22 +16,15 @@ pub(super) fn accept_rendered(args: &AcceptArgs, report: &Path) -> Result<()> {
     refuse_in_ci("accept")?;
     let suite = args.which.suite.read()?;
     let shots = suite::discover(&suite)?;
-    let images = rendered_images(report)?;
+    let report = RenderedReport::open(report)?;
+    let images = report.images()?;
     let chosen = match &args.approvals {
         Some(file) => approved(&suite, images, file)?,
         None => chosen(args, images, &shots)?,
     };
-    let mut checks = RenderedChecks::new(&suite, &shots, report);
+    let mut checks = RenderedChecks::new(&suite, &shots, &report);
     let checked: Vec<_> = chosen.iter().map(|image| checks.change(image)).collect();
-    let mut refusals = checked.iter().filter_map(|checked| checked.as_ref().err());
-    if let Some(first) = refusals.next() {
-        let more = match refusals.count() {
-            0 => String::new(),
-            more => format!(" (and {more} more)"),
-        };
-        return Err(Error::Different { message: format!("nothing was accepted: {first}{more}") });
-    }
-    let changes: Vec<_> = checked.into_iter().flatten().flatten().collect();
+    let changes: Vec<_> = all_or_none(checked)?.into_iter().flatten().collect();
     for change in &changes {
         let kind = match (change.is_removal(), change.reference.exists()) {
             (true, _) => PendingKind::Remove,
@@ -49,14 +42,23 @@ pub(super) fn accept_rendered(args: &AcceptArgs, report: &Path) -> Result<()> {
     Ok(())
 }
 
+/// All results, or the first error with the number of others.
+fn all_or_none<T>(checked: Vec<Result<T>>) -> Result<Vec<T>> {
+    let count = checked.iter().filter(|checked| checked.is_err()).count();
+    checked.into_iter().collect::<Result<_>>().map_err(|first| match first {
+        Error::Different { message } => {
+            let more = if count > 1 { format!(" (and {} more)", count - 1) } else { String::new() };
+            Error::Different { message: format!("nothing was accepted: {message}{more}") }
+        }
+        // Missing and damaged files have exit codes of their own.
+        error => error,
+    })
+}
+
 /// The images that the options select. Only `--changed` or an exact name selects changes within the limits.
 fn chosen(args: &AcceptArgs, images: Vec<RenderedImage>, shots: &[SuiteShot]) -> Result<Vec<RenderedImage>> {
     let word = &args.which.filter;
-    let (mut images, is_by_name) = select_rendered(images, shots, word);
-    if images.is_empty() && !word.is_empty() {
-        let word = word.escape_debug();
-        return Err(Error::usage(format!("no image of the report has the name \"{word}\", or contains it")));
-    }
+    let (mut images, is_by_name) = select_rendered(images, shots, word)?;
     if args.changed {
         images.retain(|image| image.verdict == Verdict::Changed);
     } else if !is_by_name {

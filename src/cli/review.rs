@@ -3,7 +3,7 @@
 use std::io::BufRead;
 use std::path::Path;
 
-use super::accept::{NOTHING, RejectArgs, done, pending_changes, refuse_in_ci, rejected};
+use super::accept::{RejectArgs, done, nothing_pending, pending_changes, refuse_in_ci, rejected};
 use crate::progress::{TerminalImages, one_line, print_output, print_raw};
 use rayframe::error::{Error, Result};
 use rayframe::output::{PreviewLook, display_image};
@@ -25,7 +25,7 @@ pub(super) fn run(args: &RejectArgs) -> Result<()> {
     let (suite, selection) = pending_changes(args)?;
     let pending_changes = selection.changes;
     if pending_changes.is_empty() {
-        print_output(NOTHING);
+        print_output(&nothing_pending(&args.filter));
     }
     let mut answers = std::io::stdin().lock();
     let mut left = 0;

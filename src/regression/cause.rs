@@ -54,6 +54,8 @@ pub enum Cause {
         layer: Option<String>,
         /// Number of pixels that differ.
         pixels: usize,
+        /// The materials whose pixels differ, worst first: names in quotes, or numbers. Empty where they are not known.
+        materials: Vec<String>,
     },
     /// Lighting changed, or reflection properties that no layer holds.
     Light {
@@ -93,11 +95,13 @@ impl std::fmt::Display for Cause {
             Self::Geometry { layer: None, .. } => {
                 write!(formatter, "geometry: vertices, normals, texture coordinates or the pose changed")
             }
-            Self::Material { layer: Some(layer), pixels } => {
-                write!(formatter, "material: {layer} differs in {}", pixels_text(*pixels))
+            Self::Material { layer: Some(layer), pixels, materials } => {
+                write!(formatter, "material: {layer} differs in {}", pixels_text(*pixels))?;
+                if materials.is_empty() { Ok(()) } else { write!(formatter, " of {}", materials.join(", ")) }
             }
-            Self::Material { layer: None, .. } => {
-                write!(formatter, "material: materials or textures changed")
+            Self::Material { layer: None, materials, .. } => {
+                write!(formatter, "material: materials or textures changed")?;
+                if materials.is_empty() { Ok(()) } else { write!(formatter, ": {}", materials.join(", ")) }
             }
             Self::Light { factors: Some([r, g, b]) } => {
                 write!(formatter, "light: red times {r:.3}, green times {g:.3}, blue times {b:.3}")
@@ -205,7 +209,7 @@ impl<'a> Evidence<'a> {
 
     fn material(&self) -> Cause {
         let (layer, pixels) = self.differing(&MATERIAL).unzip();
-        Cause::Material { layer, pixels: pixels.unwrap_or(0) }
+        Cause::Material { layer, pixels: pixels.unwrap_or(0), materials: Vec::new() }
     }
 }
 

@@ -10,6 +10,7 @@
 //! Nothing here prints.
 
 mod cause;
+mod cause_materials;
 mod changes;
 mod channel_difference;
 mod compare;

@@ -98,6 +98,13 @@ impl Scene {
         name.unwrap_or_else(|| format!("clip{}", clip.index()))
     }
 
+    /// Name of a material in quotes, or `#2` without one, for an id of the AOV `material_id`, which is the index plus one.
+    pub fn material_of_id(&self, id: u32) -> Option<String> {
+        let index = id.checked_sub(1)? as usize;
+        let name = &self.materials.get(index)?.name;
+        Some(name.as_ref().map_or_else(|| format!("#{index}"), |name| format!("\"{name}\"")))
+    }
+
     /// The nodes below `roots`, these included, in no particular order.
     pub fn nodes_below(&self, roots: &[NodeIndex]) -> Vec<NodeIndex> {
         let mut nodes = roots.to_vec();

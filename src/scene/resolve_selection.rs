@@ -110,10 +110,13 @@ fn resolve_camera(
             let node = cameras.iter().find(|(camera, _)| camera.index() == index);
             match node {
                 Some(&(_, node)) => Ok(SelectedCamera::Node(node)),
-                None => Err(Error::usage(format!(
-                    "camera {} has no node in the selected scene; select another with `camera` or `scene_choice`, or set `camera` to auto",
-                    label(index, scene.cameras[index].name.as_deref())
-                ))),
+                None => Err(Error::setting(
+                    "camera",
+                    format!(
+                        "{} has no node in the selected scene; select another with `camera` or `scene_choice`, or set `camera` to auto",
+                        label(index, scene.cameras[index].name.as_deref())
+                    ),
+                )),
             }
         }
     }

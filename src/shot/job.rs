@@ -47,16 +47,17 @@ pub fn shot_job(request: &ShotRequest<'_>) -> Result<ShotJob> {
 }
 
 /// The jobs of a shot whose scene is loaded once: one for each level of settings that `views` makes of the shot and its scene. The levels
-/// override the shot's settings.
+/// override the shot's settings. A level that cannot be resolved has an error of its own.
 ///
 /// # Errors
-/// Those of [`shot_job`] and of `views`.
+/// Those of reading the shot and loading the scene, and of `views`.
 pub fn shot_jobs(
     request: &ShotRequest<'_>,
+    images: ImageLoading,
     views: impl FnOnce(&ShotSettings, &Scene) -> Result<Vec<Settings>>,
-) -> Result<Vec<ShotJob>> {
+) -> Result<Vec<Result<ShotJob>>> {
     let shot = shot_settings(request)?;
-    let scene = Arc::new(load_scene(&shot, ImageLoading::Texels)?);
+    let scene = Arc::new(load_scene(&shot, images)?);
     let mut environments = LoadedEnvironments::default();
     let mut job = |view: Settings| {
         let shot = ShotSettings::merge([view, shot.settings.clone()], shot.shot_file.clone())?;
@@ -65,7 +66,7 @@ pub fn shot_jobs(
         check_warnings(&sequence, &warnings)?;
         Ok(ShotJob { sequence, warnings, inputs })
     };
-    views(&shot, &scene)?.into_iter().map(&mut job).collect()
+    Ok(views(&shot, &scene)?.into_iter().map(&mut job).collect())
 }
 
 /// The input files of a shot. Texels are not loaded.

@@ -29,7 +29,7 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     for view in pair.views() {
         let mut shot = page.is_some().then(|| shot(args, view));
         pair.render(view, |frame, images| {
-            let (report, comparison) = compared(args, view, frame, &images);
+            let (report, comparison) = compared(args, &pair, (view, frame), &images);
             if let (Some(page), Some(shot)) = (&page, &mut shot) {
                 shot.frames.push(page.frame(view, frame, &images, comparison));
             }
@@ -59,9 +59,15 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     Ok(!args.fail_on.value().fails(report.verdict))
 }
 
-fn compared(args: &DiffArgs, view: &View, frame: i64, images: &[Image; 2]) -> (FrameReport, Comparison) {
+fn compared(
+    args: &DiffArgs,
+    assets: &AssetPair,
+    (view, frame): (&View, i64),
+    images: &[Image; 2],
+) -> (FrameReport, Comparison) {
     let [actual, reference] = images;
-    let comparison = comparison(actual, reference, args);
+    let mut comparison = comparison(actual, reference, args);
+    comparison.name_materials(actual, reference, &|id| assets.material_of_id(id));
     let pair = FilePair {
         frame: (view.frames.len() > 1).then_some(frame),
         actual: args.actual.clone(),

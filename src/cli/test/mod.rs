@@ -4,6 +4,7 @@ mod annotations;
 mod findings;
 mod init;
 mod junit;
+mod list;
 mod markdown;
 mod open;
 mod output_files;
@@ -43,11 +44,14 @@ pub(super) struct TestArgs {
     #[command(flatten)]
     suite: SuiteOption,
     /// Write suite.toml in the current folder, or in the one that --suite names
-    #[arg(long, conflicts_with_all = ["filter", "list", "json", "files", "report", "threads", "quiet", "selection", "no_cache", "slowest", "merge"])]
+    #[arg(long, conflicts_with_all = ["filter", "list", "list_images", "json", "files", "report", "threads", "quiet", "selection", "no_cache", "slowest", "merge"])]
     init: bool,
     /// Print the names of the shots, without rendering
     #[arg(long, conflicts_with_all = ["json", "files", "report", "threads", "quiet", "no_cache", "slowest", "merge"])]
     list: bool,
+    /// Print the names of the shots, and below each those of its images, without rendering
+    #[arg(long, conflicts_with_all = ["list", "json", "files", "report", "threads", "quiet", "no_cache", "slowest", "merge"])]
+    list_images: bool,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -73,7 +77,7 @@ pub(super) struct TestArgs {
     #[command(flatten)]
     fail_on: FailOnOption,
     /// Open the report in a browser where an image changed or failed
-    #[arg(long, conflicts_with_all = ["init", "list"])]
+    #[arg(long, conflicts_with_all = ["init", "list", "list_images"])]
     open: bool,
     /// Other programs' option that replaces references
     #[arg(long, hide = true, aliases = ["update-snapshots", "update-references", "bless"])]
@@ -110,13 +114,8 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
         return init::init(&args.suite).map(|()| true);
     }
     let suite = args.suite.read()?;
-    if args.list {
-        let chosen = suite::chosen_shots(&suite, &suite::discover(&suite)?, &args.run_options(&suite))?;
-        let names: Vec<String> = chosen.iter().map(|shot| one_line(&shot.name)).collect();
-        if !names.is_empty() {
-            print_output(&names.join("\n"));
-        }
-        return Ok(true);
+    if args.list || args.list_images {
+        return list::list(&suite, &args.run_options(&suite), args.list_images).map(|()| true);
     }
 
     // Check output files before rendering.

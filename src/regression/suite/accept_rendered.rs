@@ -9,12 +9,13 @@ use super::names::reference_path;
 use super::orphans::orphaned_references;
 use super::pending::{discard_image, discard_removal};
 use super::render::reference_job;
-use super::rendered_images::{RenderedImage, image_path, reference_hash};
-use super::{Approval, Suite, SuiteShot};
+use super::rendered_images::{RenderedImage, reference_hash};
+use super::{Approval, RenderedReport, Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::image_file::{ExrHeader, probe_folder, write_atomically};
 use crate::regression::{Image, pixel_hash};
 use crate::sequence::render_hash;
+use crate::shot::memory_limit::default_max_memory_bytes;
 
 /// A checked change of a reference.
 #[derive(Debug)]
@@ -31,7 +32,9 @@ pub struct RenderedChange {
 pub struct RenderedChecks<'a> {
     suite: &'a Suite,
     shots: &'a [SuiteShot],
-    report: &'a Path,
+    report: &'a RenderedReport,
+    /// Bytes of all images that were checked, which are kept until they are applied.
+    kept_bytes: u64,
     /// Render hashes by name of image, for each shot that was opened.
     render_hashes: BTreeMap<String, BTreeMap<String, String>>,
     /// References that no shot renders, once they are asked for.
@@ -39,21 +42,29 @@ pub struct RenderedChecks<'a> {
 }
 
 /// The images that `filter` selects, and whether it is the exact name of a shot or image.
+///
+/// # Errors
+/// [`Error::Usage`] for a filter that selects neither an image nor a shot.
 pub fn select_rendered(
     images: Vec<RenderedImage>,
     shots: &[SuiteShot],
     filter: &str,
-) -> (Vec<RenderedImage>, bool) {
+) -> Result<(Vec<RenderedImage>, bool)> {
     let names: Vec<String> = images.iter().map(|image| image.name.clone()).collect();
-    let filter = Filter::new(filter, shots, names.iter().map(String::as_str));
-    let selected = images.into_iter().filter(|image| filter.matches_image(&image.name));
-    (selected.collect(), filter.is_name())
+    let selection = Filter::new(filter, shots, names.iter().map(String::as_str));
+    let selected: Vec<_> = images.into_iter().filter(|image| selection.matches_image(&image.name)).collect();
+    let is_known = filter.is_empty() || shots.iter().any(|shot| selection.matches_shot(&shot.name));
+    if selected.is_empty() && !is_known {
+        let word = filter.escape_debug();
+        return Err(Error::usage(format!("no image of the report has the name \"{word}\", or contains it")));
+    }
+    Ok((selected, selection.is_name()))
 }
 
 impl<'a> RenderedChecks<'a> {
-    /// Checks of the images in the folder of a report. `shots` are all shots of the suite.
-    pub fn new(suite: &'a Suite, shots: &'a [SuiteShot], report: &'a Path) -> Self {
-        Self { suite, shots, report, render_hashes: BTreeMap::new(), orphaned: None }
+    /// Checks of the images in a report. `shots` are all shots of the suite.
+    pub fn new(suite: &'a Suite, shots: &'a [SuiteShot], report: &'a RenderedReport) -> Self {
+        Self { suite, shots, report, kept_bytes: 0, render_hashes: BTreeMap::new(), orphaned: None }
     }
 
     /// The change that makes `image` the reference; `None` where it is the reference already.
@@ -76,8 +87,13 @@ impl<'a> RenderedChecks<'a> {
             }
             return Ok(Some(RenderedChange { reference, name: name.clone(), bytes: None }));
         };
-        let file = image_path(self.report, name);
-        let bytes = std::fs::read(&file).map_err(Error::missing(&file))?;
+        let (file, bytes) = self.report.image(name, self.suite.max_reference_bytes)?;
+        self.kept_bytes += bytes.len() as u64;
+        if self.kept_bytes > default_max_memory_bytes() {
+            let message =
+                "with the images before it, it needs more than the memory; accept fewer at a time, by NAME";
+            return Err(Error::refused(&file, "", message));
+        }
         if pixel_hash(&Image::decode(&file, &bytes)?) != *hash {
             return refused("its file is not the image that was tested");
         }
@@ -120,7 +136,7 @@ impl<'a> RenderedChecks<'a> {
 /// The render hashes of all frames of a shot, by name of image.
 fn render_hashes(suite: &Suite, shot: &SuiteShot) -> Result<BTreeMap<String, String>> {
     let mut hashes = BTreeMap::new();
-    for covered in jobs_of(suite, shot)? {
+    for covered in jobs_of(suite, shot)?.jobs {
         let job = reference_job(covered.job.sequence.clone(), Path::new(""))?;
         let frames = job.frames.iter();
         hashes.extend(frames.map(|&frame| (covered.image_name(&shot.name, frame), render_hash(&job, frame))));

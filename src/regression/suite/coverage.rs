@@ -1,6 +1,7 @@
-//! What a suite tests of a scene: the keys `frames`, `cameras`, `views`, `clips` and `variants` of the table `[test]`.
+//! What a suite tests of a scene: the keys `frames`, `cameras`, `views`, `clips`, `variants` and `whole_scene` of the table `[test]`.
 //!
-//! Every key is a list, and all combinations of their elements are tested. A key that is absent leaves to the shot what it is about.
+//! All keys but the last are lists, and all combinations of their elements are tested. A list that is absent leaves to the shot what it
+//! is about.
 
 use toml::de::{DeTable, DeValue};
 
@@ -10,7 +11,9 @@ use crate::scene::NameOrIndex;
 use crate::settings::{Named as _, TomlEntry, TomlFile, entries, nearest, parse};
 
 /// Keys of the table that are not limits.
-pub(super) const COVERAGE_KEYS: [&str; 5] = ["frames", "cameras", "views", "clips", "variants"];
+pub(super) const COVERAGE_KEYS: [&str; 6] = ["frames", "cameras", "views", "clips", "variants", WHOLE_SCENE];
+/// The key by which a scene that a shot file names is a shot by itself, too.
+pub(super) const WHOLE_SCENE: &str = "whole_scene";
 /// The word for every element of the file.
 const EACH: &str = "each";
 
@@ -22,6 +25,8 @@ pub(super) struct Coverage {
     pub(super) views: Option<Vec<NamedView>>,
     pub(super) clips: Option<Covered>,
     pub(super) variants: Option<Covered>,
+    /// Whether the scene of a shot file is a shot by itself, too.
+    pub(super) whole_scene: bool,
 }
 
 /// Elements of a file.
@@ -61,15 +66,21 @@ impl Coverage {
                 "views" => self.views = Some(views(file, entry)?),
                 "clips" => self.clips = Some(covered(file, entry)?),
                 "variants" => self.variants = Some(covered(file, entry)?),
+                WHOLE_SCENE => {
+                    let DeValue::Boolean(value) = entry.value else {
+                        return Err(file.wrong_kind(entry, "true or false"));
+                    };
+                    self.whole_scene = *value;
+                }
                 _ => {}
             }
         }
         Ok(self)
     }
 
-    /// Whether no key is given.
+    /// Whether no list is given.
     pub(super) fn is_empty(&self) -> bool {
-        *self == Self::default()
+        *self == Self { whole_scene: self.whole_scene, ..Self::default() }
     }
 }
 
@@ -153,7 +164,7 @@ mod tests {
         let named = vec![NameOrIndex::Name("walk".to_owned()), NameOrIndex::Index(1)];
         assert_eq!((shot.clips, shot.frames), (Some(Covered::Named(named)), suite.frames));
         assert_eq!(shot.views, Some(vec![NamedView::Front, NamedView::ThreeQuarter]));
-        assert!(with(Coverage::default(), "preset = 'exact'").unwrap().is_empty());
+        assert!(with(Coverage::default(), "preset = 'exact'\nwhole_scene = true").unwrap().is_empty());
     }
 
     #[test]
@@ -164,6 +175,7 @@ mod tests {
             ("variants = [1]", "variants: expected \"each\", or an array of names"),
             ("views = ['fron']", "there is no view \"fron\"; did you mean \"front\"?"),
             ("views = 'front'", "views: expected an array of views"),
+            ("whole_scene = 1", "whole_scene: expected true or false"),
             ("frames = 0", "frames: expected an array of frames"),
             ("frames = ['end']", "frames: expected an array of frames"),
         ] {

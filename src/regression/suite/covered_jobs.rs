@@ -4,15 +4,19 @@ use std::collections::BTreeSet;
 use std::ffi::OsStr;
 
 use super::coverage::{Coverage, Covered, CoveredFrame};
-use super::names::image_name;
+use super::names::{ReferenceFile, image_name, numbered_shot, reference_files};
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::framing::{NamedView, is_interior};
-use crate::scene::{AnimationIndex, CameraRequest, ClipSelection, NameOrIndex, Scene};
+use crate::gltf::ImageLoading;
+use crate::scene::{
+    AnimationIndex, CameraRequest, ClipSelection, NameOrIndex, Scene, SelectedCamera, Selection,
+};
 use crate::sequence::SequenceJob;
 use crate::settings::{
     BackgroundSource, DEFINITIONS, Named as _, Settings, file_name_part, number_duplicates,
 };
+use crate::shot::default_views::{DefaultCamera, DefaultView, Elements, default_views, first_middle_last};
 use crate::shot::{ShotJob, ShotRequest, is_shot, shot_jobs};
 
 /// Frames of a clip that are tested by default.
@@ -61,37 +65,124 @@ impl CoveredJob {
     }
 }
 
+/// A view of a shot with a camera, clip or variant that a list of `[test]` names and the scene does not have.
+#[derive(Debug)]
+pub(super) struct LostView {
+    label: String,
+    /// The error about the list.
+    pub(super) error: Error,
+}
+
+impl LostView {
+    /// The names of its references, or its own where there is none.
+    pub(super) fn image_names(&self, suite: &Suite, shot: &str) -> Result<Vec<String>> {
+        let view = format!("{shot}@{}", self.label);
+        let files = reference_files(&suite.references)?;
+        let references = files.into_iter().filter(|file| matches!(file, ReferenceFile::Reference(_)));
+        let names = references.map(|file| file.name().to_owned());
+        let names: Vec<_> =
+            names.filter(|name| *name == view || numbered_shot(name) == Some(&view)).collect();
+        Ok(if names.is_empty() { vec![view] } else { names })
+    }
+}
+
+/// What is rendered of a shot.
+#[derive(Debug)]
+pub(super) struct CoveredShot {
+    pub(super) jobs: Vec<CoveredJob>,
+    pub(super) lost: Vec<LostView>,
+    /// About frames that no clip has.
+    pub(super) warning: Option<String>,
+}
+
+/// The names of all images of a shot. Renders nothing.
+///
+/// # Errors
+/// Those of reading and resolving the shot, and of reading the references.
+pub fn image_names(suite: &Suite, shot: &SuiteShot) -> Result<Vec<String>> {
+    let CoveredShot { jobs, lost, .. } = covered(suite, shot, ImageLoading::Headers)?;
+    let mut names = Vec::new();
+    for covered in &jobs {
+        let frames = covered.job.sequence.frames.iter();
+        names.extend(frames.map(|&frame| covered.image_name(&shot.name, frame)));
+    }
+    for view in &lost {
+        names.extend(view.image_names(suite, &shot.name)?);
+    }
+    Ok(names)
+}
+
 /// The jobs of a shot file or a scene, with the settings that the suite has for all shots. They share one scene.
 ///
 /// # Errors
-/// Those of reading and resolving the shot, and [`Error::Setting`] for a camera, clip or variant that the scene does not have.
-pub(super) fn jobs_of(suite: &Suite, shot: &SuiteShot) -> Result<Vec<CoveredJob>> {
+/// Those of reading and resolving the shot.
+pub(super) fn jobs_of(suite: &Suite, shot: &SuiteShot) -> Result<CoveredShot> {
+    covered(suite, shot, ImageLoading::Texels)
+}
+
+fn covered(suite: &Suite, shot: &SuiteShot, images: ImageLoading) -> Result<CoveredShot> {
     let coverage = suite.coverage_of(&shot.path)?;
     let request = ShotRequest { path: &shot.path, suite: Some(&suite.file), overrides: &[] };
     let mut views = Vec::new();
-    let jobs = shot_jobs(&request, |settings, scene| {
+    let resolved = shot_jobs(&request, images, |settings, scene| {
         let has_plate = matches!(settings.values.background, BackgroundSource::Plate(_));
         let is_default =
             coverage.is_empty() && !is_shot(&shot.path) && !has_plate && !chooses(&settings.settings);
-        views = if is_default { default_views(scene)? } else { combinations(&coverage, scene) };
+        views = if is_default { whole_scene(scene)? } else { combinations(&coverage, scene) };
         number_duplicates(views.iter_mut().map(|view| &mut view.label));
         Ok(views.iter().map(|view| view.settings.clone()).collect())
-    });
-    let jobs = jobs.map_err(|error| of_list(error, &coverage))?;
-    jobs.into_iter().zip(views).map(|(job, view)| covered_job(job, view)).collect()
+    })?;
+    let (mut jobs, mut lost) = (Vec::new(), Vec::new());
+    for (job, view) in resolved.into_iter().zip(views) {
+        match job {
+            Ok(job) => jobs.push(covered_job(job, view)?),
+            Err(error) => {
+                let error = error_of_list(error, &coverage)?;
+                lost.push(LostView { label: view.label, error });
+            }
+        }
+    }
+    let warning = frames_beyond_clips(&coverage, &jobs);
+    Ok(CoveredShot { jobs, lost, warning })
 }
 
 /// An error about a camera, clip or variant as one about the list that names it.
-fn of_list(error: Error, coverage: &Coverage) -> Error {
-    let Error::Setting(mut error) = error else { return error };
-    let Coverage { frames: _, cameras, views: _, clips, variants } = coverage;
+///
+/// # Errors
+/// Every other error.
+fn error_of_list(error: Error, coverage: &Coverage) -> Result<Error> {
+    let Error::Setting(mut error) = error else { return Err(error) };
+    let Coverage { cameras, clips, variants, .. } = coverage;
     let lists =
         [("camera", "cameras", cameras), ("animation", "clips", clips), ("variant", "variants", variants)];
-    let list = lists.iter().find(|(setting, _, list)| *setting == error.setting && list.is_some());
-    if let Some((_, key, _)) = list {
-        error.setting = format!("{key} of [test]");
+    match lists.iter().find(|(setting, _, list)| *setting == error.setting && list.is_some()) {
+        Some((_, key, _)) => {
+            error.setting = format!("{key} of [test]");
+            Ok(Error::Setting(error))
+        }
+        None => Err(Error::Setting(error)),
     }
-    Error::Setting(error)
+}
+
+/// A warning about numbers in `frames` that are beyond the end of every clip, where clips play.
+fn frames_beyond_clips(coverage: &Coverage, jobs: &[CoveredJob]) -> Option<String> {
+    let moves_camera = |selection: &Selection| {
+        matches!(selection.camera, SelectedCamera::Turntable(_) | SelectedCamera::Path(_))
+    };
+    let playing = jobs.iter().map(|covered| &covered.job.sequence);
+    let playing = playing.filter(|job| !job.selection.clips.is_empty());
+    // A camera may move after the end.
+    let last =
+        playing.map(|job| if moves_camera(&job.selection) { i64::MAX } else { last_frame(job) }).max()?;
+    let beyond = coverage.frames.iter().flatten().filter_map(|frame| match frame {
+        CoveredFrame::Number(number) if *number > last => Some(number.to_string()),
+        _ => None,
+    });
+    let beyond: Vec<_> = beyond.collect();
+    (!beyond.is_empty()).then(|| {
+        let numbers = beyond.join(", ");
+        format!("frames of [test]: {numbers}: beyond the end of every clip, whose last frame is {last}; its pose is repeated")
+    })
 }
 
 fn covered_job(mut job: ShotJob, view: View) -> Result<CoveredJob> {
@@ -105,12 +196,17 @@ fn covered_job(mut job: ShotJob, view: View) -> Result<CoveredJob> {
     Ok(CoveredJob { label: view.label, job })
 }
 
+/// The last frame of the clips that play.
+fn last_frame(job: &SequenceJob) -> i64 {
+    job.rate.last_frame(job.selection.duration_seconds(&job.scene))
+}
+
 /// The numbers of frames, in increasing order.
 fn frame_numbers(job: &SequenceJob, frames: &[CoveredFrame]) -> Vec<i64> {
-    let last = job.rate.last_frame(job.selection.duration_seconds(&job.scene));
+    let [first, middle, last] = first_middle_last(last_frame(job));
     let number = |frame: &CoveredFrame| match frame {
-        CoveredFrame::First => 0,
-        CoveredFrame::Middle => last / 2,
+        CoveredFrame::First => first,
+        CoveredFrame::Middle => middle,
         CoveredFrame::Last => last,
         CoveredFrame::Number(number) => *number,
     };
@@ -212,50 +308,28 @@ fn variants(scene: &Scene) -> Vec<(String, NameOrIndex)> {
     variants.map(|(index, variant)| (variant.name.clone(), NameOrIndex::Index(index))).collect()
 }
 
-/// The views of a scene without a shot file: stills without animation by every camera, or else by the automatic one and, unless it is
-/// inside, from the other side; then by the first of these the first, middle and last frame of every clip, and a still of every variant.
-fn default_views(scene: &Scene) -> Result<Vec<View>> {
-    let still = View { frames: Some(vec![CoveredFrame::First]), ..View::default() };
-    let stopped = |settings: &mut Settings| settings.animation = Some(ClipSelection::None.into());
-    let cameras = cameras(scene);
-    let by_camera = |camera: &NameOrIndex| Some(CameraRequest::Camera(camera.clone()).into());
-    let mut views: Vec<View> = cameras
-        .iter()
-        .map(|(name, camera)| {
-            still.and(name, |settings| {
-                stopped(settings);
-                settings.camera = by_camera(camera);
-            })
+/// The views of a scene without a shot file.
+fn whole_scene(scene: &Scene) -> Result<Vec<View>> {
+    let elements = Elements { cameras: cameras(scene), clips: clips(scene), variants: variants(scene) };
+    Ok(default_views(elements, is_interior(scene)?).into_iter().map(View::from).collect())
+}
+
+impl From<DefaultView<NameOrIndex>> for View {
+    fn from(DefaultView { name, camera, clip, variant }: DefaultView<NameOrIndex>) -> Self {
+        let frames = if clip.is_some() { FRAMES_OF_CLIP.to_vec() } else { vec![CoveredFrame::First] };
+        let unnamed = Self { frames: Some(frames), ..Self::default() };
+        unnamed.and(&name, |settings| {
+            settings.animation = Some(clip.map_or(ClipSelection::None, ClipSelection::One).into());
+            settings.variant = variant.map(Into::into);
+            match camera {
+                DefaultCamera::OfFile(camera) => {
+                    settings.camera = Some(CameraRequest::Camera(camera).into());
+                }
+                DefaultCamera::Automatic => {}
+                DefaultCamera::OtherSide => settings.view = Some(NamedView::ThreeQuarterBack.into()),
+            }
         })
-        .collect();
-    if views.is_empty() {
-        views.push(still.and("auto", stopped));
-        if !is_interior(scene)? {
-            views.push(still.and("three-quarter-back", |settings| {
-                stopped(settings);
-                settings.view = Some(NamedView::ThreeQuarterBack.into());
-            }));
-        }
     }
-    let first = View {
-        settings: Settings {
-            camera: cameras.first().and_then(|(_, camera)| by_camera(camera)),
-            ..Settings::default()
-        },
-        ..View::default()
-    };
-    for (name, clip) in clips(scene) {
-        let view = first.and(&name, |settings| settings.animation = Some(ClipSelection::One(clip).into()));
-        views.push(View { frames: Some(FRAMES_OF_CLIP.to_vec()), ..view });
-    }
-    for (name, variant) in variants(scene) {
-        let view = View { frames: still.frames.clone(), ..first.clone() };
-        views.push(view.and(&name, |settings| {
-            stopped(settings);
-            settings.variant = Some(variant.into());
-        }));
-    }
-    Ok(views)
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ pub struct SuiteShot {
     pub scene: PathBuf,
 }
 
-/// All shots of a suite, sorted by name: its shot files, and the scenes that no shot file names.
+/// All shots of a suite, sorted by name: its shot files, and the scenes that no shot file names, or only shot files with `whole_scene`.
 ///
 /// # Errors
 /// [`Error::Missing`] when a folder cannot be read, [`Error::Invalid`] when images of two shots would share a name.
@@ -41,9 +41,14 @@ pub(super) fn discover_files(suite: &Suite) -> Result<(Vec<SuiteShot>, Vec<PathB
         let name = name_below(&suite.scenes, &path.with_extension(""))?;
         Some(SuiteShot { name, path, scene })
     };
+    let mut whole = BTreeSet::new();
     for path in shot_files {
         let scene = scene_of_shot(&path).ok().filter(|scene| scene.exists());
         match &scene {
+            // An error is reported when the shot is rendered.
+            Some(scene) if suite.coverage_of(&path).is_ok_and(|coverage| coverage.whole_scene) => {
+                whole.insert(same_file(scene));
+            }
             Some(scene) => drop(named.insert(same_file(scene))),
             // The error is reported when the shot is rendered. Most likely it names the scene beside it.
             None => named.extend(["gltf", "glb"].map(|extension| same_file(&path.with_extension(extension)))),
@@ -51,7 +56,11 @@ pub(super) fn discover_files(suite: &Suite) -> Result<(Vec<SuiteShot>, Vec<PathB
         let scene = scene.unwrap_or_else(|| path.clone());
         shots.extend(shot(path, scene));
     }
-    let unnamed = scenes.into_iter().filter(|scene| !named.contains(&same_file(scene)));
+    let is_shot = |scene: &PathBuf| {
+        let scene = same_file(scene);
+        whole.contains(&scene) || !named.contains(&scene)
+    };
+    let unnamed = scenes.into_iter().filter(is_shot);
     shots.extend(unnamed.filter_map(|scene| shot(scene.clone(), scene)));
     shots.sort_by(|a, b| a.name.cmp(&b.name));
     refuse_shared_names(&shots)?;
@@ -129,6 +138,12 @@ fn has_extension(path: &Path, extensions: &[&str]) -> bool {
     path.extension().is_some_and(|found| extensions.iter().any(|known| found.eq_ignore_ascii_case(known)))
 }
 
+/// The shot file that names the scene `path` among `shots`.
+pub(super) fn shot_file_of_scene<'a>(shots: &'a [SuiteShot], path: &Path) -> Option<&'a SuiteShot> {
+    let scene = same_file(path);
+    shots.iter().find(|shot| shot.scene != shot.path && same_file(&shot.scene) == scene)
+}
+
 /// A canonical path, by which paths to one file are equal.
 fn same_file(path: &Path) -> PathBuf {
     let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
@@ -169,6 +184,20 @@ mod tests {
             ("inner/c.glb", ""),
         ]);
         assert_eq!(shots.unwrap(), ["a.v2", "b/close", "b/far", "b/lamp"]);
+    }
+
+    #[test]
+    fn a_scene_keeps_its_coverage_where_a_shot_file_says_so() {
+        let files = |test: &str| {
+            let near = format!("scene = 'robot.glb'\n[test]\n{test}");
+            discovered(&[("near.toml", &near), ("far.toml", "scene = 'robot.glb'"), ("robot.glb", "")])
+        };
+        assert_eq!(files("").unwrap(), ["far", "near"]);
+        assert_eq!(files("whole_scene = false").unwrap(), ["far", "near"]);
+        assert_eq!(files("whole_scene = true").unwrap(), ["far", "near", "robot"]);
+        // Their images have one name.
+        let same = [("robot.toml", "scene = 'robot.glb'\n[test]\nwhole_scene = true"), ("robot.glb", "")];
+        assert!(discovered(&same).unwrap_err().to_string().contains("rename one of them"));
     }
 
     #[test]

@@ -13,11 +13,11 @@ use super::rendered_images::{check_names, image_path, reference_hash, remove_ren
 use super::test_shot::{FrameId, TestedFrame, keep_rendered, test_frame};
 use super::{RunOptions, Shard, Suite, discover};
 use crate::error::{Error, Result};
-use crate::regression::Limits;
 use crate::regression::comparison::Comparison;
 use crate::regression::report_page::ImageBudget;
 use crate::regression::result::{FrameResult, FrameStatus, ShotResult, SuiteResult};
 use crate::regression::verdict::Verdict;
+use crate::regression::{Cause, Limits};
 use crate::settings::read_text;
 
 /// The file beside `index.html` that holds what `rayframe test --json` prints.
@@ -54,6 +54,14 @@ struct ReportedFrame {
     messages: Vec<String>,
     hash: Option<String>,
     reference: Option<String>,
+    cause: Option<ReportedCause>,
+}
+
+/// What of a likely cause the images alone do not tell.
+#[derive(Debug, Deserialize)]
+struct ReportedCause {
+    #[serde(default)]
+    materials: Vec<String>,
 }
 
 /// The result of a suite from the report folders of all its shards, which keep the images that changed or failed. They are compared
@@ -75,7 +83,8 @@ pub fn merge_reports(suite: &Suite, folders: &[PathBuf], options: &RunOptions) -
         }
         remove_rendered(target);
     }
-    let paths: BTreeMap<_, _> = discover(suite)?.into_iter().map(|shot| (shot.name, shot.path)).collect();
+    let shots = discover(suite)?;
+    let paths: BTreeMap<_, _> = shots.iter().map(|shot| (shot.name.clone(), shot.path.clone())).collect();
     check_shots(&paths, &reports)?;
     let merging =
         Merging { suite, paths, images: options.images.as_deref(), image_budget: ImageBudget::new() };
@@ -89,7 +98,7 @@ pub fn merge_reports(suite: &Suite, folders: &[PathBuf], options: &RunOptions) -
         }
     }
     result.shots.sort_by(|a, b| a.name.cmp(&b.name));
-    result.orphaned = orphaned.iter().map(|name| without_shot(suite, name)).collect();
+    result.orphaned = orphaned.iter().map(|name| without_shot(suite, &shots, name)).collect();
     name_renamed(suite, &mut result.shots, &mut result.orphaned);
     if let Some(folder) = options.images.as_ref().filter(|_| result.counts().worst() != Verdict::Identical) {
         result.not_kept.extend(write_list(&result, folder).err());
@@ -228,7 +237,7 @@ impl Merging<'_> {
         frame: ReportedFrame,
         (limits, is_first): (&Limits, bool),
     ) -> Result<TestedFrame> {
-        let ReportedFrame { name, frame, status, verdict, messages, hash, reference } = frame;
+        let ReportedFrame { name, frame, status, verdict, messages, hash, reference, cause } = frame;
         let file = image_path(folder, &name);
         let reported = FrameResult {
             messages,
@@ -249,10 +258,15 @@ impl Merging<'_> {
         if verdict == Verdict::Identical || (status == FrameStatus::Broken && !file.exists()) {
             return Ok(TestedFrame { result: reported, file: None });
         }
-        let tested = test_frame(self.suite, limits, FrameId { name, frame, is_first }, &file)?;
+        let id = FrameId { name, frame, is_first, scene: None };
+        let mut tested = test_frame(self.suite, limits, id, &file)?;
         if (tested.result.status, &tested.result.actual_hash) != (status, &reported.actual_hash) {
             let message = format!("{}: is not the image that was tested; test again", file.display());
             return Err(Error::Different { message });
+        }
+        let found = tested.result.comparison.as_mut().and_then(|comparison| comparison.cause.as_mut());
+        if let (Some(Cause::Material { materials, .. }), Some(cause)) = (found, cause) {
+            *materials = cause.materials;
         }
         Ok(tested)
     }

@@ -41,6 +41,8 @@ mod pending;
 mod renamed;
 mod render;
 mod rendered_images;
+mod rendered_report;
+mod report_archive;
 mod run;
 mod run_options;
 mod shard;
@@ -51,6 +53,7 @@ mod verdict_cache;
 
 pub use accept_rendered::{RenderedChange, RenderedChecks, select_rendered};
 pub use approvals::{Approval, read_approvals};
+pub use covered_jobs::image_names;
 pub use discover::{SuiteShot, discover};
 pub use merge_reports::{RESULT_FILE, check_result_place, merge_reports};
 pub use orphans::{finish, orphaned_references};
@@ -58,7 +61,8 @@ pub use page::{folders, report_page, suite_title};
 pub use pending::{
     Pending, PendingKind, PendingSelection, accept, check_acceptable, compare_pending, is_ci, pending, reject,
 };
-pub use rendered_images::{RenderedImage, rendered_images};
+pub use rendered_images::RenderedImage;
+pub use rendered_report::RenderedReport;
 pub use run::{OnShot, chosen_shots, run};
 pub use run_options::RunOptions;
 pub use shard::Shard;

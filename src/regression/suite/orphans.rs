@@ -1,9 +1,10 @@
 //! Orphaned references, and pending images of earlier runs that no longer apply.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::PathBuf;
 
-use super::covered_jobs::jobs_of;
+use super::covered_jobs::image_names;
+use super::discover::shot_file_of_scene;
 use super::filter::Filter;
 use super::names::{ReferenceFile, paths_of_image, possible_shots, reference_files, reference_path};
 use super::pending::{discard_image, discard_removal, store_removal};
@@ -14,6 +15,7 @@ use crate::image_file::remove_stale_temporaries;
 use crate::regression::Image;
 use crate::regression::encoded_image::EncodedImage;
 use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
+use crate::shot::is_shot;
 
 /// References of a suite that no shot renders. Renders nothing.
 ///
@@ -22,10 +24,7 @@ use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
 pub fn orphaned_references(suite: &Suite, shots: &[SuiteShot]) -> Result<Vec<String>> {
     let mut rendered = BTreeSet::new();
     for shot in shots {
-        for covered in jobs_of(suite, shot)? {
-            let frames = &covered.job.sequence.frames;
-            rendered.extend(frames.iter().map(|&frame| covered.image_name(&shot.name, frame)));
-        }
+        rendered.extend(image_names(suite, shot)?);
     }
     let files = reference_files(&suite.references)?;
     let references = files.iter().filter(|file| matches!(file, ReferenceFile::Reference(_)));
@@ -71,7 +70,7 @@ pub fn finish(
         let is_orphaned = !is_rendered && is_decided(name) && filter.matches_image(name);
         match file {
             ReferenceFile::Reference(_) if is_orphaned => {
-                orphaned.push(without_shot(suite, name));
+                orphaned.push(without_shot(suite, shots, name));
                 if keeps_pending {
                     not_kept.extend(store_removal(suite, name, filter.owner(name)).err());
                 }
@@ -94,18 +93,42 @@ fn is_unopened(result: &ShotResult) -> bool {
     matches!(&*result.frames, [only] if only.status == FrameStatus::Broken && only.name == result.name)
 }
 
-pub(super) fn without_shot(suite: &Suite, name: &str) -> FrameResult {
-    let scenes = ["glb", "gltf"].map(|ending| suite.scenes.join(format!("{name}.{ending}")));
-    let is_excluded = |scene: &Path| suite.excluded.iter().any(|excluded| scene.starts_with(excluded));
-    let has_scene = scenes.iter().any(|scene| scene.exists() && !is_excluded(scene));
-    let why = if has_scene { ", because a shot file names the scene of this name" } else { "" };
-    let message = format!("no shot renders this reference{why}");
-    let reference = reference_path(&suite.references, name);
+/// The failure of a reference that none of `shots` renders.
+pub(super) fn without_shot(suite: &Suite, shots: &[SuiteShot], name: &str) -> FrameResult {
+    let why = shadowing(suite, shots, name).map(|(shot_file, scene)| {
+        let [shot_file, scene] = [&shot_file.path, &scene].map(|path| path.display());
+        format!(", because {shot_file} names the scene {scene}; `whole_scene = true` in [test] of {shot_file} tests both")
+    });
+    let message = format!("no shot renders this reference{}", why.unwrap_or_default());
+    with_reference(suite, FrameResult::new(name.to_owned(), None, FrameStatus::Orphaned, message))
+}
+
+/// A shot file and the scene that it names, which would render the image `name` if it were a shot by itself.
+fn shadowing<'a>(suite: &Suite, shots: &'a [SuiteShot], name: &str) -> Option<(&'a SuiteShot, PathBuf)> {
+    possible_shots(name).find_map(|owner| {
+        let of_owner = shots.iter().find(|shot| shot.name == owner);
+        // A shot file of that name has numbered frames, too.
+        let is_of_scene = owner == name || name[owner.len()..].starts_with('@');
+        if of_owner.is_some_and(|shot| !is_shot(&shot.path) || !is_of_scene) {
+            return None;
+        }
+        ["glb", "gltf"].iter().find_map(|ending| {
+            let scene = suite.scenes.join(format!("{owner}.{ending}"));
+            let is_excluded = suite.excluded.iter().any(|excluded| scene.starts_with(excluded));
+            let is_there = scene.exists() && !is_excluded;
+            Some((shot_file_of_scene(shots, &scene).filter(|_| is_there)?, scene))
+        })
+    })
+}
+
+/// The result of an image that was not rendered, with its reference.
+pub(super) fn with_reference(suite: &Suite, result: FrameResult) -> FrameResult {
+    let reference = reference_path(&suite.references, &result.name);
     let bytes = std::fs::read(&reference).ok();
     let image = bytes.as_ref().and_then(|bytes| Image::decode(&reference, bytes).ok());
     FrameResult {
         expected: image.as_ref().and_then(EncodedImage::new),
         reference_hash: bytes.as_deref().map(file_hash),
-        ..FrameResult::new(name.to_owned(), None, FrameStatus::Orphaned, message)
+        ..result
     }
 }

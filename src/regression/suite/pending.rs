@@ -59,7 +59,7 @@ pub struct PendingSelection {
 /// Pending changes that `filter` selects. `shots` are all shots of the suite.
 ///
 /// # Errors
-/// [`Error::Missing`] when the references cannot be read, [`Error::Usage`] when a filter selects nothing.
+/// [`Error::Missing`] when the references cannot be read, [`Error::Usage`] when a filter selects no shot and no image.
 pub fn pending(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<PendingSelection> {
     let files = reference_files(&suite.references)?;
     let names = files.iter().map(ReferenceFile::name);
@@ -79,13 +79,16 @@ pub fn pending(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<Pendi
         let shot = selection.owner(&name).and_then(|owner| shots.iter().find(|shot| shot.name == owner));
         all.push(Pending { name, kind, reference, file, shot: shot.cloned() });
     }
-    if all.is_empty() && !filter.is_empty() {
+    let selects_any = || {
+        shots.iter().any(|shot| selection.matches_shot(&shot.name))
+            || files.iter().any(|file| selection.matches_image(file.name()))
+    };
+    if all.is_empty() && !filter.is_empty() && !selects_any() {
         let word = filter.escape_debug();
-        return Err(Error::usage(if selection.is_name() {
-            format!("no pending images of {word}; rayframe test finds differences")
-        } else {
-            format!("no pending image's name contains \"{word}\"; rayframe test finds differences")
-        }));
+        let message = format!(
+            "no shot or image has the name \"{word}\", or contains it; rayframe test --list prints all names"
+        );
+        return Err(Error::usage(message));
     }
     all.sort_by(|a, b| a.name.cmp(&b.name));
     Ok(PendingSelection { changes: all, is_by_name: selection.is_name() })

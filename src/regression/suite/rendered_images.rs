@@ -18,7 +18,7 @@ use crate::sequence::hex;
 /// The supported version of the list.
 const SCHEMA: u32 = 1;
 /// Name of the list.
-const LIST: &str = "images.json";
+pub(super) const LIST: &str = "images.json";
 /// Folder of the images, beside the list.
 const IMAGES: &str = "images";
 
@@ -45,7 +45,12 @@ struct ImageList {
 
 /// The path of the image `name` in the folder of a report.
 pub(super) fn image_path(report: &Path, name: &str) -> PathBuf {
-    report.join(IMAGES).join(format!("{name}.exr"))
+    report.join(image_name_in_report(name))
+}
+
+/// The path of the image `name` below the folder of a report.
+pub(super) fn image_name_in_report(name: &str) -> String {
+    format!("{IMAGES}/{name}.exr")
 }
 
 /// Stores a rendered image in the folder of a report.
@@ -57,7 +62,7 @@ pub(super) fn store_rendered(report: &Path, name: &str, bytes: &[u8]) -> Result<
 
 /// Removes the list of an earlier run, and the images that it lists.
 pub(super) fn remove_rendered(report: &Path) {
-    for image in rendered_images(report).into_iter().flatten() {
+    for image in listed_in_folder(report).into_iter().flatten() {
         // One that stays is not on the new list.
         let _ = std::fs::remove_file(image_path(report, &image.name));
     }
@@ -95,26 +100,24 @@ pub(super) fn file_hash(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
 }
 
-/// Reads the list in the folder of a report.
+/// The list in `bytes`, the content of `file`.
 ///
 /// # Errors
-/// [`Error::Usage`] for an archive, [`Error::Missing`] where there is no list, [`Error::Invalid`] for a malformed one.
-pub fn rendered_images(report: &Path) -> Result<Vec<RenderedImage>> {
-    if report.is_file() {
-        let message =
-            format!("{} is a file; unpack it, and name the folder that has {LIST}", report.display());
-        return Err(Error::usage(message));
-    }
-    let file = report.join(LIST);
-    let bytes = std::fs::read(&file).map_err(Error::missing(&file))?;
-    let list: ImageList = serde_json::from_slice(&bytes)
-        .map_err(|error| Error::invalid(&file, "", format!("is not a list of rendered images: {error}")))?;
+/// [`Error::Invalid`] for a malformed list.
+pub(super) fn parse_list(file: &Path, bytes: &[u8]) -> Result<Vec<RenderedImage>> {
+    let list: ImageList = serde_json::from_slice(bytes)
+        .map_err(|error| Error::invalid(file, "", format!("is not a list of rendered images: {error}")))?;
     if list.schema != SCHEMA {
         let message = format!("has schema {}; this version supports {SCHEMA}", list.schema);
-        return Err(Error::invalid(&file, "/schema", message));
+        return Err(Error::invalid(file, "/schema", message));
     }
-    check_names(&file, "/images", list.images.iter().map(|image| &image.name))?;
+    check_names(file, "/images", list.images.iter().map(|image| &image.name))?;
     Ok(list.images)
+}
+
+fn listed_in_folder(report: &Path) -> Result<Vec<RenderedImage>> {
+    let file = report.join(LIST);
+    parse_list(&file, &std::fs::read(&file).map_err(Error::missing(&file))?)
 }
 
 /// Refuses names of images that lead out of a folder. Reports come from other machines.
@@ -123,9 +126,6 @@ pub(super) fn check_names<'a>(
     pointer: &str,
     mut names: impl Iterator<Item = &'a String>,
 ) -> Result<()> {
-    let is_below = |name: &str| {
-        !name.is_empty() && Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
-    };
     match names.find(|name| !is_below(name)) {
         Some(name) => {
             let message = format!("the name \"{}\" leaves the folder", name.escape_debug());
@@ -133,4 +133,9 @@ pub(super) fn check_names<'a>(
         }
         None => Ok(()),
     }
+}
+
+/// Whether the path `name` stays in its folder.
+pub(super) fn is_below(name: &str) -> bool {
+    !name.is_empty() && Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
 }

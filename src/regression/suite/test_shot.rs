@@ -5,9 +5,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::covered_jobs::{CoveredJob, jobs_of};
+use super::covered_jobs::{CoveredJob, CoveredShot, LostView, jobs_of};
 use super::limits::PresetLimits;
 use super::names::reference_path;
+use super::orphans::with_reference;
 use super::pending::{discard_image, discard_removal, store_image};
 use super::render::render_shot;
 use super::rendered_images::{file_hash, store_rendered};
@@ -21,6 +22,7 @@ use crate::regression::encoded_image::EncodedImage;
 use crate::regression::report_page::ImageBudget;
 use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
 use crate::regression::{Image, Limits, Verdict, pixel_hash};
+use crate::scene::Scene;
 use crate::shot::ShotJob;
 
 /// Settings shared by all shots of a run.
@@ -154,7 +156,9 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
         return Ok(TestedShot::cached(cached));
     }
     let (mut frames, mut warnings, mut inputs) = (Vec::new(), BTreeSet::new(), Some(BTreeSet::new()));
-    for covered in jobs_of(context.suite, shot)? {
+    let CoveredShot { jobs, lost, warning } = jobs_of(context.suite, shot)?;
+    warnings.extend(warning);
+    for covered in jobs {
         let is_first = frames.is_empty();
         frames.extend(tested_view(context, shot, &limits.limits, (&covered, is_first))?);
         let ShotJob { sequence, warnings: of_view, inputs: files } = covered.job;
@@ -165,12 +169,34 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
             inputs.extend(files);
         }
     }
+    for view in lost {
+        frames.extend(lost_frames(context, shot, &view)?);
+    }
     Ok(TestedShot {
         frames,
         warnings: warnings.into_iter().collect(),
         inputs: inputs.map(|inputs| inputs.into_iter().collect()),
         is_cached: false,
     })
+}
+
+/// The failures of a view of something that the scene does not have. Its references stay.
+fn lost_frames(context: &TestContext<'_>, shot: &SuiteShot, view: &LostView) -> Result<Vec<TestedFrame>> {
+    let frame = |name: String| {
+        let result = FrameResult::new(name, None, FrameStatus::Broken, view.error.to_string());
+        let mut result = with_reference(context.suite, result);
+        if result.reference_hash.is_some() {
+            let reference = reference_path(&context.suite.references, &result.name);
+            let lost = format!(
+                "lost: what {} shows; it is orphaned once the list does not name it",
+                reference.display()
+            );
+            result.messages.insert(0, lost);
+        }
+        context.image_budget.admit(&mut result);
+        TestedFrame { result, file: None }
+    };
+    Ok(view.image_names(context.suite, &shot.name)?.into_iter().map(frame).collect())
 }
 
 /// Renders and compares the frames of one view.
@@ -192,6 +218,7 @@ fn tested_view(
             name: covered.image_name(&shot.name, *frame),
             frame: covered.frame_number(*frame),
             is_first: is_first && covered.job.sequence.frames.first() == Some(frame),
+            scene: Some(&covered.job.sequence.scene),
         };
         let mut tested = match file {
             Ok(file) => test_frame(context.suite, limits, id, file)?,
@@ -206,21 +233,28 @@ fn tested_view(
 }
 
 /// The name of a frame's reference, and the frame number in shots of several frames.
-pub(super) struct FrameId {
+pub(super) struct FrameId<'a> {
     pub(super) name: String,
     pub(super) frame: Option<i64>,
     /// Whether it is the first image of its shot, where lost content is told once.
     pub(super) is_first: bool,
+    /// The rendered scene, where it is at hand, for names of its materials.
+    pub(super) scene: Option<&'a Scene>,
 }
 
-impl FrameId {
+impl FrameId<'_> {
     pub(super) fn result(self, status: FrameStatus, message: String) -> FrameResult {
         FrameResult::new(self.name, self.frame, status, message)
     }
 }
 
 /// Compares the image in `file` with its reference.
-pub(super) fn test_frame(suite: &Suite, limits: &Limits, id: FrameId, file: &Path) -> Result<TestedFrame> {
+pub(super) fn test_frame(
+    suite: &Suite,
+    limits: &Limits,
+    id: FrameId<'_>,
+    file: &Path,
+) -> Result<TestedFrame> {
     let reference = reference_path(&suite.references, &id.name);
     let bytes = std::fs::read(file).map_err(Error::missing(file))?;
     let mut actual = Image::decode(file, &bytes)?;
@@ -253,12 +287,15 @@ pub(super) fn test_frame(suite: &Suite, limits: &Limits, id: FrameId, file: &Pat
     Ok(TestedFrame { result, file: Some(bytes) })
 }
 
-fn compare_frame(id: FrameId, actual: &Image, expected: &Image, limits: &Limits) -> FrameResult {
+fn compare_frame(id: FrameId<'_>, actual: &Image, expected: &Image, limits: &Limits) -> FrameResult {
     let mut comparison = if are_identical_and_finite(actual, expected) {
         Comparison::identical()
     } else {
         compare(actual, expected, limits)
     };
+    if let Some(scene) = id.scene {
+        comparison.name_materials(actual, expected, &|id| scene.material_of_id(id));
+    }
     let mut result = id.result(FrameStatus::Passed, String::new());
     result.messages.clear();
     match comparison.verdict() {

@@ -69,6 +69,34 @@ fn a_material_that_changes_is_told_with_old_and_new_value() {
 }
 
 #[test]
+fn views_without_cameras_have_the_names_of_named_views() {
+    let (report, code) = Stage::new().compared("camera/no_camera.gltf", |_| {}, &[]);
+    let view = |at: usize| report["frames"][at]["view"].as_str();
+    let views = ["three-quarter", "three-quarter-back", "clip \"move\""];
+    assert_eq!((code, [view(0), view(1), view(2)]), (Some(0), views.map(Some)));
+}
+
+#[test]
+fn a_likely_cause_names_materials_of_both_assets() {
+    let change = |scene: &mut Value| {
+        scene["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = value!([0.1, 0.75, 0.1, 1]);
+    };
+    let (report, code) = Stage::new().compared(BALLS, change, &[]);
+    let view = &report["frames"][0];
+    assert_eq!(code, Some(1), "{view:#}");
+    assert_eq!(view["cause"]["materials"], value!(["\"light squares\""]));
+    // A material that only the actual asset has.
+    let added = |scene: &mut Value| {
+        let mut new = scene["materials"][0].clone();
+        new["name"] = value!("green squares");
+        new["pbrMetallicRoughness"]["baseColorFactor"] = value!([0.1, 0.75, 0.1, 1]);
+        scene["materials"][0] = new;
+    };
+    let (report, _) = Stage::new().compared(BALLS, added, &[]);
+    assert_eq!(report["frames"][0]["cause"]["materials"], value!(["\"green squares\""]));
+}
+
+#[test]
 fn a_node_that_moves_is_told_and_its_image_fails() {
     let moved = |scene: &mut Value| scene["nodes"][4]["translation"] = value!([0.0, 1.5, 0.0]);
     let (report, code) = Stage::new().compared(BALLS, moved, &[]);

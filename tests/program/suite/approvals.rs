@@ -119,7 +119,8 @@ fn an_exact_name_always_wins_over_a_partial_match() {
     stage.run(&["accept", "point"]).ends(0, &["added references/point.exr"]);
     // A second time, the exact name does not fall back to a partial match.
     for command in ["accept", "reject", "review"] {
-        stage.run(&[command, "point"]).ends(2, &["no pending images of point"]);
+        stage.run(&[command, "point"]).ends(0, &["no pending images of point"]);
+        stage.run(&[command, "moon"]).ends(2, &["no shot or image has the name \"moon\", or contains it"]);
     }
     assert_eq!(stage.references(), ["point.exr", "point_far.exr.new", "sun.exr.new"]);
     stage.run(&["accept", "sun.exr"]).ends(0, &["added references/sun.exr"]);

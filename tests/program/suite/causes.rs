@@ -74,3 +74,22 @@ fn a_paler_material_on_one_object_of_many_fails_by_its_object() {
     stage.scene("point.gltf", SCENE, "[0.6, 0.6, 0.6, 1]", "[0.56, 0.56, 0.56, 1]");
     stage.run(&["test"]).ends(1, &["FLIP of the worst object: 0.1", " > 0.06", "likely material:"]);
 }
+
+#[test]
+fn a_material_is_named_where_its_ids_are_known() {
+    for aovs in ["aovs = ['material_id']\n", "aovs = ['material_id', 'albedo']\n"] {
+        let stage = Stage::accepted(&format!("{SUITE}{aovs}"), &[("point.gltf", SCENE)]);
+        stage.scene("point.gltf", SCENE, EDITS[2].1, EDITS[2].2);
+        let ran = stage.run(&["test"]);
+        ran.ends(1, &["likely material: ", " \"floor\"\n"]);
+        assert!(!ran.text.contains("posts"), "{}", ran.text);
+        stage.scene("point.gltf", SCENE, EDITS[3].1, EDITS[3].2);
+        stage.run(&["test"]).ends(1, &["likely material: ", " \"posts\"\n"]);
+    }
+    // Without a name it is numbered.
+    let stage = Stage::accepted(&format!("{SUITE}aovs = ['material_id']\n"), &[("point.gltf", SCENE)]);
+    stage.scene("point.gltf", SCENE, "\"name\": \"floor\",", "\"alphaCutoff\": 0.4,");
+    let text = std::fs::read_to_string(stage.path("point.gltf")).unwrap();
+    stage.write("point.gltf", &text.replace(EDITS[2].1, EDITS[2].2));
+    stage.run(&["test"]).ends(1, &["likely material: materials or textures changed: #0\n"]);
+}

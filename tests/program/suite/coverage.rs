@@ -66,14 +66,19 @@ fn accepted(stage: &Stage) -> Vec<String> {
     stage.references()
 }
 
+fn sorted(mut names: Vec<String>) -> Vec<String> {
+    names.sort();
+    names
+}
+
 #[test]
 fn a_scene_without_a_shot_file_is_tested_whole() {
     let stage = Stage::new(SUITE);
     stage.write("robot.gltf", &scene(0).to_string());
     let of_clips = ["robot@day", "robot@night", "robot@run.0000", "robot@run.0006", "robot@run.0012"];
-    let rest = ["robot@three-quarter-back", "robot@walk.0000", "robot@walk.0012", "robot@walk.0024"];
-    let whole: Vec<_> =
-        ["robot@auto"].iter().chain(&of_clips).chain(&rest).map(|name| format!("{name}.exr")).collect();
+    let rest = ["robot@three-quarter-back", "robot@three-quarter"];
+    let rest = rest.into_iter().chain(["robot@walk.0000", "robot@walk.0012", "robot@walk.0024"]);
+    let whole: Vec<_> = of_clips.into_iter().chain(rest).map(|name| format!("{name}.exr")).collect();
     assert_eq!(accepted(&stage), whole);
     // Cameras of the file replace the automatic views.
     let stage = Stage::new(SUITE);
@@ -120,10 +125,8 @@ fn lists_make_a_matrix() {
     std::fs::remove_dir_all(stage.path("references")).unwrap();
     assert_eq!(accepted(&stage), ["robot@run.exr", "robot@walk.exr"]);
     stage.write("day.toml", "scene = 'robot.gltf'\n[test]\nclips = ['jump']\n");
-    stage.run(&["test", "day"]).ends(
-        1,
-        &["clips of [test]: there is no animation \"jump\"; choose one of: #0 \"walk\", #1 \"run\""],
-    );
+    let jump = "clips of [test]: there is no animation \"jump\"; choose one of: #0 \"walk\", #1 \"run\"";
+    stage.run(&["test", "day"]).ends(1, &["FAIL day@jump", jump, "0 images identical"]);
     stage.write("day.toml", "scene = 'robot.gltf'\n[test]\nview = ['left']\n");
     stage.run(&["test", "day"]).ends(1, &["\"view\" is not a key of [test]; did you mean \"views\"?"]);
 }
@@ -193,6 +196,112 @@ fn a_lost_clip_is_one_failure_and_its_images_are_orphaned() {
     ran.ends(1, &["lost: clip \"run\"", "FAIL robot@run.0006", "6 images identical", "4 failed"]);
     assert_eq!(ran.text.matches("lost: clip").count(), 1, "{}", ran.text);
     // The images of a build server carry the names, too.
-    stage.run(&["accept", "--from", "report"]).ends(0, &["replaced references/robot@auto.exr", "removed"]);
+    stage
+        .run(&["accept", "--from", "report"])
+        .ends(0, &["replaced references/robot@three-quarter.exr", "removed"]);
     stage.run(&["test"]).ends(0, &["7 images identical"]);
+}
+
+#[test]
+fn what_a_list_names_and_the_scene_lost_fails_alone() {
+    let stage = Stage::new(&format!("{SUITE}[test]\nframes = ['first', 'last']\n"));
+    let mut robot = scene(2);
+    stage.write("robot.gltf", &robot.to_string());
+    let lists = "scene = 'robot.gltf'\n[test]\ncameras = ['lens 0', 'lens 1']\nclips = ['walk', 'run']\nvariants = ['day']\n";
+    stage.write("each.toml", lists);
+    let whole = accepted(&stage);
+    assert_eq!(whole.len(), 8, "{whole:?}");
+    robot["animations"].as_array_mut().unwrap().pop();
+    stage.write("robot.gltf", &robot.to_string());
+    let ran = stage.run(&["test"]);
+    ran.ends(
+        1,
+        &[
+            "FAIL each@lens 0@run@day.0000",
+            "lost: what references/each@lens 0@run@day.0000.exr shows",
+            "clips of [test]: there is no animation \"run\"",
+            // The first image has lost content; the other three of the clip that is left are compared.
+            "3 images identical, 0 changed within limits, 5 failed",
+        ],
+    );
+    assert!(!ran.text.contains("no shot renders this reference"), "{}", ran.text);
+    // Nothing of the lost clip can be accepted, and its references stay until the list does not name it.
+    stage.run(&["accept"]).ends(0, &["replaced references/each@lens 0@walk@day.0000.exr"]);
+    assert_eq!(stage.references(), whole);
+    stage.run(&["test"]).ends(1, &["4 images identical, 0 changed within limits, 4 failed"]);
+    stage.write("each.toml", &lists.replace(", 'run'", ""));
+    stage.run(&["test"]).ends(1, &["FAIL each@lens 1@run@day.0012", "no shot renders this reference"]);
+    stage.run(&["accept"]).ends(0, &["removed references/each@lens 0@run@day.0000.exr"]);
+    stage.run(&["test"]).ends(0, &["4 images identical"]);
+    // A variant, and a camera that stands in no scene.
+    robot["extensions"]["KHR_materials_variants"]["variants"][0]["name"] = json!("dawn");
+    stage.write("robot.gltf", &robot.to_string());
+    let day = "variants of [test]: there is no variant \"day\"";
+    stage.run(&["test"]).ends(1, &[day, "FAIL each@lens 0@walk@day.0000", "4 failed"]);
+    robot["scenes"][0]["nodes"] = json!([0, 1, 2]);
+    stage.write("robot.gltf", &robot.to_string());
+    stage.write("each.toml", "scene = 'robot.gltf'\n[test]\ncameras = ['lens 1']\nframes = ['first']\n");
+    let detached = "cameras of [test]: #1 \"lens 1\" has no node in the selected scene";
+    stage.run(&["test", "each"]).ends(1, &["FAIL each@lens 1", detached]);
+}
+
+#[test]
+fn a_scene_that_a_shot_file_names_keeps_its_coverage_where_asked() {
+    let stage = Stage::new(SUITE);
+    stage.write("robot.gltf", &scene(0).to_string());
+    let whole = accepted(&stage);
+    stage.write("near.toml", "scene = 'robot.gltf'\nframes = 0\nview = 'front'\n");
+    let why = "no shot renders this reference, because near.toml names the scene robot.gltf; `whole_scene = true` in [test] of near.toml tests both";
+    let ran = stage.run(&["test"]);
+    ran.ends(1, &["FAIL robot@walk.0012", "FAIL robot@night", why]);
+    assert_eq!(ran.text.matches(why).count(), whole.len(), "{}", ran.text);
+    stage
+        .write("near.toml", "scene = 'robot.gltf'\nframes = 0\nview = 'front'\n[test]\nwhole_scene = true\n");
+    stage.run(&["test"]).ends(1, &[&format!("{} images identical", whole.len()), "1 failed", "FAIL near"]);
+    // In the suite it holds for all shot files, and a shot file may differ.
+    let ran = stage.run(&["test", "--list"]);
+    assert_eq!(ran.stdout, "near\nrobot\n");
+    stage.write("near.toml", "scene = 'robot.gltf'\nframes = 0\nview = 'front'\n");
+    stage.write("suite.toml", &format!("{SUITE}[test]\nwhole_scene = true\n"));
+    assert_eq!(stage.run(&["test", "--list"]).stdout, "near\nrobot\n");
+    stage.write("near.toml", "scene = 'robot.gltf'\nframes = 0\n[test]\nwhole_scene = false\n");
+    assert_eq!(stage.run(&["test", "--list"]).stdout, "near\n");
+}
+
+#[test]
+fn images_are_listed_without_rendering() {
+    let stage = Stage::new(SUITE);
+    stage.write("robot.gltf", &scene(0).to_string());
+    stage.write("near.toml", "scene = 'robot.gltf'\nframes = [0, 7]\n[test]\nwhole_scene = true\n");
+    let ran = stage.run(&["test", "--list-images"]);
+    assert!(ran.stdout.starts_with("near\n  near.0000\n  near.0007\nrobot\n  robot@"), "{}", ran.text);
+    let listed: Vec<_> = ran.stdout.lines().filter_map(|line| line.strip_prefix("  ")).collect();
+    assert_eq!(listed.len(), 12);
+    let listed: Vec<_> = listed.iter().map(|name| format!("{name}.exr")).collect();
+    assert_eq!(accepted(&stage), sorted(listed));
+    assert_eq!(stage.run(&["test", "--list-images", "near"]).stdout, "near\n  near.0000\n  near.0007\n");
+    // A shot that cannot be opened does not hide the others.
+    stage.write("broken.toml", "scene = 'gone.gltf'\n");
+    let ran = stage.run(&["test", "--list-images"]);
+    ran.ends(66, &["broken\n  cannot be rendered\nnear\n", "gone.gltf"]);
+    stage.run(&["test", "--list", "--list-images"]).ends(2, &[]);
+}
+
+#[test]
+fn frames_after_the_end_of_all_clips_are_a_warning() {
+    let stage = Stage::new(SUITE);
+    stage.write("robot.gltf", &scene(0).to_string());
+    // Clips end with frames 24 and 12.
+    stage.write("each.toml", "scene = 'robot.gltf'\n[test]\nclips = 'each'\nframes = [0, 20, 30, 40]\n");
+    let ran = stage.run(&["test"]);
+    let warning = "warning: each: frames of [test]: 30, 40: beyond the end of every clip, whose last frame is 24; its pose is repeated";
+    ran.ends(1, &[warning]);
+    assert_eq!(ran.text.matches("beyond the end").count(), 1);
+    // Neither without such a frame, nor where the camera moves on.
+    for quiet in ["clips = 'each'\nframes = [0, 20, 24]", "frames = ['last']"] {
+        stage.write("each.toml", &format!("scene = 'robot.gltf'\n[test]\n{quiet}\n"));
+        assert!(!stage.run(&["test"]).text.contains("beyond the end"));
+    }
+    stage.write("each.toml", "scene = 'robot.gltf'\nturntable = 48\n[test]\nframes = [0, 40]\n");
+    assert!(!stage.run(&["test"]).text.contains("beyond the end"));
 }

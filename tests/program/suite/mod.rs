@@ -1,6 +1,7 @@
 //! `rayframe test`, `accept`, `reject` and `review`.
 
 mod approvals;
+mod archives;
 mod causes;
 mod coverage;
 mod failures;

@@ -14,7 +14,7 @@ const FROM: [&str; 3] = ["accept", "--from", "artefact"];
 /// A suite tested where `CI` is set, with its report moved to the folder `artefact`: a change within the limits, a difference, a missing
 /// and an orphaned reference.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-fn tested_in_ci() -> Stage {
+pub(super) fn tested_in_ci() -> Stage {
     let stage = Stage::accepted(SUITE, &[POINT, SPOT, SUN]);
     stage.write("a/point.toml", "scene = 'point.gltf'\nlight_scale = 1.01\n");
     stage.write("spot.toml", "scene = 'spot.gltf'\nlight_scale = 3\n");
@@ -50,6 +50,10 @@ fn images_of_a_build_server_become_references() {
     ran.ends(0, &["added references/new.exr", "removed references/sun.exr"]);
     assert!(!ran.text.contains("point") && !ran.text.contains("spot"), "{}", ran.text);
     stage.run(&FROM).ends(0, &["all images are references already"]);
+    // A shot without such an image in the report.
+    stage.scene("identical.gltf", POINT.1, "", "");
+    stage.run(&[&FROM[..], &["identical"]].concat()).ends(0, &["the report has no such images"]);
+    std::fs::remove_file(stage.path("identical.gltf")).unwrap();
     stage.run(&[&FROM[..], &["--changed"]].concat()).ends(0, &["replaced references/a/point.exr"]);
     assert_eq!(stage.references(), ["a/point.exr", "new.exr", "spot.exr"]);
     stage.run(&["test"]).ends(0, &["3 images identical, 0 changed within limits, 0 failed"]);
@@ -101,7 +105,8 @@ fn images_that_fit_no_longer_are_refused_by_name_and_nothing_is_accepted() {
 
     let from = |folder: &str| stage.run(&["accept", "--from", folder]);
     from("gone").ends(66, &["gone/images.json"]);
-    from("suite.toml").ends(2, &["suite.toml is a file; unpack it"]);
+    from("suite.toml")
+        .ends(65, &["suite.toml: is no whole zip archive; name one, or the folder that has images.json"]);
     stage.run(&[&FROM[..], &["moon"]].concat()).ends(2, &["no image of the report has the name \"moon\""]);
     let mut outside = list(&stage);
     outside["images"][0]["name"] = "../spot".into();

@@ -9,7 +9,7 @@ use super::{Ran, SUITE, Stage};
 /// Ten shots: changed within the limits, different, without a reference, broken, identical; and an orphaned reference.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn ten_shots() -> Stage {
-    let stage = Stage::new(SUITE);
+    let stage = Stage::new(&format!("{SUITE}aovs = ['material_id']\n"));
     for number in 0..10 {
         stage.scene(&format!("folder/shot{number}.gltf"), "light/point.gltf", "", "");
     }
@@ -22,6 +22,7 @@ fn ten_shots() -> Stage {
     stage.write("folder/shot4.gltf", "{");
     std::fs::remove_file(stage.path("references/folder/shot5.exr")).unwrap();
     std::fs::remove_file(stage.path("folder/shot6.gltf")).unwrap();
+    stage.scene("folder/shot7.gltf", "light/point.gltf", "[0.6, 0.6, 0.6, 1]", "[0.3, 0.3, 0.3, 1]");
     stage
 }
 
@@ -55,6 +56,7 @@ fn merged_shards_are_the_whole_result() {
         ["test", "--json", "--report", "merged", "--summary", "merged.md", "--merge", "r1", "r2", "r3"];
     let merged = stage.run(&merge);
     assert_eq!(merged.code, whole.code);
+    assert!(merged.stdout.contains("materials or textures changed: \\\"floor\\\""), "{}", merged.stdout);
     assert_eq!(comparable(&merged), comparable(&whole));
     // Without the images of what changed nothing can be said.
     std::fs::rename(stage.path("r1/images"), stage.path("kept")).unwrap();

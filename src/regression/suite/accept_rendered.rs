@@ -33,8 +33,8 @@ pub struct RenderedChecks<'a> {
     suite: &'a Suite,
     shots: &'a [SuiteShot],
     report: &'a RenderedReport,
-    /// Bytes of all images that were checked, which are kept until they are applied.
-    kept_bytes: u64,
+    /// Bytes that are left for images, which are kept until they are applied.
+    bytes_left: u64,
     /// Render hashes by name of image, for each shot that was opened.
     render_hashes: BTreeMap<String, BTreeMap<String, String>>,
     /// References that no shot renders, once they are asked for.
@@ -64,7 +64,8 @@ pub fn select_rendered(
 impl<'a> RenderedChecks<'a> {
     /// Checks of the images in a report. `shots` are all shots of the suite.
     pub fn new(suite: &'a Suite, shots: &'a [SuiteShot], report: &'a RenderedReport) -> Self {
-        Self { suite, shots, report, kept_bytes: 0, render_hashes: BTreeMap::new(), orphaned: None }
+        let bytes_left = default_max_memory_bytes();
+        Self { suite, shots, report, bytes_left, render_hashes: BTreeMap::new(), orphaned: None }
     }
 
     /// The change that makes `image` the reference; `None` where it is the reference already.
@@ -88,17 +89,18 @@ impl<'a> RenderedChecks<'a> {
             return Ok(Some(RenderedChange { reference, name: name.clone(), bytes: None }));
         };
         let (file, bytes) = self.report.image(name, self.suite.max_reference_bytes)?;
-        self.kept_bytes += bytes.len() as u64;
-        if self.kept_bytes > default_max_memory_bytes() {
+        let size = bytes.len() as u64;
+        if let Some(message) = self.suite.too_large(size) {
+            return Err(Error::refused(&file, "", message));
+        }
+        let Some(bytes_left) = self.bytes_left.checked_sub(size) else {
             let message =
                 "with the images before it, it needs more than the memory; accept fewer at a time, by NAME";
             return Err(Error::refused(&file, "", message));
-        }
+        };
+        self.bytes_left = bytes_left;
         if pixel_hash(&Image::decode(&file, &bytes)?) != *hash {
             return refused("its file is not the image that was tested");
-        }
-        if let Some(message) = self.suite.too_large(bytes.len() as u64) {
-            return Err(Error::refused(&file, "", message));
         }
         let header = ExrHeader::parse(&mut bytes.as_slice()).map_err(|why| Error::invalid(&file, "", why))?;
         let rendered = header.render_hash();

@@ -74,15 +74,14 @@ pub(super) struct LostView {
 }
 
 impl LostView {
-    /// The names of its references, or its own where there is none.
-    pub(super) fn image_names(&self, suite: &Suite, shot: &str) -> Result<Vec<String>> {
+    /// The names of its images among the `references` of the suite, or its own where there is none.
+    fn image_names(&self, references: &[ReferenceFile], shot: &str) -> Vec<String> {
         let view = format!("{shot}@{}", self.label);
-        let files = reference_files(&suite.references)?;
-        let references = files.into_iter().filter(|file| matches!(file, ReferenceFile::Reference(_)));
-        let names = references.map(|file| file.name().to_owned());
-        let names: Vec<_> =
-            names.filter(|name| *name == view || numbered_shot(name) == Some(&view)).collect();
-        Ok(if names.is_empty() { vec![view] } else { names })
+        let references = references.iter().filter(|file| matches!(file, ReferenceFile::Reference(_)));
+        let names = references.map(ReferenceFile::name);
+        let names = names.filter(|name| *name == view || numbered_shot(name) == Some(&view));
+        let names: Vec<_> = names.map(str::to_owned).collect();
+        if names.is_empty() { vec![view] } else { names }
     }
 }
 
@@ -93,6 +92,24 @@ pub(super) struct CoveredShot {
     pub(super) lost: Vec<LostView>,
     /// About frames that no clip has.
     pub(super) warning: Option<String>,
+}
+
+/// The names of the images of lost views, each with its view.
+///
+/// # Errors
+/// Those of reading the references.
+pub(super) fn lost_images<'a>(
+    suite: &Suite,
+    shot: &str,
+    lost: &'a [LostView],
+) -> Result<Vec<(String, &'a LostView)>> {
+    if lost.is_empty() {
+        return Ok(Vec::new());
+    }
+    let references = reference_files(&suite.references)?;
+    let images =
+        |view: &'a LostView| view.image_names(&references, shot).into_iter().map(move |name| (name, view));
+    Ok(lost.iter().flat_map(images).collect())
 }
 
 /// The names of all images of a shot. Renders nothing.
@@ -106,9 +123,7 @@ pub fn image_names(suite: &Suite, shot: &SuiteShot) -> Result<Vec<String>> {
         let frames = covered.job.sequence.frames.iter();
         names.extend(frames.map(|&frame| covered.image_name(&shot.name, frame)));
     }
-    for view in &lost {
-        names.extend(view.image_names(suite, &shot.name)?);
-    }
+    names.extend(lost_images(suite, &shot.name, &lost)?.into_iter().map(|(name, _)| name));
     Ok(names)
 }
 

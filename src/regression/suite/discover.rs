@@ -15,7 +15,7 @@ use crate::shot::scene_of_shot;
 pub struct SuiteShot {
     /// The path below the suite's scenes, without extension, with `/` on every system.
     pub name: String,
-    /// The shot file, or a scene that no shot file names.
+    /// The shot file, or a scene that is a shot by itself.
     pub path: PathBuf,
     /// The scene; the shot file where it names none that exists.
     pub scene: PathBuf,
@@ -49,7 +49,7 @@ pub(super) fn discover_files(suite: &Suite) -> Result<(Vec<SuiteShot>, Vec<PathB
             Some(scene) if suite.coverage_of(&path).is_ok_and(|coverage| coverage.whole_scene) => {
                 whole.insert(same_file(scene));
             }
-            Some(scene) => drop(named.insert(same_file(scene))),
+            Some(scene) => named.extend([same_file(scene)]),
             // The error is reported when the shot is rendered. Most likely it names the scene beside it.
             None => named.extend(["gltf", "glb"].map(|extension| same_file(&path.with_extension(extension)))),
         }
@@ -138,10 +138,21 @@ fn has_extension(path: &Path, extensions: &[&str]) -> bool {
     path.extension().is_some_and(|found| extensions.iter().any(|known| found.eq_ignore_ascii_case(known)))
 }
 
-/// The shot file that names the scene `path` among `shots`.
-pub(super) fn shot_file_of_scene<'a>(shots: &'a [SuiteShot], path: &Path) -> Option<&'a SuiteShot> {
-    let scene = same_file(path);
-    shots.iter().find(|shot| shot.scene != shot.path && same_file(&shot.scene) == scene)
+/// The scenes that shot files name.
+pub(super) struct NamedScenes<'a>(BTreeMap<PathBuf, &'a SuiteShot>);
+
+impl<'a> NamedScenes<'a> {
+    /// Those of `shots`.
+    pub(super) fn new(shots: &'a [SuiteShot]) -> Self {
+        let of_shot_files = shots.iter().filter(|shot| shot.scene != shot.path);
+        // The first shot file of a scene counts.
+        Self(of_shot_files.rev().map(|shot| (same_file(&shot.scene), shot)).collect())
+    }
+
+    /// The first shot file that names the scene `path`.
+    pub(super) fn shot_file(&self, path: &Path) -> Option<&'a SuiteShot> {
+        self.0.get(&same_file(path)).copied()
+    }
 }
 
 /// A canonical path, by which paths to one file are equal.

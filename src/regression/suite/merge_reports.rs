@@ -7,7 +7,7 @@ use std::str::FromStr as _;
 use serde::Deserialize;
 
 use super::names::reference_path;
-use super::orphans::without_shot;
+use super::orphans::Orphans;
 use super::renamed::name_renamed;
 use super::rendered_images::{check_names, image_path, reference_hash, remove_rendered, write_list};
 use super::test_shot::{FrameId, TestedFrame, keep_rendered, test_frame};
@@ -98,7 +98,8 @@ pub fn merge_reports(suite: &Suite, folders: &[PathBuf], options: &RunOptions) -
         }
     }
     result.shots.sort_by(|a, b| a.name.cmp(&b.name));
-    result.orphaned = orphaned.iter().map(|name| without_shot(suite, &shots, name)).collect();
+    let mut orphans = Orphans::new(suite, &shots);
+    result.orphaned = orphaned.iter().map(|name| orphans.failure(name)).collect();
     name_renamed(suite, &mut result.shots, &mut result.orphaned);
     if let Some(folder) = options.images.as_ref().filter(|_| result.counts().worst() != Verdict::Identical) {
         result.not_kept.extend(write_list(&result, folder).err());

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use super::covered_jobs::image_names;
-use super::discover::shot_file_of_scene;
+use super::discover::NamedScenes;
 use super::filter::Filter;
 use super::names::{ReferenceFile, paths_of_image, possible_shots, reference_files, reference_path};
 use super::pending::{discard_image, discard_removal, store_removal};
@@ -64,13 +64,14 @@ pub fn finish(
     }
     let mut orphaned = Vec::new();
     let mut not_kept = Vec::new();
+    let mut orphans = Orphans::new(suite, shots);
     for file in &files {
         let name = file.name();
         let is_rendered = rendered.contains(name);
         let is_orphaned = !is_rendered && is_decided(name) && filter.matches_image(name);
         match file {
             ReferenceFile::Reference(_) if is_orphaned => {
-                orphaned.push(without_shot(suite, shots, name));
+                orphaned.push(orphans.failure(name));
                 if keeps_pending {
                     not_kept.extend(store_removal(suite, name, filter.owner(name)).err());
                 }
@@ -93,32 +94,49 @@ fn is_unopened(result: &ShotResult) -> bool {
     matches!(&*result.frames, [only] if only.status == FrameStatus::Broken && only.name == result.name)
 }
 
-/// The failure of a reference that none of `shots` renders.
-pub(super) fn without_shot(suite: &Suite, shots: &[SuiteShot], name: &str) -> FrameResult {
-    let why = shadowing(suite, shots, name).map(|(shot_file, scene)| {
-        let [shot_file, scene] = [&shot_file.path, &scene].map(|path| path.display());
-        format!(", because {shot_file} names the scene {scene}; `whole_scene = true` in [test] of {shot_file} tests both")
-    });
-    let message = format!("no shot renders this reference{}", why.unwrap_or_default());
-    with_reference(suite, FrameResult::new(name.to_owned(), None, FrameStatus::Orphaned, message))
+/// The failures of references that no shot renders.
+pub(super) struct Orphans<'a> {
+    suite: &'a Suite,
+    shots: &'a [SuiteShot],
+    /// Found when there is an orphan.
+    named_scenes: Option<NamedScenes<'a>>,
 }
 
-/// A shot file and the scene that it names, which would render the image `name` if it were a shot by itself.
-fn shadowing<'a>(suite: &Suite, shots: &'a [SuiteShot], name: &str) -> Option<(&'a SuiteShot, PathBuf)> {
-    possible_shots(name).find_map(|owner| {
-        let of_owner = shots.iter().find(|shot| shot.name == owner);
-        // A shot file of that name has numbered frames, too.
-        let is_of_scene = owner == name || name[owner.len()..].starts_with('@');
-        if of_owner.is_some_and(|shot| !is_shot(&shot.path) || !is_of_scene) {
-            return None;
-        }
-        ["glb", "gltf"].iter().find_map(|ending| {
-            let scene = suite.scenes.join(format!("{owner}.{ending}"));
-            let is_excluded = suite.excluded.iter().any(|excluded| scene.starts_with(excluded));
-            let is_there = scene.exists() && !is_excluded;
-            Some((shot_file_of_scene(shots, &scene).filter(|_| is_there)?, scene))
+impl<'a> Orphans<'a> {
+    /// `shots` are all shots of the suite.
+    pub(super) fn new(suite: &'a Suite, shots: &'a [SuiteShot]) -> Self {
+        Self { suite, shots, named_scenes: None }
+    }
+
+    /// The failure of the reference `name`.
+    pub(super) fn failure(&mut self, name: &str) -> FrameResult {
+        let why = self.shadowing(name).map(|(shot_file, scene)| {
+            let [shot_file, scene] = [&shot_file.path, &scene].map(|path| path.display());
+            format!(", because {shot_file} names the scene {scene}; `whole_scene = true` in [test] of {shot_file} tests both")
+        });
+        let message = format!("no shot renders this reference{}", why.unwrap_or_default());
+        with_reference(self.suite, FrameResult::new(name.to_owned(), None, FrameStatus::Orphaned, message))
+    }
+
+    /// A shot file and the scene that it names, which would render the image `name` if it were a shot by itself.
+    fn shadowing(&mut self, name: &str) -> Option<(&'a SuiteShot, PathBuf)> {
+        let Self { suite, shots, named_scenes } = self;
+        let named_scenes = named_scenes.get_or_insert_with(|| NamedScenes::new(shots));
+        possible_shots(name).find_map(|owner| {
+            let of_owner = shots.iter().find(|shot| shot.name == owner);
+            // A shot file of that name has numbered frames, too.
+            let is_of_scene = owner == name || name[owner.len()..].starts_with('@');
+            if of_owner.is_some_and(|shot| !is_shot(&shot.path) || !is_of_scene) {
+                return None;
+            }
+            ["glb", "gltf"].iter().find_map(|ending| {
+                let scene = suite.scenes.join(format!("{owner}.{ending}"));
+                let is_excluded = suite.excluded.iter().any(|excluded| scene.starts_with(excluded));
+                let shot_file = named_scenes.shot_file(&scene)?;
+                (scene.exists() && !is_excluded).then_some((shot_file, scene))
+            })
         })
-    })
+    }
 }
 
 /// The result of an image that was not rendered, with its reference.

@@ -1,5 +1,7 @@
 //! The report of a build server: a folder, or a zip archive of one.
 
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use super::rendered_images::{LIST, RenderedImage, image_name_in_report, parse_list};
@@ -39,17 +41,20 @@ impl RenderedReport {
     /// The images that the report lists.
     ///
     /// # Errors
-    /// [`Error::Missing`] where there is no list, [`Error::Invalid`] for a malformed one.
+    /// [`Error::Missing`] where there is no list, [`Error::Refused`] for one of more than 64 MiB, [`Error::Invalid`] for a malformed one.
     pub fn images(&self) -> Result<Vec<RenderedImage>> {
-        let bytes = self.read(LIST, MAX_LIST_BYTES)?;
-        parse_list(&self.path_of(LIST), &bytes)
+        let (path, bytes) = (self.path_of(LIST), self.read(LIST, MAX_LIST_BYTES)?);
+        if bytes.len() as u64 > MAX_LIST_BYTES {
+            let message = format!("has more than {} KiB, the most that it may have", MAX_LIST_BYTES / 1024);
+            return Err(Error::refused(&path, "", message));
+        }
+        parse_list(&path, &bytes)
     }
 
-    /// The path and the bytes of the file of an image.
+    /// The path and the bytes of the file of an image, at most one more than `max_bytes`.
     ///
     /// # Errors
-    /// [`Error::Missing`] where there is none; for archives those of damaged files, and [`Error::Refused`] for a file of more than
-    /// `max_bytes` bytes.
+    /// [`Error::Missing`] where there is none, and for archives those of damaged files.
     pub(super) fn image(&self, name: &str, max_bytes: u64) -> Result<(PathBuf, Vec<u8>)> {
         let file = image_name_in_report(name);
         Ok((self.path_of(&file), self.read(&file, max_bytes)?))
@@ -62,11 +67,15 @@ impl RenderedReport {
         }
     }
 
+    /// At most one byte more than `max_bytes`.
     fn read(&self, file: &str, max_bytes: u64) -> Result<Vec<u8>> {
         match &self.source {
             Source::Folder(folder) => {
                 let path = folder.join(file);
-                std::fs::read(&path).map_err(Error::missing(&path))
+                let mut bytes = Vec::new();
+                let read = File::open(&path)
+                    .and_then(|file| file.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes));
+                read.map(|_| bytes).map_err(Error::missing(&path))
             }
             Source::Archive(archive) => archive.read(file, max_bytes),
         }

@@ -55,11 +55,11 @@ impl ReportArchive {
         self.path.join(format!("{}{name}", self.folder))
     }
 
-    /// The bytes of a file of the report.
+    /// The bytes of a file of the report, at most one more than `max_bytes`.
     ///
     /// # Errors
-    /// [`Error::Missing`] where the archive does not have it, [`Error::Refused`] for one of more than `max_bytes` bytes,
-    /// [`Error::Invalid`] for a damaged one, and [`Error::Unsupported`] for other compressions than Deflate.
+    /// [`Error::Missing`] where the archive does not have it, [`Error::Invalid`] for a damaged one, and [`Error::Unsupported`] for other
+    /// compressions than Deflate.
     pub(super) fn read(&self, name: &str, max_bytes: u64) -> Result<Vec<u8>> {
         let path = self.path_of(name);
         let damaged =
@@ -69,13 +69,14 @@ impl ReportArchive {
         };
         let data = self.archive.get_entry(entry.data).map_err(|error| damaged(&error))?;
         let mut bytes = Vec::new();
+        let most = max_bytes.saturating_add(1);
         let read = match entry.compression {
             CompressionMethod::STORE => {
-                data.verifying_reader(data.reader()).take(max_bytes + 1).read_to_end(&mut bytes)
+                data.verifying_reader(data.reader()).take(most).read_to_end(&mut bytes)
             }
             CompressionMethod::DEFLATE => {
                 let inflated = DeflateDecoder::new(data.reader());
-                data.verifying_reader(inflated).take(max_bytes + 1).read_to_end(&mut bytes)
+                data.verifying_reader(inflated).take(most).read_to_end(&mut bytes)
             }
             _ => {
                 let message =
@@ -83,12 +84,7 @@ impl ReportArchive {
                 return Err(Error::unsupported(&path, "", message));
             }
         };
-        if bytes.len() as u64 > max_bytes {
-            let message = format!("has more than {} KiB, the most that it may have", max_bytes / 1024);
-            return Err(Error::refused(&path, "", message));
-        }
-        read.map_err(|error| damaged(&error))?;
-        Ok(bytes)
+        read.map(|_| bytes).map_err(|error| damaged(&error))
     }
 }
 

@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::covered_jobs::{CoveredJob, CoveredShot, LostView, jobs_of};
+use super::covered_jobs::{CoveredJob, CoveredShot, jobs_of, lost_images};
 use super::limits::PresetLimits;
 use super::names::reference_path;
 use super::orphans::with_reference;
@@ -169,9 +169,8 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
             inputs.extend(files);
         }
     }
-    for view in lost {
-        frames.extend(lost_frames(context, shot, &view)?);
-    }
+    let lost = lost_images(context.suite, &shot.name, &lost)?;
+    frames.extend(lost.into_iter().map(|(name, view)| lost_frame(context, name, &view.error)));
     Ok(TestedShot {
         frames,
         warnings: warnings.into_iter().collect(),
@@ -180,23 +179,18 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
     })
 }
 
-/// The failures of a view of something that the scene does not have. Its references stay.
-fn lost_frames(context: &TestContext<'_>, shot: &SuiteShot, view: &LostView) -> Result<Vec<TestedFrame>> {
-    let frame = |name: String| {
-        let result = FrameResult::new(name, None, FrameStatus::Broken, view.error.to_string());
-        let mut result = with_reference(context.suite, result);
-        if result.reference_hash.is_some() {
-            let reference = reference_path(&context.suite.references, &result.name);
-            let lost = format!(
-                "lost: what {} shows; it is orphaned once the list does not name it",
-                reference.display()
-            );
-            result.messages.insert(0, lost);
-        }
-        context.image_budget.admit(&mut result);
-        TestedFrame { result, file: None }
-    };
-    Ok(view.image_names(context.suite, &shot.name)?.into_iter().map(frame).collect())
+/// The failure of an image of something that the scene does not have. Its reference stays.
+fn lost_frame(context: &TestContext<'_>, name: String, error: &Error) -> TestedFrame {
+    let result = FrameResult::new(name, None, FrameStatus::Broken, error.to_string());
+    let mut result = with_reference(context.suite, result);
+    if result.reference_hash.is_some() {
+        let reference = reference_path(&context.suite.references, &result.name);
+        let reference = reference.display();
+        let lost = format!("lost: what {reference} shows; it is orphaned once the list does not name it");
+        result.messages.insert(0, lost);
+    }
+    context.image_budget.admit(&mut result);
+    TestedFrame { result, file: None }
 }
 
 /// Renders and compares the frames of one view.

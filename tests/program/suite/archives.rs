@@ -147,7 +147,12 @@ fn hostile_archives_are_refused() {
     refused(&stage, 65, "is encrypted", |entries| entries[0].is_encrypted = true);
     replaced(&stage, "images.json", &[], (65, "is not a list of rendered images"));
     // 300 MB of one byte are 300 kB of the archive.
-    replaced(&stage, "images/spot.exr", &vec![0; 300 << 20], (77, "images/spot.exr: has more than 1024 KiB"));
+    replaced(
+        &stage,
+        "images/spot.exr",
+        &vec![0; 300 << 20],
+        (77, "images/spot.exr: the file has 1025 KiB and a reference at most 1024"),
+    );
     replaced(&stage, "images.json", &vec![b' '; 300 << 20], (77, "images.json: has more than 65536 KiB"));
 }
 
@@ -159,7 +164,7 @@ fn damaged_archives_are_refused() {
         write(&stage, &whole[..length]);
         refused_as_it_is(&stage, 65, "is no whole zip archive");
     }
-    // A byte of each kilobyte: the archive is refused, or a file that is not needed differs.
+    // A byte of each fiftieth: the archive is refused, or a file that is not needed differs.
     let references = stage.references();
     for at in (0..whole.len()).step_by(whole.len() / 50) {
         let mut damaged = whole.clone();

@@ -88,6 +88,10 @@ fn images_that_fit_no_longer_are_refused_by_name_and_nothing_is_accepted() {
     std::fs::write(stage.path("artefact/images/spot.exr"), &new).unwrap();
     refused("spot: its file is not the image that was tested");
     std::fs::write(stage.path("artefact/images/spot.exr"), &spot).unwrap();
+    // A file beyond the limit, which is not read to its end.
+    std::fs::File::create(stage.path("artefact/images/spot.exr")).unwrap().set_len(64 << 30).unwrap();
+    stage.run(&FROM).ends(77, &["images/spot.exr: the file has 1025 KiB and a reference at most 1024"]);
+    std::fs::write(stage.path("artefact/images/spot.exr"), &spot).unwrap();
     // Another reference.
     let reference = bytes(&stage, "references/spot.exr");
     std::fs::copy(stage.path("references/sun.exr"), stage.path("references/spot.exr")).unwrap();

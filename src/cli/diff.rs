@@ -9,6 +9,7 @@ mod limits;
 mod maps;
 mod page;
 mod report;
+mod result_files;
 mod text;
 
 use crate::progress::{print_output, print_warning};
@@ -22,6 +23,7 @@ use maps::MapPattern;
 use page::DiffPage;
 use rayframe::settings as layer_options;
 use report::{FrameReport, Report};
+use result_files::ResultFiles;
 
 /// Compares, prints, and returns whether no verdict is one that `--fail-on` names.
 pub(super) fn run(args: &DiffArgs) -> Result<bool> {
@@ -41,7 +43,7 @@ fn run_images(args: &DiffArgs) -> Result<bool> {
     let paired = pair_files(&args.actual, &args.reference)?;
     let heat_map = args.heat_map.as_deref().map(|name| MapPattern::heat_map(name, &paired)).transpose()?;
     let flip_map = args.flip_map.as_deref().map(|name| MapPattern::flip_map(name, &paired)).transpose()?;
-    let mut page = args.report.as_deref().map(DiffPage::new).transpose()?;
+    let mut page = ResultFiles::new(args)?.map(DiffPage::new);
     let is_sequence = rayframe::regression::is_sequence(&args.actual);
     let mut frames = Vec::with_capacity(paired.pairs.len());
     for pair in &paired.pairs {

@@ -1,28 +1,28 @@
 //! The report page of two versions of an asset: the changes of the file, then the images of both.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 
 use super::args::{DiffArgs, shown};
-use super::page::{command, report_file};
+use super::page::command;
+use super::result_files::{ResultFiles, title};
 use rayframe::asset_diff::{AssetDifference, View};
 use rayframe::error::Result;
 use rayframe::regression::{
     AssetChanges, Comparison, EncodedImage, FolderSummary, FrameResult, FrameStatus, Image, ImageBudget,
-    NamedCommand, ReportPage, ShotResult, write_report,
+    NamedCommand, ReportPage, ShotResult,
 };
 
 /// A page under construction.
 pub(super) struct AssetPage {
-    path: PathBuf,
+    files: ResultFiles,
     shots: Vec<ShotResult>,
     image_budget: ImageBudget,
 }
 
 impl AssetPage {
-    /// Checks that the page can be written.
-    pub(super) fn new(folder: &Path) -> Result<Self> {
-        Ok(Self { path: report_file(folder)?, shots: Vec::new(), image_budget: ImageBudget::new() })
+    /// A page without images.
+    pub(super) fn new(files: ResultFiles) -> Self {
+        Self { files, shots: Vec::new(), image_budget: ImageBudget::new() }
     }
 
     /// The result of a frame with both of its images, whether they differ or not.
@@ -58,7 +58,7 @@ impl AssetPage {
         self.shots.push(shot);
     }
 
-    /// Writes the page.
+    /// Writes page and summary.
     pub(super) fn finish(
         self,
         args: &DiffArgs,
@@ -73,7 +73,7 @@ impl AssetPage {
             NamedCommand("This page again".to_owned(), again(&["--report", &folder])),
         ];
         let page = ReportPage {
-            title: format!("{} against {}", shown(&args.actual), shown(&args.reference)),
+            title: title(args),
             command: again(&["--report", &folder]),
             folders: vec![FolderSummary { counts, ..FolderSummary::default() }],
             shot_commands: self.shots.iter().map(|shot| (shot.name.clone(), commands.clone())).collect(),
@@ -82,6 +82,6 @@ impl AssetPage {
             accept_command: String::new(),
             shots: self.shots,
         };
-        write_report(&page, &self.path)
+        self.files.write(&page)
     }
 }

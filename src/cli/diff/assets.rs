@@ -11,13 +11,14 @@ use super::args::{DiffArgs, refuse_for_assets};
 use super::asset_page::AssetPage;
 use super::asset_text;
 use super::report::{AssetReport, FrameReport, Report};
+use super::result_files::ResultFiles;
 use crate::cli::warnings::report_warnings;
 use crate::progress::print_output;
 
 /// Compares, prints, and returns whether all images are within the limits and no content is lost.
 pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     refuse_for_assets(args)?;
-    let mut page = args.report.as_deref().map(AssetPage::new).transpose()?;
+    let mut page = ResultFiles::new(args)?.map(AssetPage::new);
     let pair = AssetPair::open(&args.actual, &args.reference, &args.assets.settings()?, &CancelFlag::new())?;
     for (path, warnings) in [&args.actual, &args.reference].into_iter().zip(pair.warnings()) {
         report_warnings(path, warnings, false)?;

@@ -1,28 +1,29 @@
 //! The report page of `rayframe diff`: the compared images, and commands that repeat the comparison.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::args::{DiffArgs, shown};
-use rayframe::error::{Error, Result};
+use super::result_files::{ResultFiles, title};
+use rayframe::error::Result;
 use rayframe::regression::suite::shell_word;
 use rayframe::regression::{
     Comparison, EncodedImage, FilePair, FlipMap, FolderSummary, FrameCommands, FrameResult, FrameStatus,
     Image, ImageBudget, NamedCommand, PairedFiles, ReportPage, ShotResult, Verdict, VerdictCounts,
-    check_report_place, frame_number, is_sequence, write_report,
+    frame_number, is_sequence,
 };
 
 /// A report page under construction.
 pub(super) struct DiffPage {
-    path: PathBuf,
+    files: ResultFiles,
     frames: Vec<FrameResult>,
     image_budget: ImageBudget,
 }
 
 impl DiffPage {
-    /// Checks that the page can be written.
-    pub(super) fn new(folder: &Path) -> Result<Self> {
-        Ok(Self { path: report_file(folder)?, frames: Vec::new(), image_budget: ImageBudget::new() })
+    /// A page without images.
+    pub(super) fn new(files: ResultFiles) -> Self {
+        Self { files, frames: Vec::new(), image_budget: ImageBudget::new() }
     }
 
     /// Adds two compared files. Images are kept where they are not identical.
@@ -55,7 +56,7 @@ impl DiffPage {
         self.push(frame);
     }
 
-    /// Adds the files without a counterpart, and writes the page.
+    /// Adds the files without a counterpart, and writes page and summary.
     pub(super) fn finish(mut self, args: &DiffArgs, paired: &PairedFiles) -> Result<()> {
         for file in &paired.only_in_actual {
             self.add_unpaired(file, FrameStatus::Missing)?;
@@ -68,7 +69,7 @@ impl DiffPage {
         }
         let counts: VerdictCounts = self.frames.iter().map(FrameResult::verdict).collect();
         let mut page = ReportPage {
-            title: format!("{} against {}", shown(&args.actual), shown(&args.reference)),
+            title: title(args),
             command: command(args, &args.actual, &args.reference, &["--report", &folder(args)]),
             folders: vec![FolderSummary { counts, ..FolderSummary::default() }],
             shots: Vec::new(),
@@ -92,7 +93,7 @@ impl DiffPage {
                 is_cached: false,
             });
         }
-        write_report(&page, &self.path)
+        self.files.write(&page)
     }
 
     fn add_unpaired(&mut self, file: &Path, status: FrameStatus) -> Result<()> {
@@ -110,19 +111,6 @@ impl DiffPage {
         self.image_budget.admit(&mut frame);
         self.frames.push(frame);
     }
-}
-
-/// The file of a page in `folder`, after a check that it can be written.
-///
-/// # Errors
-/// [`Error::Usage`] for an empty name, and those of [`check_report_place`].
-pub(super) fn report_file(folder: &Path) -> Result<PathBuf> {
-    if folder.as_os_str().is_empty() {
-        return Err(Error::usage("--report: name a folder"));
-    }
-    let path = folder.join("index.html");
-    check_report_place(&path)?;
-    Ok(path)
 }
 
 /// Commands that repeat the comparison as JSON, for one frame, as a heat map and as a page.

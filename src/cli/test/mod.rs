@@ -1,11 +1,9 @@
 //! `rayframe test`: renders the shots of a suite and compares them with their references.
 
 mod annotations;
-mod findings;
 mod init;
 mod junit;
 mod list;
-mod markdown;
 mod open;
 mod output_files;
 mod report;
@@ -63,6 +61,9 @@ pub(super) struct TestArgs {
     /// Number of threads, and of shots at a time [default: one a core]
     #[arg(short, long, value_name = "N", value_parser = |text: &str| options::whole::<u32>(text, 1, 1024))]
     threads: Option<u32>,
+    /// Show images that are identical to their references in the report, too, as far as it has space for them
+    #[arg(long, conflicts_with_all = ["init", "list", "list_images"])]
+    report_passing: bool,
     #[command(flatten)]
     selection: SelectionOptions,
     /// Render all shots, and keep no verdicts. Without it, shots are not rendered that were identical and have not changed since
@@ -192,6 +193,7 @@ fn command(args: &TestArgs, suite: &Suite) -> String {
     if let Some(folder) = &args.report {
         words.extend(["--report".to_owned(), folder.display().to_string()]);
     }
+    words.extend(args.report_passing.then(|| "--report-passing".to_owned()));
     words.extend(args.fail_on.words().iter().copied().map(str::to_owned));
     words.iter().map(|word| suite::shell_word(word)).collect::<Vec<_>>().join(" ")
 }
@@ -212,6 +214,7 @@ impl TestArgs {
             uses_cache: !self.no_cache,
             keeps_pending: !is_ci && self.merge.is_empty(),
             images: keeps_images.then(|| self.report.clone().unwrap_or_else(|| suite.report.clone())),
+            reports_passing: self.report_passing,
             threads: self.threads.map_or(0, |threads| threads as usize),
         }
     }

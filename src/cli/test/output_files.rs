@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::super::findings::findings_of_suite;
+use super::super::markdown::{MarkdownSummary, write_summary};
 use super::annotations::{code_quality, github_commands};
-use super::findings::findings;
 use super::junit::junit_xml;
-use super::markdown::write_summary;
 use crate::progress::print_raw;
 use rayframe::error::Result;
 use rayframe::image_file::{probe_folder, write_atomically};
@@ -52,9 +52,10 @@ impl OutputFiles {
         if let Some(file) = &self.junit {
             write_atomically(file, junit_xml(result, fail_on)?.as_bytes())?;
         }
-        let findings = findings(suite, result, fail_on);
+        let findings = findings_of_suite(suite, result, fail_on);
         if let Some(file) = &self.summary {
-            write_summary(file, &suite_title(suite), result.counts(), &findings)?;
+            let (title, counts) = (&*suite_title(suite), result.counts());
+            write_summary(file, MarkdownSummary { title, counts, losses: &[], findings: &findings })?;
         }
         if let Some(file) = &self.code_quality {
             write_atomically(file, code_quality(&findings)?.as_bytes())?;

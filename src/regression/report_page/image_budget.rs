@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::regression::Verdict;
 use crate::regression::encoded_image::EncodedImage;
 use crate::regression::result::FrameResult;
 
@@ -11,12 +12,11 @@ pub const IMAGE_BUDGET_BYTES: usize = 64 << 20;
 /// A budget of bytes for images that wait in memory until the page selects among them. Threads may share it.
 ///
 /// The order in which frames arrive decides which of them keep their images only when all of them exceed four pages. Frames that
-/// changed within the limits leave half of the budget to failures.
+/// changed within the limits leave half of the budget to failures, and identical ones three quarters to both.
 #[derive(Debug)]
 pub struct ImageBudget {
+    bytes: usize,
     free_bytes: AtomicUsize,
-    /// Bytes that only failures may use.
-    bytes_for_failures: usize,
 }
 
 impl Default for ImageBudget {
@@ -32,7 +32,7 @@ impl ImageBudget {
     }
 
     fn of_bytes(bytes: usize) -> Self {
-        Self { free_bytes: AtomicUsize::new(bytes), bytes_for_failures: bytes / 2 }
+        Self { bytes, free_bytes: AtomicUsize::new(bytes) }
     }
 
     /// Packs the FLIP map of `frame` and reserves memory for its images. Where the budget is exceeded, all of its images lose
@@ -40,7 +40,11 @@ impl ImageBudget {
     pub fn admit(&self, frame: &mut FrameResult) {
         let map = frame.comparison.as_mut().and_then(|comparison| comparison.flip_map.take());
         let colors = size_bytes(frame);
-        let kept_free = if frame.passes() { self.bytes_for_failures } else { 0 };
+        let kept_free = match frame.verdict() {
+            Verdict::Failed => 0,
+            Verdict::Changed => self.bytes / 2,
+            Verdict::Identical => self.bytes / 4 * 3,
+        };
         // Images too large for a page are not kept.
         if colors > IMAGE_BUDGET_BYTES || !self.reserve(colors, kept_free) {
             return drop_pixels(frame);

@@ -16,7 +16,7 @@ pub struct ReportPage {
     pub command: String,
     /// Counts of each folder of shots.
     pub folders: Vec<FolderSummary>,
-    /// Shots with a failure, sorted by name, then those that only changed within the limits.
+    /// Shots with a failure, sorted by name, then those that only changed within the limits, and last identical ones whose images are shown.
     pub shots: Vec<ShotResult>,
     /// Commands for each shot, by the shot's name.
     pub shot_commands: BTreeMap<String, Vec<NamedCommand>>,

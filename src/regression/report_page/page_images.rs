@@ -1,6 +1,7 @@
 //! The images of a page, chosen within its budget.
 
 use std::borrow::Cow;
+use std::cmp::Reverse;
 
 use serde::Serialize;
 
@@ -36,8 +37,8 @@ pub(super) struct PageImages<'a> {
 }
 
 impl<'a> PageImages<'a> {
-    /// Takes images until the budget is used up: first the worst failure of each shot, then the second worst, and last frames that
-    /// changed. A frame has all of its images or none.
+    /// Takes images until the budget is used up: first the worst failure of each shot, then the second worst, then frames that changed,
+    /// and last identical ones. A frame has all of its images or none.
     pub(super) fn new(page: &'a ReportPage, budget_bytes: usize) -> Self {
         let mut order = Vec::new();
         for (shot_index, shot) in page.shots.iter().enumerate() {
@@ -47,7 +48,7 @@ impl<'a> PageImages<'a> {
             });
             let ranked = frames.into_iter().enumerate();
             order.extend(ranked.map(|(rank, frame_index)| {
-                (shot.frames[frame_index].passes(), rank, shot_index, frame_index)
+                (Reverse(shot.frames[frame_index].verdict()), rank, shot_index, frame_index)
             }));
         }
         order.sort_unstable();

@@ -7,7 +7,7 @@ use std::str::FromStr as _;
 use serde::Deserialize;
 
 use super::names::reference_path;
-use super::orphans::Orphans;
+use super::orphans::{Orphans, add_reference};
 use super::renamed::name_renamed;
 use super::rendered_images::{check_names, image_path, reference_hash, remove_rendered, write_list};
 use super::test_shot::{FrameId, TestedFrame, keep_rendered, test_frame};
@@ -86,8 +86,13 @@ pub fn merge_reports(suite: &Suite, folders: &[PathBuf], options: &RunOptions) -
     let shots = discover(suite)?;
     let paths: BTreeMap<_, _> = shots.iter().map(|shot| (shot.name.clone(), shot.path.clone())).collect();
     check_shots(&paths, &reports)?;
-    let merging =
-        Merging { suite, paths, images: options.images.as_deref(), image_budget: ImageBudget::new() };
+    let merging = Merging {
+        suite,
+        paths,
+        images: options.images.as_deref(),
+        image_budget: ImageBudget::new(),
+        reports_passing: options.reports_passing,
+    };
     let mut result = SuiteResult::default();
     let mut orphaned = BTreeSet::new();
     for (folder, report) in folders.iter().zip(reports) {
@@ -203,6 +208,7 @@ struct Merging<'a> {
     paths: BTreeMap<String, PathBuf>,
     images: Option<&'a Path>,
     image_budget: ImageBudget,
+    reports_passing: bool,
 }
 
 impl Merging<'_> {
@@ -213,6 +219,9 @@ impl Merging<'_> {
         let mut frames = Vec::new();
         for frame in shot.frames {
             let mut tested = self.frame(folder, frame, (&limits.limits, frames.is_empty()))?;
+            if self.reports_passing && tested.result.verdict() == Verdict::Identical {
+                add_reference(self.suite, &mut tested.result);
+            }
             self.image_budget.admit(&mut tested.result);
             if let Some(target) = self.images {
                 not_kept.extend(keep_rendered(target, &tested).err());

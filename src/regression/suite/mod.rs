@@ -49,6 +49,7 @@ mod shard;
 mod shell;
 mod suite_file;
 mod test_shot;
+mod unchanged;
 mod verdict_cache;
 
 pub use accept_rendered::{RenderedChange, RenderedChecks, select_rendered};

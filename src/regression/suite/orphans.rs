@@ -115,7 +115,9 @@ impl<'a> Orphans<'a> {
             format!(", because {shot_file} names the scene {scene}; `whole_scene = true` in [test] of {shot_file} tests both")
         });
         let message = format!("no shot renders this reference{}", why.unwrap_or_default());
-        with_reference(self.suite, FrameResult::new(name.to_owned(), None, FrameStatus::Orphaned, message))
+        let mut result = FrameResult::new(name.to_owned(), None, FrameStatus::Orphaned, message);
+        add_reference(self.suite, &mut result);
+        result
     }
 
     /// A shot file and the scene that it names, which would render the image `name` if it were a shot by itself.
@@ -139,14 +141,11 @@ impl<'a> Orphans<'a> {
     }
 }
 
-/// The result of an image that was not rendered, with its reference.
-pub(super) fn with_reference(suite: &Suite, result: FrameResult) -> FrameResult {
+/// Adds its reference to the result of an image that has no other.
+pub(super) fn add_reference(suite: &Suite, result: &mut FrameResult) {
     let reference = reference_path(&suite.references, &result.name);
     let bytes = std::fs::read(&reference).ok();
     let image = bytes.as_ref().and_then(|bytes| Image::decode(&reference, bytes).ok());
-    FrameResult {
-        expected: image.as_ref().and_then(EncodedImage::new),
-        reference_hash: bytes.as_deref().map(file_hash),
-        ..result
-    }
+    result.expected = image.as_ref().and_then(EncodedImage::new);
+    result.reference_hash = bytes.as_deref().map(file_hash);
 }

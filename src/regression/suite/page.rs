@@ -14,8 +14,10 @@ use crate::regression::{Preset, Verdict};
 /// (`keeps_pending`), the page has no commands that accept or reject them.
 pub fn report_page(suite: &Suite, result: SuiteResult, command: &str, keeps_pending: bool) -> ReportPage {
     let folders = folders(&result);
-    let mut shots: Vec<ShotResult> =
-        result.shots.into_iter().filter(|shot| shot.verdict() != Verdict::Identical).collect();
+    // Identical images are there only where they were asked for.
+    let has_images = |shot: &ShotResult| shot.frames.iter().any(|frame| frame.expected.is_some());
+    let is_shown = |shot: &ShotResult| shot.verdict() != Verdict::Identical || has_images(shot);
+    let mut shots: Vec<ShotResult> = result.shots.into_iter().filter(is_shown).collect();
     let mut shot_commands: BTreeMap<_, _> =
         shots.iter().map(|shot| (shot.name.clone(), commands(suite, shot, keeps_pending))).collect();
     for frame in result.orphaned {

@@ -114,6 +114,7 @@ pub fn run(
         keeps_pending: options.keeps_pending,
         images: options.images.as_deref(),
         image_budget: &image_budget,
+        reports_passing: options.reports_passing,
         cache: cache.as_ref(),
         shots_at_once: workers,
         cancel,

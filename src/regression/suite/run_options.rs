@@ -21,6 +21,8 @@ pub struct RunOptions {
     /// Folder of a report in which rendered images are stored, for [`super::RenderedChecks`]. On build servers, which store no pending
     /// images, this keeps them.
     pub images: Option<PathBuf>,
+    /// Whether the results of images that are identical to their references have the images, too, for the report.
+    pub reports_passing: bool,
     /// Number of threads; 0 for one a core.
     pub threads: usize,
 }

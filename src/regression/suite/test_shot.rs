@@ -8,7 +8,7 @@ use std::time::Instant;
 use super::covered_jobs::{CoveredJob, CoveredShot, jobs_of, lost_images};
 use super::limits::PresetLimits;
 use super::names::reference_path;
-use super::orphans::with_reference;
+use super::orphans::add_reference;
 use super::pending::{discard_image, discard_removal, store_image};
 use super::render::render_shot;
 use super::rendered_images::{file_hash, store_rendered};
@@ -36,6 +36,8 @@ pub(super) struct TestContext<'a> {
     pub(super) images: Option<&'a Path>,
     /// Memory for the images of failures, until the report is written.
     pub(super) image_budget: &'a ImageBudget,
+    /// Whether identical images are shown in the report, too.
+    pub(super) reports_passing: bool,
     /// Verdicts of earlier runs, which replace rendering.
     pub(super) cache: Option<&'a VerdictCache<'a>>,
     /// Shots that are tested at the same time and share the memory.
@@ -153,7 +155,9 @@ pub(super) fn keep_rendered(report: &Path, frame: &TestedFrame) -> Result<()> {
 
 fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> Result<TestedShot> {
     if let Some(cached) = context.cache.and_then(|cache| cache.find(shot)) {
-        return Ok(TestedShot::cached(cached));
+        let mut shot = TestedShot::cached(cached);
+        shot.frames.iter_mut().for_each(|frame| admit(context, &mut frame.result));
+        return Ok(shot);
     }
     let (mut frames, mut warnings, mut inputs) = (Vec::new(), BTreeSet::new(), Some(BTreeSet::new()));
     let CoveredShot { jobs, lost, warning } = jobs_of(context.suite, shot)?;
@@ -179,10 +183,18 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
     })
 }
 
+/// Keeps the images of a result for the report, as far as there is memory for them.
+fn admit(context: &TestContext<'_>, result: &mut FrameResult) {
+    if context.reports_passing && result.verdict() == Verdict::Identical {
+        add_reference(context.suite, result);
+    }
+    context.image_budget.admit(result);
+}
+
 /// The failure of an image of something that the scene does not have. Its reference stays.
 fn lost_frame(context: &TestContext<'_>, name: String, error: &Error) -> TestedFrame {
-    let result = FrameResult::new(name, None, FrameStatus::Broken, error.to_string());
-    let mut result = with_reference(context.suite, result);
+    let mut result = FrameResult::new(name, None, FrameStatus::Broken, error.to_string());
+    add_reference(context.suite, &mut result);
     if result.reference_hash.is_some() {
         let reference = reference_path(&context.suite.references, &result.name);
         let reference = reference.display();
@@ -220,7 +232,7 @@ fn tested_view(
                 TestedFrame { result: id.result(FrameStatus::Broken, error.to_string()), file: None }
             }
         };
-        context.image_budget.admit(&mut tested.result);
+        admit(context, &mut tested.result);
         Ok(tested)
     });
     frames.collect()

@@ -5,18 +5,17 @@
 //! kept: what changed or failed is rendered again, since the report shows its images.
 
 use std::collections::BTreeMap;
-use std::fs::{File, Metadata};
+use std::fs::File;
 use std::io::Read as _;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::SystemTime;
-#[cfg(unix)]
-use std::time::{Duration, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use super::names::reference_path;
+use super::unchanged::is_unchanged_since;
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::image_file::{probe_folder, write_atomically};
@@ -176,8 +175,7 @@ impl<'a> VerdictCache<'a> {
     /// The hash of a file that did not change since the run began.
     fn unchanged_hash(&self, path: &Path) -> Option<String> {
         let hash = self.hash(path)?;
-        let changed = last_change(&std::fs::metadata(path).ok()?)?;
-        Some(hash).filter(|_| changed < self.start)
+        Some(hash).filter(|_| is_unchanged_since(path, self.start))
     }
 
     /// The hash of a file; read once a run.
@@ -190,20 +188,6 @@ impl<'a> VerdictCache<'a> {
             hash
         })
     }
-}
-
-/// When the content or the name of a file changed last. A file that is moved over another keeps its time of modification.
-#[cfg(unix)]
-fn last_change(metadata: &Metadata) -> Option<SystemTime> {
-    use std::os::unix::fs::MetadataExt as _;
-    let seconds = u64::try_from(metadata.ctime()).ok()?;
-    let renamed = UNIX_EPOCH + Duration::new(seconds, u32::try_from(metadata.ctime_nsec()).ok()?);
-    Some(metadata.modified().ok()?.max(renamed))
-}
-
-#[cfg(not(unix))]
-fn last_change(metadata: &Metadata) -> Option<SystemTime> {
-    metadata.modified().ok()
 }
 
 fn sha256_of_file(path: &Path) -> Option<String> {

@@ -12,7 +12,7 @@ const SMALL: [&str; 4] = ["-r", "64x36", "--samples", "1"];
 impl Stage {
     /// Writes a changed scene of the repository.
     #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-    fn version(&self, name: &str, scene: &str, change: impl Fn(&mut Value)) -> String {
+    pub(super) fn version(&self, name: &str, scene: &str, change: impl Fn(&mut Value)) -> String {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(scene);
         let mut text: Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
         change(&mut text);

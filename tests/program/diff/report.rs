@@ -77,6 +77,58 @@ fn a_report_is_one_page_with_its_images() {
 }
 
 #[test]
+fn a_summary_of_a_comparison_is_that_of_a_suite() {
+    let stage = Stage::new();
+    let a = stage.square("a.exr", (40, 24), 4);
+    let b = stage.square("b.exr", (40, 24), 24);
+    let file = stage.at("deep/summary.md");
+    let summary = |actual: &str, reference: &str| {
+        let code = rayframe(&["diff", actual, reference, "--summary", &file]).status.code();
+        (code, std::fs::read_to_string(&file).unwrap_or_default())
+    };
+    let (code, text) = summary(&b, &a);
+    assert_eq!(code, Some(1));
+    assert!(text.starts_with("## ") && text.contains(": 1 failed\n"), "{text}");
+    assert!(text.contains("| failed: different | mean FLIP: ") && text.contains("b.exr"), "{text}");
+    let thumbnails = |text: &str| text.matches("](summary.md.files/").count();
+    assert_eq!(thumbnails(&text), 3, "{text}");
+    let (code, text) = summary(&a, &a);
+    assert_eq!((code, text.lines().count(), thumbnails(&text)), (Some(0), 1, 0), "{text}");
+    // Sequences, with a frame that only one side has.
+    for (folder, frames) in [("new", [1, 2]), ("old", [2, 3])] {
+        for frame in frames {
+            stage.square(&format!("{folder}/a.{frame:04}.exr"), (40, 24), 4);
+        }
+    }
+    let (code, text) = summary(&stage.at("new"), &stage.at("old"));
+    assert_eq!(code, Some(1));
+    assert!(text.contains(": 2 failed, 1 identical\n") && text.contains("| failed: missing |"), "{text}");
+    // With a page, both show the same images, and a place that cannot be written is found before anything is compared.
+    let folder = stage.at("page");
+    rayframe(&["diff", &b, &a, "--summary", &file, "--report", &folder]);
+    assert!(std::fs::read_to_string(&file).is_ok_and(|text| thumbnails(&text) == 3));
+    assert_eq!(report_page(&folder)["folders"][0]["failed"], 1);
+    let output = rayframe(&["diff", &stage.at("gone.exr"), &a, "--summary", &format!("{a}/summary.md")]);
+    assert_eq!(output.status.code(), Some(73), "{output:?}");
+}
+
+#[test]
+fn a_summary_of_two_assets_tells_lost_content_first() {
+    let stage = Stage::new();
+    let lose = |scene: &mut Value| {
+        scene.as_object_mut().unwrap().remove("animations");
+    };
+    let scene = "animation/hierarchy.gltf";
+    let (old, new) = (stage.version("old.gltf", scene, |_| {}), stage.version("new.gltf", scene, lose));
+    let file = stage.at("summary.md");
+    let output = rayframe(&["diff", &new, &old, "-r", "64x36", "--samples", "1", "--summary", &file]);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let head = text.lines().next().unwrap_or_default();
+    assert!(head.contains(": 1 lost, ") && text.contains("\n### Lost\n\n- lost: "), "{text}");
+}
+
+#[test]
 fn a_report_of_a_sequence_has_all_frames_and_those_without_a_counterpart() {
     let stage = Stage::new();
     for (frame, column) in [(1, 4), (2, 24), (4, 4)] {

@@ -63,6 +63,41 @@ fn a_summary_lists_failures_and_changes_worst_first_with_thumbnails() {
 }
 
 #[test]
+fn reports_show_passing_images_where_they_are_asked_for() {
+    let stage = stage();
+    let shots = |arguments: &[&str]| {
+        stage.run(&[&["test", "-q", "--report"], arguments].concat());
+        let text = std::fs::read_to_string(stage.path(arguments[0]).join("index.html")).unwrap();
+        let json =
+            text.split_once("<script type=\"application/json\"").and_then(|(_, rest)| rest.split_once('>'));
+        let json = json.and_then(|(_, rest)| rest.split_once("</script>")).map(|(json, _)| json).unwrap();
+        let page: Value = serde_json::from_str(json).unwrap();
+        page["shots"].as_array().unwrap().clone()
+    };
+    let names = |shots: &[Value]| -> Vec<String> {
+        shots.iter().map(|shot| shot["name"].as_str().unwrap_or_default().to_owned()).collect()
+    };
+    let failing = ["a/spot", "new_one", "old", "a/point"];
+    assert_eq!(names(&shots(&["plain", "--no-cache"])), failing);
+    // Whether the shot was rendered or its verdict kept.
+    for arguments in [&["fresh", "--report-passing", "--no-cache"][..], &["kept", "--report-passing"]] {
+        let shots = shots(arguments);
+        assert_eq!(names(&shots), [&failing[..], &["sun"]].concat());
+        let frame = &shots[4]["frames"][0];
+        assert_eq!((&frame["verdict"], &frame["expected"]["width"]), (&"identical".into(), &48.into()));
+    }
+    // Merged reports, too.
+    for (part, folder) in [("1/2", "r1"), ("2/2", "r2")] {
+        stage.run(&["test", "-q", "--shard", part, "--report", folder]);
+    }
+    assert_eq!(
+        names(&shots(&["merged", "--report-passing", "--merge", "r1", "r2"])).last(),
+        Some(&"sun".into())
+    );
+    stage.run(&["test", "--list", "--report-passing"]).ends(2, &[]);
+}
+
+#[test]
 fn annotations_name_files_of_the_repository() {
     let stage = stage();
     std::fs::create_dir(stage.path(".git")).unwrap();

@@ -56,7 +56,7 @@ function missingImages(frame, problem) {
     const leavesMore = !isTooLarge && report.can_approve && report.shots.length > 1 && frame.status !== "orphaned";
     return [text + (leavesMore ? "A test of this shot alone leaves more of it; the worst frames come first." : "")];
   }
-  if (!differs(frame)) return ["This frame is identical to its reference; a report shows its measures, not its images."];
+  if (!differs(frame)) return ["This frame is identical to its reference" + (report.can_approve ? "; rayframe test --report-passing shows such images." : ". Its images are not shown.")];
   if (frame.status === "broken") return ["There is no image."];
   return ["There are no colours to show."];
 }

@@ -19,24 +19,36 @@ const TAIL_CHARACTERS: usize = 200;
 const MAX_MESSAGE_CHARACTERS: usize = 240;
 /// Number of messages of an image.
 const MAX_MESSAGES: usize = 3;
+/// Number of lines of lost content.
+const MAX_LOSSES: usize = 50;
 /// Columns of a thumbnail.
 const THUMBNAIL_COLUMNS: u32 = 160;
 /// Endings of thumbnails.
 const ENDINGS: [&str; 3] = ["reference.png", "new.png", "difference.png"];
 
+/// What a summary says.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MarkdownSummary<'a> {
+    /// What was tested or compared.
+    pub(super) title: &'a str,
+    /// Numbers of images by verdict.
+    pub(super) counts: VerdictCounts,
+    /// Content that an asset lost, one line each.
+    pub(super) losses: &'a [String],
+    /// The images that changed or fail.
+    pub(super) findings: &'a [Finding<'a>],
+}
+
 /// Writes the summary to `file`, and its thumbnails to the folder `FILE.files`, whose thumbnails of earlier runs are removed.
 ///
 /// # Errors
 /// Those of writing files.
-pub(super) fn write_summary(
-    file: &Path,
-    title: &str,
-    counts: VerdictCounts,
-    findings: &[Finding<'_>],
-) -> Result<()> {
+pub(super) fn write_summary(file: &Path, summary: MarkdownSummary<'_>) -> Result<()> {
+    let MarkdownSummary { title, counts, losses, findings } = summary;
     let folder = thumbnail_folder(file);
     remove_thumbnails(&folder);
-    let mut text = format!("## {}: {}\n", escaped(title), headline(counts));
+    let mut text = format!("## {}: {}\n", escaped(title), headline(counts, losses.len()));
+    lost(&mut text, losses);
     let mut left_out = 0;
     for (verdict, heading) in [(Verdict::Failed, "Failed"), (Verdict::Changed, "Changed within limits")] {
         let mut rows = findings.iter().enumerate().filter(|(_, finding)| finding.frame.verdict() == verdict);
@@ -70,10 +82,25 @@ pub(super) fn write_summary(
     write_atomically(file, text.as_bytes())
 }
 
-/// The counts, the worst first, without verdicts that no image has.
-fn headline(counts: VerdictCounts) -> String {
+/// The section of lost content.
+fn lost(text: &mut String, losses: &[String]) {
+    if losses.is_empty() {
+        return;
+    }
+    text.push_str("\n### Lost\n\n");
+    for loss in losses.iter().take(MAX_LOSSES) {
+        let _ = writeln!(text, "- {}", cell(loss));
+    }
+    if losses.len() > MAX_LOSSES {
+        let _ = writeln!(text, "- and {} more", losses.len() - MAX_LOSSES);
+    }
+}
+
+/// The counts, the worst first, without those of nothing.
+fn headline(counts: VerdictCounts, lost: usize) -> String {
     let VerdictCounts { identical, changed, failed } = counts;
-    let parts = [(failed, "failed"), (changed, "changed within limits"), (identical, "identical")];
+    let parts =
+        [(lost, "lost"), (failed, "failed"), (changed, "changed within limits"), (identical, "identical")];
     let parts = parts.iter().filter(|(count, _)| *count > 0);
     parts.map(|(count, words)| format!("{count} {words}")).collect::<Vec<_>>().join(", ")
 }
@@ -224,6 +251,19 @@ mod tests {
     }
 
     #[test]
+    fn lost_content_comes_first() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("summary.md");
+        let losses: Vec<_> = (0..52).map(|at| format!("lost: clip \"walk_{at}\"")).collect();
+        let counts = VerdictCounts { identical: 3, ..VerdictCounts::default() };
+        let summary = MarkdownSummary { title: "a against b", counts, losses: &losses, findings: &[] };
+        write_summary(&file, summary).unwrap();
+        let text = std::fs::read_to_string(&file).unwrap();
+        let head = "## a against b: 52 lost, 3 identical\n\n### Lost\n\n- lost: clip \"walk\\_0\"\n";
+        assert!(text.starts_with(head) && text.ends_with("- and 2 more\n"), "{text}");
+    }
+
+    #[test]
     fn long_summaries_say_how_many_rows_are_left_out() {
         let folder = tempfile::tempdir().unwrap();
         let missing = |at: usize| {
@@ -232,10 +272,11 @@ mod tests {
         };
         let result = SuiteResult { orphaned: (0..1000).map(missing).collect(), ..SuiteResult::default() };
         let file = folder.path().join("summary.md");
-        std::fs::write(folder.path().join("suite.toml"), "").unwrap();
-        let suite = rayframe::regression::suite::Suite::read(folder.path()).unwrap();
-        let findings = super::super::findings::findings(&suite, &result, FailOn::default());
-        write_summary(&file, "suite", result.counts(), &findings).unwrap();
+        let frames = result.orphaned.iter().map(|frame| (frame, PathBuf::new()));
+        let findings = super::super::findings::findings(frames, FailOn::default());
+        let summary =
+            MarkdownSummary { title: "suite", counts: result.counts(), losses: &[], findings: &findings };
+        write_summary(&file, summary).unwrap();
         let text = std::fs::read_to_string(&file).unwrap();
         assert!(text.chars().count() <= MAX_CHARACTERS && text.len() > MAX_CHARACTERS / 2);
         let rows = text.lines().filter(|line| line.starts_with("| <code>")).count();

@@ -10,20 +10,32 @@ use rayframe::regression::{FailOn, FrameResult, Mismatch, SuiteResult, Verdict};
 pub(super) struct Finding<'a> {
     /// The result.
     pub(super) frame: &'a FrameResult,
-    /// The shot file, the scene, or the reference that no shot renders.
+    /// The shot file, the scene, the reference that no shot renders, or the compared file.
     file: PathBuf,
     /// Whether it makes the command fail.
     pub(super) fails: bool,
 }
 
-/// All findings: lost content first, failures without FLIP, such as missing references, then by FLIP of the worst tile, and last changes
-/// within the limits.
-pub(super) fn findings<'a>(suite: &Suite, result: &'a SuiteResult, fail_on: FailOn) -> Vec<Finding<'a>> {
+/// The findings of a suite, [sorted](findings).
+pub(super) fn findings_of_suite<'a>(
+    suite: &Suite,
+    result: &'a SuiteResult,
+    fail_on: FailOn,
+) -> Vec<Finding<'a>> {
     let frames =
         result.shots.iter().flat_map(|shot| shot.frames.iter().map(|frame| (frame, shot.path.clone())));
     let reference = |frame: &FrameResult| suite.references.join(format!("{}.exr", frame.name));
     let orphaned = result.orphaned.iter().map(|frame| (frame, reference(frame)));
-    let differing = frames.chain(orphaned).filter(|(frame, _)| frame.verdict() != Verdict::Identical);
+    findings(frames.chain(orphaned), fail_on)
+}
+
+/// All findings among images and their files: lost content first, failures without FLIP, such as missing references, then by FLIP of the
+/// worst tile, and last changes within the limits.
+pub(super) fn findings<'a>(
+    frames: impl Iterator<Item = (&'a FrameResult, PathBuf)>,
+    fail_on: FailOn,
+) -> Vec<Finding<'a>> {
+    let differing = frames.filter(|(frame, _)| frame.verdict() != Verdict::Identical);
     let mut findings: Vec<_> = differing
         .map(|(frame, file)| Finding { frame, file, fails: fail_on.fails(frame.verdict()) })
         .collect();

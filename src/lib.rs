@@ -40,6 +40,7 @@ mod child_process;
 pub mod denoise;
 pub mod error;
 pub mod geometry;
+mod hex;
 
 pub mod bvh;
 

@@ -3,6 +3,7 @@
 mod accept;
 mod accept_rendered;
 mod camera_text;
+mod check;
 mod diff;
 mod exit_status;
 mod fail_on;
@@ -31,6 +32,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, Subcommand};
 
 use crate::progress::{option_names, print_error};
+use rayframe::error::Error;
 use rayframe::settings::synonym;
 
 use exit_status::exit_status;
@@ -52,6 +54,8 @@ enum Command {
     Render(RenderOptions),
     /// Merge crops into whole frames
     Merge(merge::MergeArgs),
+    /// Verify that rendered files are whole, and a delivery complete; exit code 0: all are, 1: not
+    Check(check::CheckArgs),
     /// Show the contents of a file, what is rendered, and what is not supported
     Info(info::InfoArgs),
     /// Compare two images, two sequences or two versions of an asset; exit code 0: within the limits of the preset, 1: not
@@ -90,10 +94,8 @@ pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitStatus {
             Command::Reject(args) => exit_status(accept::reject(&args)),
             Command::Review(args) => exit_status(review::run(&args)),
             Command::Info(args) => exit_status(info::run(&args)),
-            Command::Diff(args) => match diff::run(&args) {
-                Ok(is_same) => ExitStatus::Code(u8::from(!is_same)),
-                Err(error) => exit_status(Err(error)),
-            },
+            Command::Diff(args) => verdict(diff::run(&args)),
+            Command::Check(args) => verdict(check::run(&args)),
         }
     }));
     ran.unwrap_or_else(|_| {
@@ -101,6 +103,14 @@ pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitStatus {
         print_error(&format!("internal error: the program panicked{place}; this is a bug worth reporting"));
         ExitStatus::Code(70)
     })
+}
+
+/// 0 where all is well, and 1 where it is not.
+fn verdict(ran: Result<bool, Error>) -> ExitStatus {
+    match ran {
+        Ok(is_well) => ExitStatus::Code(u8::from(!is_well)),
+        Err(error) => exit_status(Err(error)),
+    }
 }
 
 /// Records the place of panics instead of printing them: decoders may panic on broken input, which has an error message of its

@@ -4,6 +4,7 @@ use exr::meta::attribute::{AttributeValue, Chromaticities, Text, TimeCode};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
 use exr::prelude::{IntegerBounds, Vec2};
 
+use super::exr_checksum::{CHECKSUM, ZEROS};
 use crate::color::REC709;
 use crate::image::{PartHashes, RenderedScene, SceneContent};
 
@@ -14,7 +15,8 @@ pub const SAMPLE_RANGE: &str = "sampleRange";
 /// Names of the attributes of [`FrameAttributes::stamp`].
 pub(super) const STAMPS: [&str; 4] = ["capDate", "utcOffset", "renderSeconds", "hostComputer"];
 
-/// Attributes of one frame. All but the stamp are the same in every run that renders the same image.
+/// Attributes of one frame. All but the stamp, and the `checksum` of the file with it, are the same in every run that renders the same
+/// image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameAttributes {
     /// Program and version (`software`).
@@ -109,6 +111,7 @@ impl FrameAttributes {
             ("frame", AttributeValue::I32(self.frame)),
             ("timeSeconds", AttributeValue::F64(self.time_seconds)),
             (RENDER_HASH, AttributeValue::Text(byte_text(&self.render_hash))),
+            (CHECKSUM, AttributeValue::Text(byte_text(ZEROS))),
         ];
         own.extend(
             self.texts.iter().map(|(name, value)| (name.as_str(), AttributeValue::Text(byte_text(value)))),

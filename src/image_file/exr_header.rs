@@ -8,6 +8,7 @@ use std::io::{self, BufRead, BufReader, Read as _};
 use std::path::Path;
 
 use super::exr_attributes::{RENDER_HASH, SAMPLE_RANGE, STAMPS};
+use super::exr_checksum::CHECKSUM;
 use crate::error::Error;
 use crate::image::PixelWindow;
 
@@ -22,7 +23,7 @@ const MOST_BYTES: usize = 1 << 28;
 /// Beginning of the names of the channels of exact sums.
 pub const SUM_LAYER: &str = "sums.";
 /// Attributes of the layout of the file and of its samples, which differ between tiles of one image.
-const LAYOUT: [&str; 5] = ["dataWindow", "lineOrder", "chunkCount", "type", SAMPLE_RANGE];
+const LAYOUT: [&str; 6] = ["dataWindow", "lineOrder", "chunkCount", "type", SAMPLE_RANGE, CHECKSUM];
 
 /// Type of the samples of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

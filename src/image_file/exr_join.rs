@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 
 use exr::image::read::read;
 use exr::image::{AnyChannels, Encoding, FlatSamples, Image as ExrImage, Layer};
+use exr::meta::attribute::AttributeValue;
 use exr::meta::header::LayerAttributes;
 use exr::prelude::{Blocks, LineOrder, ReadChannels as _, ReadLayers as _, Vec2};
 use rayon::prelude::*;
 
 use super::ExrHeader;
-use super::exr_attributes::{SAMPLE_RANGE, STAMPS};
+use super::exr_attributes::{SAMPLE_RANGE, STAMPS, byte_text};
+use super::exr_checksum::{CHECKSUM, ExrIntegrity, ZEROS, seal, verify_exr};
 use super::exr_write::{exr_channels, sort_attributes, write_compressing_in_parallel};
 use crate::error::{Error, Result};
 use crate::image::{Image, PixelWindow};
@@ -90,12 +92,13 @@ pub fn encode_exr_like(tile: &ExrTile, image: Image) -> Result<Vec<u8>> {
     encode(&ExrImage::new(decoded.attributes, layer), tile)
 }
 
-/// Removes what the runs that rendered parts of an image do not share.
+/// Removes what the runs that rendered parts of an image do not share, and makes space for a checksum.
 fn remove_run_attributes(attributes: &mut LayerAttributes) {
     attributes.capture_date = None;
     attributes.utc_offset = None;
     let is_of_run = |name: &str| name == SAMPLE_RANGE || STAMPS.contains(&name);
     attributes.other.retain(|name, _| !is_of_run(name.to_string().as_str()));
+    attributes.other.insert(byte_text(CHECKSUM), AttributeValue::Text(byte_text(ZEROS)));
 }
 
 /// Encodes the joined image. Its attributes come from `tile`, so that encoder errors are errors of that file.
@@ -112,6 +115,7 @@ fn encode(image: &TileImage, tile: &ExrTile) -> Result<Vec<u8>> {
     }
     sort_attributes(&mut bytes).ok_or_else(|| cannot_merge(tile, "its header cannot be parsed"))?;
     check_attributes(tile, &bytes)?;
+    seal(&mut bytes).ok_or_else(|| cannot_merge(tile, "its header cannot be parsed"))?;
     Ok(bytes)
 }
 
@@ -120,6 +124,13 @@ fn decode_tile(tile: &ExrTile) -> Result<TileImage> {
     let bytes = std::fs::read(path).map_err(Error::missing(path))?;
     if ExrHeader::parse(&mut bytes.as_slice()).as_ref() != Ok(header) {
         return Err(Error::invalid(path, "", "was changed while it was merged"));
+    }
+    if verify_exr(&mut Cursor::new(&bytes)).is_ok_and(|integrity| integrity == ExrIntegrity::Damaged) {
+        return Err(Error::invalid(
+            path,
+            "",
+            "is damaged: its bytes do not match its checksum; render it again",
+        ));
     }
     decode(path, &bytes)
 }

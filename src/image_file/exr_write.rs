@@ -15,6 +15,7 @@ use exr::prelude::{Blocks, LineOrder, WritableImage as _};
 use rayon::prelude::*;
 
 use super::exr_attributes::byte_text;
+use super::exr_checksum::seal;
 use super::{ExrCompression, FrameAttributes};
 use crate::error::{Error, Result};
 use crate::image::{Channel, Image, Samples};
@@ -43,6 +44,7 @@ pub fn encode_exr(
     let mut bytes = Vec::new();
     write_compressing_in_parallel(&image, &mut bytes).map_err(|error| internal(&error.to_string()))?;
     sort_attributes(&mut bytes)
+        .and_then(|()| seal(&mut bytes))
         .ok_or_else(|| internal("the encoder wrote a header that cannot be parsed"))?;
     Ok(bytes)
 }

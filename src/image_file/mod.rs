@@ -8,6 +8,7 @@ mod atomic;
 mod display;
 mod environment_read;
 mod exr_attributes;
+mod exr_checksum;
 mod exr_compression;
 mod exr_header;
 mod exr_join;
@@ -30,6 +31,7 @@ pub use atomic::{check_name, probe_folder, remove_stale_temporaries, write_atomi
 pub use display::{DisplayImage, decode_png, decode_png_values};
 pub use environment_read::{EnvironmentPixels, read_environment};
 pub use exr_attributes::{FrameAttributes, RunStamp, SAMPLE_RANGE};
+pub use exr_checksum::{ExrIntegrity, verify_exr};
 pub use exr_compression::ExrCompression;
 pub use exr_header::{ExrHeader, ExrSampleType, SUM_LAYER, SharedAttributes};
 pub use exr_join::{ExrTile, encode_exr_like, join_exr_tiles};

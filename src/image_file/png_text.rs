@@ -39,6 +39,9 @@ pub fn inspect_png(path: &Path) -> Result<StoredFrame, String> {
         } else if let Some(value) = typed.strip_prefix(b"tEXt").and_then(|data| data.strip_prefix(KEYWORD)) {
             render_hash = String::from_utf8(value.to_vec()).ok();
         } else if typed == b"IEND" {
+            if !after.is_empty() {
+                return Err("bytes follow the image".to_owned());
+            }
             let data_window = PixelWindow::full(size.0, size.1).into();
             return Ok(StoredFrame { render_hash, sample_range: None, size, data_window });
         }

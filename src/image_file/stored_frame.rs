@@ -1,13 +1,14 @@
 //! Inspection of a frame's EXR file: whether it is complete, and what it was rendered from.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{self, BufReader, Seek as _};
 use std::path::Path;
 
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::meta::header::Header;
 
 use super::exr_attributes::{RENDER_HASH, SAMPLE_RANGE};
+use super::exr_checksum::{ExrIntegrity, verify_exr};
 use crate::image::PixelWindow;
 
 /// Facts about a complete frame on disk.
@@ -23,19 +24,23 @@ pub struct StoredFrame {
     pub data_window: PixelWindow<i64>,
 }
 
-/// Inspects the EXR file at `path`: its header, its table of offsets and all its chunks must be there. Pixels are not decoded.
+/// Inspects the EXR file at `path`, whose bytes must match its checksum. Pixels are not decoded. Files of other programs have no
+/// checksum, nor a `render_hash`.
 ///
 /// # Errors
 /// One line that says what is missing or wrong.
 pub fn inspect_exr(path: &Path) -> Result<StoredFrame, String> {
-    let file = File::open(path).map_err(|error| error.to_string())?;
-    let reader = exr::block::read(BufReader::new(file), true).map_err(|error| error.to_string())?;
-    let header = reader.headers().first().ok_or("the file holds no image")?;
-    let stored = stored_frame(header);
-    for chunk in reader.all_chunks(true).map_err(|error| error.to_string())? {
-        chunk.map_err(|error| error.to_string())?;
+    let text = |error: io::Error| error.to_string();
+    let mut file = BufReader::new(File::open(path).map_err(text)?);
+    let integrity = verify_exr(&mut file).map_err(text)?;
+    file.rewind().map_err(text)?;
+    let reader = exr::block::read(file, true).map_err(|error| error.to_string())?;
+    let stored = stored_frame(reader.headers().first().ok_or("the file holds no image")?);
+    match (integrity, &stored.render_hash) {
+        (ExrIntegrity::Damaged, _) => Err("its bytes do not match its checksum".to_owned()),
+        (ExrIntegrity::NoChecksum, Some(_)) => Err("it has no checksum".to_owned()),
+        (ExrIntegrity::Whole, _) | (ExrIntegrity::NoChecksum, None) => Ok(stored),
     }
-    Ok(stored)
 }
 
 fn stored_frame(header: &Header) -> StoredFrame {

@@ -80,6 +80,16 @@ pub fn pair_files(actual: &Path, reference: &Path) -> Result<PairedFiles> {
     Ok(paired)
 }
 
+/// The files of a sequence, sorted by name and frame.
+///
+/// # Errors
+/// [`Error::Missing`] when a folder cannot be read or holds no frame.
+pub fn sequence_files(path: &Path) -> Result<Vec<PathBuf>> {
+    let mut files = keyed_files(path)?;
+    files.sort_unstable();
+    Ok(files.into_iter().map(|(_, file)| file).collect())
+}
+
 /// Frame number in a file name.
 pub fn frame_number(path: &Path) -> Option<i64> {
     key_of(path.file_name()?.to_str()?).1
@@ -92,6 +102,10 @@ fn is_one_sequence(files: &BTreeMap<Key, PathBuf>) -> bool {
 
 /// Files of a sequence, by name and number.
 fn frames(path: &Path) -> Result<BTreeMap<Key, PathBuf>> {
+    Ok(keyed_files(path)?.into_iter().collect())
+}
+
+fn keyed_files(path: &Path) -> Result<Vec<(Key, PathBuf)>> {
     let missing =
         |folder: &Path, source| Error::Missing { path: folder.to_owned(), pointer: String::new(), source };
     let around = if path.is_dir() { None } else { number_field(path) };
@@ -99,7 +113,7 @@ fn frames(path: &Path) -> Result<BTreeMap<Key, PathBuf>> {
         None => path,
         Some(_) => path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new(".")),
     };
-    let mut files = BTreeMap::new();
+    let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(|source| missing(folder, source))? {
         let file = entry.map_err(|source| missing(folder, source))?.path();
         let name = file.file_name().and_then(|name| name.to_str()).unwrap_or_default();
@@ -111,7 +125,7 @@ fn frames(path: &Path) -> Result<BTreeMap<Key, PathBuf>> {
             None => None,
         };
         if let Some(key) = key.filter(|_| file.is_file()) {
-            files.insert(key, file);
+            files.push((key, file));
         }
     }
     if files.is_empty() {

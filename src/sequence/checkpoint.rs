@@ -1,12 +1,14 @@
 //! Checkpoints: the finished passes of a frame, kept in a file beside it until the frame is done.
 
+use std::io::Cursor;
 use std::path::PathBuf;
 
 use crate::error::Result;
 use crate::film::PixelWindow;
 use crate::image::{Channel, ColorEncoding, Image, RenderedScene, Samples};
 use crate::image_file::{
-    ExrCompression, ExrHeader, FrameAttributes, SAMPLE_RANGE, decode_exr, encode_exr, write_atomically,
+    ExrCompression, ExrHeader, ExrIntegrity, FrameAttributes, SAMPLE_RANGE, decode_exr, encode_exr,
+    verify_exr, write_atomically,
 };
 use crate::integrator::IntegratorStatistics;
 use crate::output::{SOFTWARE, sum_channels, sums_of_image};
@@ -60,6 +62,9 @@ impl<'a> Checkpoint<'a> {
             ..RenderStatistics::default()
         };
         let bytes = std::fs::read(&self.path).ok()?;
+        if verify_exr(&mut Cursor::new(&bytes)).ok()? != ExrIntegrity::Whole {
+            return None;
+        }
         let image = decode_exr(&self.path, &bytes, self.job.max_memory_bytes).ok()?;
         let frame = PathFrame::new(settings, shutter_samples);
         let sums = sums_of_image(&image, frame.sums().flags())?;

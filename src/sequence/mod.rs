@@ -32,6 +32,7 @@ mod statistics;
 mod stored_frame;
 mod writer;
 
+pub use crate::hex::hex;
 pub use assemble::{display_frame, write_sequence_outputs};
 pub use collisions::canonical;
 pub use event::{FrameProgress, SequenceEvent};
@@ -42,7 +43,6 @@ pub use job::{SequenceJob, duration_seconds, triangle_count};
 pub use memory::check_image_memory;
 pub use plan::{Plan, PlannedFrame, ReplacedFile};
 pub use plates::Plates;
-pub use render_hash::hex;
 pub use render_hash::render_hash;
 pub use sequence_outputs::SequenceOutputs;
 pub use shared_exposure::SharedExposure;

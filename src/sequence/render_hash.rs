@@ -11,6 +11,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::color::ToneCurve;
 use crate::film::PixelWindow;
+use crate::hex::hex;
 use crate::output::{ExrOutput, SOFTWARE};
 use crate::render::{
     Adaptive, Aperture, EnvSamples, Focus, GlassShadows, Integrator, Lens, LightSize, PathSettings,
@@ -276,12 +277,6 @@ fn png_key(
         "background": background,
         "crop": [window.x0, window.y0, window.x1, window.y1],
     })
-}
-
-/// Lower-case hexadecimal digits.
-pub fn hex(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 16] = b"0123456789abcdef";
-    bytes.iter().flat_map(|byte| [byte >> 4, byte & 15]).map(|digit| DIGITS[digit as usize] as char).collect()
 }
 
 #[cfg(test)]

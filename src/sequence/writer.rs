@@ -15,6 +15,7 @@ use sha2::{Digest as _, Sha256};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::film::Film;
+use crate::hex::hex;
 use crate::image_file::{DisplayImage, FrameAttributes, encode_png, write_atomically};
 use crate::output::{ExrFiles, ExrOutput, InstanceIds, PreviewLook, display_image, exr_files, png_file};
 
@@ -22,7 +23,6 @@ use super::checkpoint::Checkpoint;
 use super::frame_tracer::FrameTracer;
 use super::movie_output::MovieOutput;
 use super::panic::catch_panic;
-use super::render_hash::hex;
 use super::statistics::peak_memory_bytes;
 use super::stored_frame::display_exr;
 use super::{

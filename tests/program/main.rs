@@ -5,6 +5,7 @@
 mod aovs;
 mod bad_input;
 mod camera_paths;
+mod check;
 mod cli;
 mod denoise;
 mod determinism;

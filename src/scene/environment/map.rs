@@ -16,6 +16,7 @@ use super::prefilter::{Pyramid, STEPS, prefiltered_images};
 use crate::color::luminance;
 use crate::error::{Error, Result};
 use crate::geometry::{F32Lanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
+use crate::hex::hex;
 use crate::scene::ImageLightIndex;
 
 /// Limit of the pixels of an environment image: 16384x8192.
@@ -309,14 +310,6 @@ fn distribution(image: &EquirectImage) -> EnvironmentDistribution {
     };
     let luminances = cells.pixels.iter().map(|&pixel| luminance(Vec3::from_array(pixel))).collect();
     EnvironmentDistribution::new(cells.width as u32, luminances)
-}
-
-/// Lower-case hexadecimal digits.
-fn hex(hash: &[u8; 32]) -> String {
-    hash.iter()
-        .flat_map(|byte| [byte >> 4, byte & 15])
-        .filter_map(|digit| char::from_digit(u32::from(digit), 16))
-        .collect()
 }
 
 fn check_size(path: &Path, (width, height): (u32, u32), pixels: usize) -> Result<()> {

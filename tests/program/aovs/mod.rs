@@ -82,7 +82,8 @@ fn a_plain_render_has_no_aovs() {
     assert!(
         names
             .iter()
-            .all(|name| ["frame", "timeSeconds", "renderHash", "sceneParts"].contains(&name.as_str())),
+            .all(|name| ["frame", "timeSeconds", "renderHash", "sceneParts", "checksum"]
+                .contains(&name.as_str())),
         "{names:?}"
     );
 }

@@ -1,0 +1,120 @@
+//! `rayframe check`: verifies that rendered files are whole, and that a delivery has all of them.
+
+mod checked_file;
+mod listed;
+mod verdict;
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::progress::{one_line, print_output};
+use rayframe::error::{Error, Result};
+use rayframe::regression::{is_sequence, sequence_files};
+
+use super::summary::counted;
+use checked_file::{CheckedFile, FileStatus};
+use listed::{Listed, ListedFile};
+use verdict::of_file;
+
+/// Options of `rayframe check`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct CheckArgs {
+    /// Files, folders, or names with ####, %04d or {frame:04}; without any, those of the manifest
+    #[arg(value_name = "FILES", required_unless_present = "manifest")]
+    files: Vec<PathBuf>,
+    /// The manifest of the run: all of its files must be there, with the same bytes, and no others
+    #[arg(long, value_name = "FILE")]
+    manifest: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Print failures only
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// What `--json` prints: `schema/check.schema.json`.
+#[derive(Clone, Debug, Serialize)]
+struct Report {
+    schema: u32,
+    whole: usize,
+    failed: usize,
+    files: Vec<CheckedFile>,
+}
+
+/// Verifies and prints. Returns whether all is whole.
+pub(super) fn run(args: &CheckArgs) -> Result<bool> {
+    let mut given = Vec::new();
+    let mut files = Vec::new();
+    for path in &args.files {
+        match if is_sequence(path) { sequence_files(path) } else { Ok(vec![path.clone()]) } {
+            Ok(paths) => given.extend(paths),
+            Err(error @ Error::Missing { .. }) => {
+                files.push(CheckedFile::new(Some(path), FileStatus::Missing, error.to_string()));
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    let listed = args.manifest.as_deref().map(Listed::read).transpose()?;
+    match listed {
+        None => files.par_extend(given.par_iter().map(|path| checked(path, None))),
+        Some(listed) => {
+            let matched = listed.matched(&given);
+            files.extend(matched.not_rendered);
+            files.par_extend(
+                matched.files.par_iter().map(|(file, path)| checked_listed(file, path.as_deref())),
+            );
+            files.extend(matched.unlisted.into_iter().map(|path| {
+                CheckedFile::new(Some(path), FileStatus::Unlisted, "is not in the manifest".to_owned())
+            }));
+        }
+    }
+    let failed = files.iter().filter(|file| file.status != FileStatus::Whole).count();
+    let report = Report { schema: 1, whole: files.len() - failed, failed, files };
+    let text = if args.json {
+        serde_json::to_string_pretty(&report)
+            .map_err(|error| Error::Internal { message: error.to_string() })?
+    } else {
+        text(&report, args.quiet)
+    };
+    if !text.is_empty() {
+        print_output(&text);
+    }
+    Ok(failed == 0)
+}
+
+fn checked(path: &Path, listed: Option<&ListedFile>) -> CheckedFile {
+    let (status, message) = of_file(path, listed);
+    let frame = listed.map(|file| file.frame);
+    CheckedFile { frame, ..CheckedFile::new(Some(path), status, message) }
+}
+
+fn checked_listed(file: &ListedFile, path: Option<&Path>) -> CheckedFile {
+    if let Some(path) = path {
+        return checked(path, Some(file));
+    }
+    let message = "is in the manifest and not there".to_owned();
+    let missing = CheckedFile::new(Some(&file.path), FileStatus::Missing, message);
+    CheckedFile { frame: Some(file.frame), ..missing }
+}
+
+/// A line for each failure, and one for all.
+fn text(report: &Report, is_quiet: bool) -> String {
+    let failures = report.files.iter().filter(|file| file.status != FileStatus::Whole);
+    let mut lines: Vec<String> = failures
+        .map(|file| {
+            let frame = || file.frame.map_or_else(String::new, |frame| format!("frame {frame}"));
+            let name = file.path.as_deref().map_or_else(frame, one_line);
+            format!("FAIL {name}: {}", one_line(&file.message))
+        })
+        .collect();
+    if !is_quiet {
+        let whole = counted(report.whole as u64, "whole file");
+        let failed = if report.failed > 0 { format!(", {} failed", report.failed) } else { String::new() };
+        lines.push(format!("{whole}{failed}"));
+    }
+    lines.join("\n")
+}

@@ -1,0 +1,212 @@
+//! `rayframe check`, and `--resume` with damaged files.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+use crate::progress::schema::Schema;
+
+/// A folder with three rendered frames and their manifest.
+struct Stage {
+    folder: tempfile::TempDir,
+}
+
+const RENDER: [&str; 15] = [
+    "-o",
+    "out/a.####.exr",
+    "-f",
+    "1-3",
+    "-r",
+    "24x16",
+    "--samples",
+    "1",
+    "--manifest",
+    "out/manifest.json",
+    "-q",
+    "--aovs",
+    "depth",
+    "--preview",
+    "png",
+];
+
+impl Stage {
+    #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+    fn new() -> Self {
+        let stage = Self { folder: tempfile::tempdir().unwrap() };
+        let output = stage.render(&[]);
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        stage
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+    fn bytes(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path(name)).unwrap()
+    }
+
+    #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+    fn write(&self, name: &str, bytes: &[u8]) {
+        std::fs::write(self.path(name), bytes).unwrap();
+    }
+
+    #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+    fn run(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rayframe"));
+        command.current_dir(self.folder.path()).args(arguments).output().unwrap()
+    }
+
+    fn render(&self, options: &[&str]) -> Output {
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/demo/whitted_1980.gltf");
+        let scene = scene.display().to_string();
+        self.run(&[&["render", &scene], &RENDER[..], options].concat())
+    }
+
+    /// Exit code and lines of a check.
+    fn check(&self, arguments: &[&str]) -> (Option<i32>, Vec<String>) {
+        let output = self.run(&[&["check"], arguments].concat());
+        let text = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+        (output.status.code(), text.lines().map(str::to_owned).collect())
+    }
+
+    #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+    fn json(&self, arguments: &[&str]) -> Value {
+        let output = self.run(&[&["check", "--json"], arguments].concat());
+        let report = serde_json::from_slice(&output.stdout).unwrap();
+        Schema::read("check").check(&report);
+        report
+    }
+}
+
+#[test]
+fn sixty_of_sixty_changed_bits_are_found_and_rendered_again() {
+    let stage = Stage::new();
+    let whole = stage.bytes("out/a.0002.exr");
+    for number in 0..60 {
+        let mut changed = whole.clone();
+        // All parts of the file, and all bits.
+        let at = whole.len() * (2 * number + 1) / 120;
+        changed[at] ^= 1 << (number % 8);
+        stage.write("out/a.0002.exr", &changed);
+        let (code, lines) = stage.check(&["-q", "out/a.####.exr"]);
+        assert_eq!((code, lines.len()), (Some(1), 1), "byte {at}: {lines:?}");
+        assert!(lines[0].starts_with("FAIL out/a.0002.exr: "), "{lines:?}");
+        let resumed = stage.render(&["--resume"]);
+        assert_eq!(resumed.status.code(), Some(0), "{resumed:?}");
+        assert!(stage.bytes("out/a.0002.exr") == whole, "byte {at}");
+    }
+}
+
+#[test]
+fn a_delivery_is_compared_with_its_manifest() {
+    let stage = Stage::new();
+    let manifest = ["--manifest", "out/manifest.json"];
+    let all = [
+        "out/a.0001.exr",
+        "out/a.0001.png",
+        "out/a.0002.exr",
+        "out/a.0002.png",
+        "out/a.0003.exr",
+        "out/a.0003.png",
+    ];
+    let good = (Some(0), vec!["6 whole files".to_owned()]);
+    assert_eq!(stage.check(&manifest), good);
+    assert_eq!(stage.check(&[&all[..], &manifest].concat()), good);
+    assert_eq!(stage.check(&["out"]), good);
+    assert_eq!(stage.check(&["out", "-q"]), (Some(0), vec![]));
+
+    // A delivery that was moved.
+    let delivery = stage.path("delivery");
+    std::fs::rename(stage.path("out"), &delivery).unwrap();
+    let moved = ["--manifest", "delivery/manifest.json"];
+    assert_eq!(stage.check(&moved), good);
+    assert_eq!(stage.check(&[&["delivery"][..], &moved].concat()), good);
+
+    // Damaged, missing, other and additional files.
+    let mut damaged = stage.bytes("delivery/a.0001.exr");
+    let last = damaged.len() - 1;
+    damaged[last] ^= 1;
+    stage.write("delivery/a.0001.exr", &damaged);
+    std::fs::remove_file(stage.path("delivery/a.0002.exr")).unwrap();
+    std::fs::copy(stage.path("delivery/a.0002.png"), stage.path("delivery/a.0003.png")).unwrap();
+    std::fs::copy(stage.path("delivery/a.0003.exr"), stage.path("delivery/a.0004.exr")).unwrap();
+    let report = stage.json(&["delivery", moved[0], moved[1]]);
+    let failed: Vec<(&str, Option<i64>, &str)> = report["files"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|file| file["status"] != "whole")
+        .map(|file| {
+            let text = |key: &str| file[key].as_str().unwrap_or_default();
+            (text("path"), file["frame"].as_i64(), text("status"))
+        })
+        .collect();
+    let expected = [
+        ("delivery/a.0001.exr", Some(1), "damaged"),
+        ("out/a.0002.exr", Some(2), "missing"),
+        ("delivery/a.0003.png", Some(3), "different"),
+        ("delivery/a.0004.exr", None, "unlisted"),
+    ];
+    assert_eq!(failed, expected);
+    assert_eq!((&report["whole"], &report["failed"]), (&3.into(), &4.into()));
+    // Frames that were not rendered have no files.
+    let text = String::from_utf8(stage.bytes("delivery/manifest.json")).unwrap();
+    let mut json: Value = serde_json::from_str(&text).unwrap();
+    json["frames"][2]["files"] = serde_json::json!([]);
+    json["frames"][2]["status"] = "not_rendered".into();
+    stage.write("delivery/manifest.json", json.to_string().as_bytes());
+    let (code, lines) = stage.check(&["-q", moved[0], moved[1]]);
+    assert_eq!((code, &*lines[0]), (Some(1), "FAIL frame 3: has no files: not rendered"));
+}
+
+#[test]
+fn files_without_a_checksum_are_not_taken_for_whole() {
+    let stage = Stage::new();
+    let foreign = stage.path("foreign.exr");
+    exr::prelude::write_rgba_file(&foreign, 4, 4, |_, _| (0.5_f32, 0.5_f32, 0.5_f32, 1.0_f32)).unwrap();
+    stage.write("notes.txt", b"notes");
+    let (code, lines) = stage.check(&["foreign.exr", "notes.txt", "gone.exr", "out", "gone/a.####.exr"]);
+    assert_eq!(code, Some(1));
+    assert_eq!(lines.len(), 5, "{lines:?}");
+    for part in [
+        "FAIL foreign.exr: has no checksum",
+        "FAIL notes.txt: is no EXR or PNG file",
+        "FAIL gone.exr: is not there",
+        "FAIL gone/a.####.exr: ",
+        "6 whole files, 4 failed",
+    ] {
+        assert!(lines.iter().any(|line| line.starts_with(part)), "{part}: {lines:?}");
+    }
+    assert_eq!(stage.check(&[]).0, Some(2));
+    assert_eq!(stage.check(&["--manifest", "gone.json"]).0, Some(66));
+    assert_eq!(stage.check(&["--manifest", "notes.txt"]).0, Some(65));
+}
+
+#[test]
+fn damaged_tiles_are_not_merged() {
+    let stage = Stage::new();
+    let whole = stage.bytes("out/a.0001.exr");
+    for crop in ["0,0,24,8", "0,8,24,16"] {
+        let part = stage.path("part");
+        let output = stage.render(&["--crop", crop, "--overwrite"]);
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        std::fs::create_dir_all(&part).unwrap();
+        std::fs::rename(stage.path("out/a.0001.exr"), part.join(format!("{}.exr", &crop[2..3]))).unwrap();
+    }
+    std::fs::rename(stage.path("part/0.exr"), stage.path("t1.exr")).unwrap();
+    std::fs::rename(stage.path("part/8.exr"), stage.path("t2.exr")).unwrap();
+    let merged = stage.run(&["merge", "t1.exr", "t2.exr", "-o", "whole.exr"]);
+    assert_eq!(merged.status.code(), Some(0), "{merged:?}");
+    assert!(stage.bytes("whole.exr") == whole);
+    let mut tile = stage.bytes("t2.exr");
+    let last = tile.len() - 1;
+    tile[last] ^= 1;
+    stage.write("t2.exr", &tile);
+    let merged = stage.run(&["merge", "t1.exr", "t2.exr", "-o", "again.exr"]);
+    let text = String::from_utf8_lossy(&merged.stderr);
+    assert_eq!(merged.status.code(), Some(65), "{text}");
+    assert!(text.contains("t2.exr: is damaged") && !stage.path("again.exr").exists(), "{text}");
+}

@@ -46,6 +46,8 @@ pub struct PanicWatch;
 static OWN_PANIC: Mutex<Option<String>> = Mutex::new(None);
 /// The last panic elsewhere, which is a find if nothing isolates it.
 static FOREIGN_PANIC: Mutex<Option<String>> = Mutex::new(None);
+/// Held during a run: what is recorded belongs to one.
+static RUNNING: Mutex<()> = Mutex::new(());
 static CHAINED: Once = Once::new();
 
 impl PanicWatch {
@@ -69,6 +71,7 @@ impl PanicWatch {
 
     /// Runs `target` on `input`. A description of the panic in rayframe's own code or in the target, whether caught or not.
     pub fn run(self, target: fn(&[u8]), input: &[u8]) -> Option<String> {
+        let _running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
         *OWN_PANIC.lock().unwrap_or_else(PoisonError::into_inner) = None;
         let escaped = std::panic::catch_unwind(|| target(input)).is_err();
         let own = OWN_PANIC.lock().unwrap_or_else(PoisonError::into_inner).take();
@@ -81,7 +84,7 @@ fn record(info: &PanicHookInfo<'_>) {
     let Some(location) = info.location() else { return };
     // Paths of workspace members are relative; those of dependencies are not.
     let is_own =
-        ["src", "tests"].iter().any(|folder| std::path::Path::new(location.file()).starts_with(folder));
+        ["src", "tests/fuzz"].iter().any(|folder| std::path::Path::new(location.file()).starts_with(folder));
     if is_own {
         let mut own = OWN_PANIC.lock().unwrap_or_else(PoisonError::into_inner);
         own.get_or_insert_with(|| info.to_string());

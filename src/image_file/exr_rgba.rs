@@ -8,6 +8,7 @@ use exr::image::{AnyChannels, FlatSamples, Image as ExrImage, Layer};
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels as _, ReadLayers as _};
 
+use super::exr_chunks::check_chunks;
 use crate::error::{Error, over_limit};
 use crate::image::RgbaImage;
 
@@ -59,7 +60,7 @@ pub(super) fn exr_display_size(bytes: &[u8]) -> Result<((u32, u32), u64), String
     Ok((size, u64::try_from(decoded_bytes(bytes)?).unwrap_or(u64::MAX)))
 }
 
-/// Refuses a file whose pixels would take more than `max_memory_bytes`. Reads its header alone.
+/// Refuses a file whose pixels would take more than `max_memory_bytes`, and one that has not all its chunks. Decodes nothing.
 pub(super) fn check_memory(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<(), Error> {
     let needed = decoded_bytes(bytes).map_err(|why| Error::invalid(path, "", why))?;
     if needed > u128::from(max_memory_bytes) {
@@ -69,7 +70,8 @@ pub(super) fn check_memory(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> 
         );
         return Err(Error::refused(path, "", message));
     }
-    Ok(())
+    let damaged = |why| Error::invalid(path, "", format!("not a readable OpenEXR file: {why}"));
+    check_chunks(&mut Cursor::new(bytes)).map_err(damaged)
 }
 
 fn decode(bytes: &[u8]) -> Result<RgbaImage, String> {

@@ -8,6 +8,7 @@ mod atomic;
 mod display;
 mod environment_read;
 mod exr_attributes;
+mod exr_chunks;
 mod exr_compression;
 mod exr_header;
 mod exr_join;

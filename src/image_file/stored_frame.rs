@@ -1,13 +1,14 @@
 //! Inspection of a frame's EXR file: whether it is complete, and what it was rendered from.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Seek as _};
 use std::path::Path;
 
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::meta::header::Header;
 
 use super::exr_attributes::{RENDER_HASH, SAMPLE_RANGE};
+use super::exr_chunks::check_chunks;
 use crate::image::PixelWindow;
 
 /// Facts about a complete frame on disk.
@@ -28,8 +29,10 @@ pub struct StoredFrame {
 /// # Errors
 /// One line that says what is missing or wrong.
 pub fn inspect_exr(path: &Path) -> Result<StoredFrame, String> {
-    let file = File::open(path).map_err(|error| error.to_string())?;
-    let reader = exr::block::read(BufReader::new(file), true).map_err(|error| error.to_string())?;
+    let mut file = BufReader::new(File::open(path).map_err(|error| error.to_string())?);
+    check_chunks(&mut file)?;
+    file.rewind().map_err(|error| error.to_string())?;
+    let reader = exr::block::read(file, true).map_err(|error| error.to_string())?;
     let header = reader.headers().first().ok_or("the file holds no image")?;
     let stored = stored_frame(header);
     for chunk in reader.all_chunks(true).map_err(|error| error.to_string())? {

@@ -13,6 +13,7 @@ import argparse
 import hashlib
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -57,10 +58,6 @@ def fuzz(program, target, folders, seconds):
         command = [str(program), f"-max_total_time={seconds}", f"-timeout={TIMEOUT}", f"-max_len={MAX_BYTES}", "-rss_limit_mb=2048",
                    "-print_final_stats=1", "-len_control=20", f"-dict={seeds.parent / target}.dict", f"-artifact_prefix={artifacts}/",
                    str(corpus), str(seeds)]
-        # The finds that are stored are inputs, too.
-        stored = FINDS / target
-        if stored.is_dir():
-            command.append(str(stored))
         before = set(artifacts.iterdir())
         run = subprocess.run(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, errors="replace")
     found = sorted(set(artifacts.iterdir()) - before)
@@ -72,7 +69,10 @@ def minimized(program, target, find, artifacts):
     smaller = artifacts / f"smaller-{find.name}"
     environment = {**os.environ, "FUZZ_TARGET": target, "RAYON_NUM_THREADS": "1"}
     command = [str(program), "-minimize_crash=1", "-max_total_time=30", f"-timeout={TIMEOUT}", f"-exact_artifact_path={smaller}", str(find)]
-    subprocess.run(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        subprocess.run(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=60)
+    except subprocess.TimeoutExpired:
+        pass
     return smaller if smaller.exists() else find
 
 
@@ -86,6 +86,9 @@ def run_target(program, target, folder, seconds):
     seeds, corpus, artifacts = folder / "seeds" / target, folder / "corpus" / target, folder / "artifacts" / target
     for path in [corpus, artifacts]:
         path.mkdir(parents=True, exist_ok=True)
+    # Finds of earlier runs are inputs, too. Those of this run would only be found again.
+    for find in (FINDS / target).glob("*"):
+        shutil.copy(find, corpus)
     row = {"target": target, "executions": 0, "edges": 0, "features": 0, "inputs": 0, "MB": 0, "finds": 0}
     end = time.monotonic() + seconds
     while (left := int(end - time.monotonic())) > 0 and row["finds"] < MAX_FINDS:

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use rayframe::Error;
+use rayframe::image_file::plate_header;
 use rayframe::regression::{
     Channel, ColorEncoding, EncodedImage, Image, Limits, Preset, Samples, are_identical, compare,
     heat_map_thumbnail, pixel_hash,
@@ -9,7 +11,7 @@ use rayframe::regression::{
 use rayframe::settings::PixelWindow;
 
 use crate::input::Input;
-use crate::verdict::accepted;
+use crate::verdict::{LIBRARY_LIMIT, accepted};
 
 /// Largest number of pixels of decoded files, so that a run is short.
 const MAX_PIXELS: usize = 64 * 64;
@@ -21,7 +23,7 @@ pub(crate) fn diff(input: &[u8]) {
     let (a, b) = if kind % 2 == 0 {
         (image(&mut input), image(&mut input))
     } else {
-        let mut decoded = || accepted(Image::decode(Path::new("a"), input.part()));
+        let mut decoded = || decoded(input.part());
         let (Some(a), Some(b)) = (decoded(), decoded()) else { return };
         (a, b)
     };
@@ -29,6 +31,14 @@ pub(crate) fn diff(input: &[u8]) {
         return;
     }
     check(&a, &b, &Preset::ALL[usize::from(kind / 2) % Preset::ALL.len()].limits());
+}
+
+/// An image of any format, unless it is large.
+fn decoded(bytes: &[u8]) -> Option<Image> {
+    let path = Path::new("a");
+    let is_large =
+        plate_header(path, bytes, LIBRARY_LIMIT).is_err_and(|error| matches!(error, Error::Refused { .. }));
+    if is_large { None } else { accepted(Image::decode(path, bytes)) }
 }
 
 fn check(a: &Image, b: &Image, limits: &Limits) {

@@ -14,14 +14,14 @@ const DAMAGED: &str = "it is truncated or damaged";
 /// Reads the headers at the beginning of `reader`, and checks that the tables of offsets and all chunks are within it: those that
 /// the tables name, and those that follow one another behind the tables. Decoders find chunks in either way.
 pub(super) fn check_chunks(reader: &mut (impl Read + Seek)) -> Result<(), String> {
-    let length = reader.seek(SeekFrom::End(0)).map_err(text)?;
-    reader.rewind().map_err(text)?;
+    let length = reader.seek(SeekFrom::End(0)).map_err(|error| error.to_string())?;
+    reader.rewind().map_err(|error| error.to_string())?;
     let headers = MetaData::read_from_buffered(&mut *reader, false).map_err(|error| error.to_string())?;
     let has_parts = headers.requirements.is_multilayer();
     let flat: Vec<Chunks> = headers.headers.iter().map(|header| Chunks::new(header, has_parts)).collect();
 
     // The tables.
-    let tables = reader.stream_position().map_err(text)?;
+    let tables = reader.stream_position().map_err(|error| error.to_string())?;
     let count: u64 = flat.iter().fold(0, |sum, chunks| sum.saturating_add(chunks.count));
     let first_chunk =
         count.checked_mul(8).and_then(|bytes| bytes.checked_add(tables)).filter(|end| *end <= length);
@@ -91,10 +91,6 @@ impl<R: Read + Seek> Chunked<'_, R> {
         let end = bytes.and_then(|bytes| length_at.checked_add(bytes)).filter(|end| *end <= self.length);
         end.ok_or_else(|| DAMAGED.to_owned())
     }
-}
-
-fn text(error: std::io::Error) -> String {
-    error.to_string()
 }
 
 #[cfg(test)]

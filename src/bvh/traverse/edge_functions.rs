@@ -109,7 +109,7 @@ impl<V> EdgeFunctions<V> {
         let weights = lateral * lateral * WEIGHT_ERROR * (deepest - shallowest) * over_det.abs();
         let error = (weights + largest_depth * DEPTH_ERROR + UNDERFLOW) * reciprocal.abs();
         // Zero, or not a number.
-        let overflow = t - t;
+        let overflow = t * 0.0;
         let error = error + overflow;
         DistanceBounds { near: t - error, far: t + error }
     }

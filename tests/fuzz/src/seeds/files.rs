@@ -15,32 +15,32 @@ use crate::verdict::must;
 /// A scene that takes little time.
 const SCENE: &[u8] = include_bytes!("../../../../scenes/scene/default_material.gltf");
 
-/// A picture with gradients, edges and transparency.
-fn picture() -> DynamicImage {
+/// An image with gradients, edges and transparency.
+fn gradient() -> DynamicImage {
     DynamicImage::ImageRgba16(ImageBuffer::from_fn(13, 9, |x, y| {
         let edge = if (x / 3 + y / 2) % 2 == 0 { 60000 } else { 900 };
         image::Rgba([(x * 5000) as u16, (y * 7000) as u16, edge, 65535 - (x * y * 400) as u16])
     }))
 }
 
-fn encoded(picture: &DynamicImage, format: ImageFormat) -> Vec<u8> {
+fn encoded(gradient: &DynamicImage, format: ImageFormat) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
-    must(picture.write_to(&mut bytes, format));
+    must(gradient.write_to(&mut bytes, format));
     bytes.into_inner()
 }
 
 /// All colour types, and one with a text chunk.
 pub(crate) fn pngs() -> Vec<Seed> {
-    let picture = picture();
+    let gradient = gradient();
     let own = must(encode_png((2, 2), &[[1, 2, 3, 4], [5, 6, 7, 255], [0; 4], [255; 4]], "0123"));
     let kinds = [
-        ("rgba16", picture.clone()),
-        ("rgb16", picture.to_rgb16().into()),
-        ("rgba8", picture.to_rgba8().into()),
-        ("rgb8", picture.to_rgb8().into()),
-        ("grey16", picture.to_luma16().into()),
-        ("grey8", picture.to_luma8().into()),
-        ("grey_alpha8", picture.to_luma_alpha8().into()),
+        ("rgba16", gradient.clone()),
+        ("rgb16", gradient.to_rgb16().into()),
+        ("rgba8", gradient.to_rgba8().into()),
+        ("rgb8", gradient.to_rgb8().into()),
+        ("grey16", gradient.to_luma16().into()),
+        ("grey8", gradient.to_luma8().into()),
+        ("grey_alpha8", gradient.to_luma_alpha8().into()),
     ];
     let mut seeds: Vec<Seed> =
         kinds.iter().map(|(name, image)| seed(*name, encoded(image, ImageFormat::Png))).collect();
@@ -50,17 +50,17 @@ pub(crate) fn pngs() -> Vec<Seed> {
 
 /// In colour and grey.
 pub(crate) fn jpegs() -> Vec<Seed> {
-    let picture = picture();
+    let gradient = gradient();
     vec![
-        seed("rgb", encoded(&picture.to_rgb8().into(), ImageFormat::Jpeg)),
-        seed("grey", encoded(&picture.to_luma8().into(), ImageFormat::Jpeg)),
+        seed("rgb", encoded(&gradient.to_rgb8().into(), ImageFormat::Jpeg)),
+        seed("grey", encoded(&gradient.to_luma8().into(), ImageFormat::Jpeg)),
     ]
 }
 
 /// With and without loss, and with alpha.
 pub(crate) fn webps() -> Vec<Seed> {
     let mut alpha = Vec::new();
-    must(DynamicImage::from(picture().to_rgba8()).write_with_encoder(WebPEncoder::new_lossless(&mut alpha)));
+    must(DynamicImage::from(gradient().to_rgba8()).write_with_encoder(WebPEncoder::new_lossless(&mut alpha)));
     vec![
         seed("chequer", include_bytes!("../../../make_scenes/streams/chequer.webp")),
         seed("lossy", include_bytes!("../../../make_scenes/streams/lossy.webp")),
@@ -78,10 +78,10 @@ pub(crate) fn ktx2s() -> Vec<Seed> {
 
 /// With and without run lengths.
 pub(crate) fn hdrs() -> Vec<Seed> {
-    let plain = encoded(&picture().to_rgb32f().into(), ImageFormat::Hdr);
+    let plain = encoded(&gradient().to_rgb32f().into(), ImageFormat::Hdr);
     vec![
         seed("quarters", include_bytes!("../../../../scenes/environment/quarters.hdr")),
-        seed("picture", plain),
+        seed("lines", plain),
     ]
 }
 
@@ -124,8 +124,8 @@ pub(crate) fn tiles() -> Vec<Seed> {
 pub(crate) fn image_pairs() -> Vec<Seed> {
     let mut seeds = super::triangles();
     let exr = frame(&[("aovs", "object_id,crypto_object")]);
-    let png = encoded(&picture().to_rgba8().into(), ImageFormat::Png);
-    let hdr = encoded(&picture().to_rgb32f().into(), ImageFormat::Hdr);
+    let png = encoded(&gradient().to_rgba8().into(), ImageFormat::Png);
+    let hdr = encoded(&gradient().to_rgb32f().into(), ImageFormat::Hdr);
     for (name, a, b) in
         [("exrs", &exr, &frame(&[("fov", "40")])), ("pngs", &png, &png), ("png_and_hdr", &png, &hdr)]
     {

@@ -28,7 +28,7 @@ pub(crate) fn bvh(input: &[u8]) {
     let mut input = Input::new(input);
     let builder = [BuilderKind::Lbvh, BuilderKind::Karras, BuilderKind::Ploc, BuilderKind::Auto]
         [usize::from(input.u8() % 4)];
-    let split = if input.u8() % 2 == 0 { Split::Off } else { Split::Auto };
+    let split = if input.u8().is_multiple_of(2) { Split::Off } else { Split::Auto };
     let simd = SimdLevel::ALL[usize::from(input.u8()) % SimdLevel::ALL.len()];
     let simd = if simd.is_supported() { simd } else { SimdLevel::Scalar };
     let settings =
@@ -72,7 +72,7 @@ fn build(subject: &Subject, settings: &BuildSettings, recycled: Option<Bvh>) -> 
 }
 
 fn subject(input: &mut Input<'_>) -> Subject {
-    let is_on_grid = input.u8() % 4 != 0;
+    let is_on_grid = !input.u8().is_multiple_of(4);
     let flag_bits = input.u32();
     let count = usize::from(input.u8()) % (MAX_TRIANGLES + 1);
     let mut triangles = Vec::new();
@@ -84,7 +84,7 @@ fn subject(input: &mut Input<'_>) -> Subject {
         1 => TriangleFlags::SINGLE_SIDED,
         2 => TriangleFlags::FILTERED,
         _ => {
-            if index % 2 == 0 {
+            if index.is_multiple_of(2) {
                 TriangleFlags::HIDDEN
             } else {
                 TriangleFlags::FILTERED.with(TriangleFlags::SINGLE_SIDED)

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use rayframe::Error;
+use rayframe::image::RenderedScene;
 use rayframe::image_file::plate_header;
 use rayframe::regression::{
     Channel, ColorEncoding, EncodedImage, Image, Limits, Preset, Samples, are_identical, compare,
@@ -20,7 +21,7 @@ const MAX_PIXELS: usize = 64 * 64;
 pub(crate) fn diff(input: &[u8]) {
     let mut input = Input::new(input);
     let kind = input.u8();
-    let (a, b) = if kind % 2 == 0 {
+    let (a, b) = if kind.is_multiple_of(2) {
         (image(&mut input), image(&mut input))
     } else {
         let mut decoded = || decoded(input.part());
@@ -69,7 +70,7 @@ fn image(input: &mut Input<'_>) -> Image {
     let pixels = data_window.pixel_count();
     let names = ["R", "G", "B", "A", "Z", "normal.X", "node_id", "crypto_object00.R"];
     let chosen = input.u8();
-    let is_on_grid = input.u8() % 2 == 0;
+    let is_on_grid = input.u8().is_multiple_of(2);
     let mut channels = Vec::new();
     for (bit, name) in names.iter().enumerate().filter(|(bit, _)| chosen >> bit & 1 == 1) {
         let mut number = || if is_on_grid { input.grid_number() } else { input.f32() };
@@ -80,7 +81,7 @@ fn image(input: &mut Input<'_>) -> Image {
         };
         channels.push(Channel { name: (*name).to_owned(), samples });
     }
-    let encoding = if input.u8() % 2 == 0 { ColorEncoding::Linear } else { ColorEncoding::Srgb };
+    let encoding = if input.u8().is_multiple_of(2) { ColorEncoding::Linear } else { ColorEncoding::Srgb };
     let display_window = PixelWindow::full(32, 32);
-    Image { display_window, data_window, encoding, channels, scene: Default::default() }
+    Image { display_window, data_window, encoding, channels, scene: RenderedScene::default() }
 }

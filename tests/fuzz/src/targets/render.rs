@@ -2,6 +2,7 @@
 
 use rayframe::Renderer;
 use rayframe::regression::are_identical;
+use rayframe::scene::Mesh;
 
 use crate::input::Input;
 use crate::scratch;
@@ -59,7 +60,7 @@ pub(crate) fn render(input: &[u8]) {
     assert!(rendered.pixels().iter().flatten().all(|value| value.is_finite()), "a pixel is not finite");
 
     // The hierarchy never changes the image.
-    let triangles: usize = renderer.scene().meshes.iter().map(|mesh| mesh.triangle_count()).sum();
+    let triangles: usize = renderer.scene().meshes.iter().map(Mesh::triangle_count).sum();
     if triangles * renderer.scene().nodes.len() > MAX_BRUTE_FORCE {
         return;
     }

@@ -9,6 +9,7 @@ use exr::meta::header::Header;
 use exr::prelude::{ReadChannels as _, ReadLayers as _};
 
 use super::exr_chunks::check_chunks;
+use super::isolated::isolated;
 use crate::error::{Error, over_limit};
 use crate::image::RgbaImage;
 
@@ -20,7 +21,7 @@ use crate::image::RgbaImage;
 /// `max_memory_bytes`.
 pub fn decode_exr_rgba(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<RgbaImage, Error> {
     check_memory(path, bytes, max_memory_bytes)?;
-    decode(bytes).map_err(|why| Error::invalid(path, "", why))
+    isolated(|| decode(bytes)).map_err(|why| Error::invalid(path, "", why))
 }
 
 /// Pixels of a data window and its place in the display window.
@@ -47,7 +48,7 @@ pub(super) fn decode_exr_window(
         let image = RgbaImage { size, pixels: rgba(&layer)? };
         Ok(WindowedRgba { image, position: (offset(start.0, origin.0), offset(start.1, origin.1)) })
     };
-    decoded().map_err(|why: String| Error::invalid(path, "", why))
+    isolated(decoded).map_err(|why| Error::invalid(path, "", why))
 }
 
 /// Size of the display window, and the bytes that decoding the file takes.
@@ -62,7 +63,7 @@ pub(super) fn exr_display_size(bytes: &[u8]) -> Result<((u32, u32), u64), String
 
 /// Refuses a file whose pixels would take more than `max_memory_bytes`, and one that has not all its chunks. Decodes nothing.
 pub(super) fn check_memory(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<(), Error> {
-    let needed = decoded_bytes(bytes).map_err(|why| Error::invalid(path, "", why))?;
+    let needed = isolated(|| decoded_bytes(bytes)).map_err(|why| Error::invalid(path, "", why))?;
     if needed > u128::from(max_memory_bytes) {
         let message = format!(
             "decoding it needs up to {}; raise `max_memory`",

@@ -16,6 +16,7 @@ mod exr_read;
 mod exr_rgba;
 mod exr_write;
 mod ffmpeg;
+mod isolated;
 mod ktx2;
 mod movie;
 mod plate_read;

@@ -9,6 +9,7 @@ use exr::meta::header::Header;
 
 use super::exr_attributes::{RENDER_HASH, SAMPLE_RANGE};
 use super::exr_chunks::check_chunks;
+use super::isolated::isolated;
 use crate::image::PixelWindow;
 
 /// Facts about a complete frame on disk.
@@ -32,6 +33,10 @@ pub fn inspect_exr(path: &Path) -> Result<StoredFrame, String> {
     let mut file = BufReader::new(File::open(path).map_err(|error| error.to_string())?);
     check_chunks(&mut file)?;
     file.rewind().map_err(|error| error.to_string())?;
+    isolated(|| inspect(file))
+}
+
+fn inspect(file: BufReader<File>) -> Result<StoredFrame, String> {
     let reader = exr::block::read(file, true).map_err(|error| error.to_string())?;
     let header = reader.headers().first().ok_or("the file holds no image")?;
     let stored = stored_frame(header);

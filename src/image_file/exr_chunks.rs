@@ -106,9 +106,8 @@ mod tests {
     use crate::image::{ColorEncoding, Image};
     use crate::image_file::{ExrCompression, FrameAttributes, decode_exr, encode_exr, inspect_exr};
 
-    #[expect(clippy::unwrap_used, reason = "a small image can be encoded")]
     fn file() -> Vec<u8> {
-        let image = Image::from_rgba((40, 40), ColorEncoding::Linear, &[[0.5; 4]; 1600]);
+        let image = Image::from_rgba((40, 40), ColorEncoding::Linear, &vec![[0.5; 4]; 1600]);
         encode_exr(image, ExrCompression::Zip, &FrameAttributes::unknown()).unwrap()
     }
 

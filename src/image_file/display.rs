@@ -6,6 +6,7 @@ use std::path::Path;
 use image::imageops::thumbnail;
 use image::{ImageBuffer, ImageFormat, ImageReader, Rgba};
 
+use super::isolated::isolated;
 use crate::error::{Error, Result, over_limit};
 use crate::image::RgbaImage;
 
@@ -37,9 +38,8 @@ impl DisplayImage {
 /// [`Error::Invalid`] when `bytes`, the content of `path`, are not a PNG file.
 pub fn decode_png(path: &Path, bytes: &[u8]) -> Result<DisplayImage> {
     let reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
-    let image = reader
-        .decode()
-        .map_err(|error| Error::invalid(path, "", format!("not a readable PNG file: {error}")))?
+    let image = isolated(|| reader.decode().map_err(|error| error.to_string()))
+        .map_err(|why| Error::invalid(path, "", format!("not a readable PNG file: {why}")))?
         .into_rgba8();
     Ok(DisplayImage { size: image.dimensions(), pixels: image.as_raw().as_chunks::<4>().0.to_vec() })
 }
@@ -60,7 +60,10 @@ pub fn decode_png_values(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Re
         let excess = over_limit(needed.into(), max_memory_bytes.into());
         return Err(Error::refused(path, "", format!("decoding it needs up to {excess}")));
     }
-    let image = reader().decode().map_err(damaged)?.into_rgba32f();
+    let decode = || reader().decode().map_err(|error| error.to_string());
+    let image = isolated(decode)
+        .map_err(|why| Error::invalid(path, "", format!("not a readable PNG file: {why}")))?
+        .into_rgba32f();
     Ok(RgbaImage { size: image.dimensions(), pixels: image.as_raw().as_chunks::<4>().0.to_vec() })
 }
 

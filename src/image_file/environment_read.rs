@@ -7,6 +7,7 @@ use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder as _};
 
 use super::decode_exr_rgba;
+use super::isolated::isolated;
 use crate::error::{Error, Result, Warning, over_limit};
 
 /// Pixels of an environment image as stored, linear, not projected yet.
@@ -66,7 +67,10 @@ fn from_hdr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Environm
         );
         return Err(Error::refused(path, "", message));
     }
-    let image = DynamicImage::from_decoder(decoder).map_err(damaged)?.into_rgb32f();
+    let decode = || DynamicImage::from_decoder(decoder).map_err(|error| error.to_string());
+    let image = isolated(decode)
+        .map_err(|why| Error::invalid(path, "", format!("not a readable .hdr file: {why}")))?
+        .into_rgb32f();
     let (pixels, _) = image.as_raw().as_chunks::<3>();
     Ok(EnvironmentPixels { width, height, pixels: pixels.to_vec(), warnings: Vec::new() })
 }

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use super::ExrHeader;
 use super::exr_attributes::{SAMPLE_RANGE, STAMPS, byte_text};
 use super::exr_checksum::{CHECKSUM, ExrIntegrity, ZEROS, seal, verify_exr};
+use super::exr_chunks::check_chunks;
 use super::exr_write::{exr_channels, sort_attributes, write_compressing_in_parallel};
 use crate::error::{Error, Result};
 use crate::image::{Image, PixelWindow};
@@ -144,10 +145,12 @@ fn decode(path: &Path, bytes: &[u8]) -> Result<TileImage> {
         .all_attributes()
         .non_parallel();
     // The decoder may panic over inconsistent files.
-    let decoded = catch_unwind(AssertUnwindSafe(|| decoder.from_buffered(Cursor::new(bytes))));
+    let decode = || decoder.from_buffered(Cursor::new(bytes)).map_err(|error| error.to_string());
+    let whole = check_chunks(&mut Cursor::new(bytes));
+    let decoded = catch_unwind(AssertUnwindSafe(|| whole.and_then(|()| decode())));
     let why = match decoded {
         Ok(Ok(part)) => return Ok(part),
-        Ok(Err(error)) => error.to_string(),
+        Ok(Err(why)) => why,
         Err(_) => "its content is inconsistent".to_owned(),
     };
     Err(Error::invalid(path, "", format!("not a readable OpenEXR file: {why}")))

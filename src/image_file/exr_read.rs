@@ -1,7 +1,6 @@
 //! Decoding of OpenEXR files with all channels.
 
 use std::io::Cursor;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use exr::image::read::read;
@@ -12,6 +11,7 @@ use exr::meta::header::LayerAttributes;
 use exr::prelude::{ReadChannels as _, ReadLayers as _};
 
 use super::exr_rgba::check_memory;
+use super::isolated::isolated;
 use crate::error::Error;
 use crate::image::{
     Channel, ColorEncoding, Image, PartHashes, PixelWindow, RenderedScene, Samples, SceneContent,
@@ -27,11 +27,7 @@ use crate::image::{
 /// `max_memory_bytes`.
 pub fn decode_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Image, Error> {
     check_memory(path, bytes, max_memory_bytes)?;
-    // The decoder may panic over inconsistent files.
-    let decoded = catch_unwind(AssertUnwindSafe(|| decode(bytes)));
-    let decoded = decoded
-        .unwrap_or_else(|_| Err("not a readable OpenEXR file: its content is inconsistent".to_owned()));
-    decoded.map_err(|why| Error::invalid(path, "", why))
+    isolated(|| decode(bytes)).map_err(|why| Error::invalid(path, "", why))
 }
 
 fn decode(bytes: &[u8]) -> Result<Image, String> {

@@ -8,6 +8,8 @@ use exr::image::{AnyChannels, FlatSamples, Image as ExrImage, Layer};
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels as _, ReadLayers as _};
 
+use super::exr_chunks::check_chunks;
+use super::isolated::isolated;
 use crate::error::{Error, over_limit};
 use crate::image::RgbaImage;
 
@@ -19,7 +21,7 @@ use crate::image::RgbaImage;
 /// `max_memory_bytes`.
 pub fn decode_exr_rgba(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<RgbaImage, Error> {
     check_memory(path, bytes, max_memory_bytes)?;
-    decode(bytes).map_err(|why| Error::invalid(path, "", why))
+    isolated(|| decode(bytes)).map_err(|why| Error::invalid(path, "", why))
 }
 
 /// Pixels of a data window and its place in the display window.
@@ -46,7 +48,7 @@ pub(super) fn decode_exr_window(
         let image = RgbaImage { size, pixels: rgba(&layer)? };
         Ok(WindowedRgba { image, position: (offset(start.0, origin.0), offset(start.1, origin.1)) })
     };
-    decoded().map_err(|why: String| Error::invalid(path, "", why))
+    isolated(decoded).map_err(|why| Error::invalid(path, "", why))
 }
 
 /// Size of the display window, and the bytes that decoding the file takes.
@@ -59,9 +61,9 @@ pub(super) fn exr_display_size(bytes: &[u8]) -> Result<((u32, u32), u64), String
     Ok((size, u64::try_from(decoded_bytes(bytes)?).unwrap_or(u64::MAX)))
 }
 
-/// Refuses a file whose pixels would take more than `max_memory_bytes`. Reads its header alone.
+/// Refuses a file whose pixels would take more than `max_memory_bytes`, and one that has not all its chunks. Decodes nothing.
 pub(super) fn check_memory(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<(), Error> {
-    let needed = decoded_bytes(bytes).map_err(|why| Error::invalid(path, "", why))?;
+    let needed = isolated(|| decoded_bytes(bytes)).map_err(|why| Error::invalid(path, "", why))?;
     if needed > u128::from(max_memory_bytes) {
         let message = format!(
             "decoding it needs up to {}; raise `max_memory`",
@@ -69,7 +71,8 @@ pub(super) fn check_memory(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> 
         );
         return Err(Error::refused(path, "", message));
     }
-    Ok(())
+    let damaged = |why| Error::invalid(path, "", format!("not a readable OpenEXR file: {why}"));
+    check_chunks(&mut Cursor::new(bytes)).map_err(damaged)
 }
 
 fn decode(bytes: &[u8]) -> Result<RgbaImage, String> {

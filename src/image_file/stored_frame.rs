@@ -9,6 +9,8 @@ use exr::meta::header::Header;
 
 use super::exr_attributes::{RENDER_HASH, SAMPLE_RANGE};
 use super::exr_checksum::{ExrIntegrity, verify_exr};
+use super::exr_chunks::check_chunks;
+use super::isolated::isolated;
 use crate::image::PixelWindow;
 
 /// Facts about a complete frame on disk.
@@ -33,14 +35,21 @@ pub fn inspect_exr(path: &Path) -> Result<StoredFrame, String> {
     let text = |error: io::Error| error.to_string();
     let mut file = BufReader::new(File::open(path).map_err(text)?);
     let integrity = verify_exr(&mut file).map_err(text)?;
-    file.rewind().map_err(text)?;
-    let reader = exr::block::read(file, true).map_err(|error| error.to_string())?;
-    let stored = stored_frame(reader.headers().first().ok_or("the file holds no image")?);
-    match (integrity, &stored.render_hash) {
-        (ExrIntegrity::Damaged, _) => Err("its bytes do not match its checksum".to_owned()),
-        (ExrIntegrity::NoChecksum, Some(_)) => Err("it has no checksum".to_owned()),
-        (ExrIntegrity::Whole, _) | (ExrIntegrity::NoChecksum, None) => Ok(stored),
+    if integrity == ExrIntegrity::Damaged {
+        return Err("its bytes do not match its checksum".to_owned());
     }
+    check_chunks(&mut file)?;
+    file.rewind().map_err(text)?;
+    let stored = isolated(|| inspect(file))?;
+    if integrity == ExrIntegrity::NoChecksum && stored.render_hash.is_some() {
+        return Err("it has no checksum".to_owned());
+    }
+    Ok(stored)
+}
+
+fn inspect(file: BufReader<File>) -> Result<StoredFrame, String> {
+    let reader = exr::block::read(file, true).map_err(|error| error.to_string())?;
+    Ok(stored_frame(reader.headers().first().ok_or("the file holds no image")?))
 }
 
 fn stored_frame(header: &Header) -> StoredFrame {

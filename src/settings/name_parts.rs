@@ -105,6 +105,7 @@ fn closed_place(bytes: &[u8], end: u8) -> Option<(usize, usize)> {
     let is_closed = bytes.get(digits) == Some(&end);
     let is_padded = digits == 0 || (digits <= 3 && bytes[0] == b'0');
     let text = std::str::from_utf8(&bytes[..digits]).ok()?;
-    let width = if digits == 0 { 1 } else { text.parse().ok()? };
+    // A number has a digit even where the width is zero.
+    let width = if digits == 0 { 1 } else { text.parse::<usize>().ok()?.max(1) };
     (is_closed && is_padded).then_some((width, digits + 1))
 }

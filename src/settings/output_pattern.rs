@@ -105,9 +105,18 @@ impl OutputPattern {
     /// The text that [`OutputPattern::parse`] reads as this pattern.
     pub fn to_text(&self) -> OsString {
         let mut text = OsString::new();
-        for part in &self.parts {
+        let parts: Vec<&Part> =
+            self.parts.iter().filter(|part| **part != Part::Literal(OsString::new())).collect();
+        let is_frame = |index: usize| matches!(parts.get(index), Some(Part::Frame { .. }));
+        for (index, part) in parts.iter().enumerate() {
             match part {
                 Part::Literal(literal) => text.push(Self::escaped(Path::new(literal))),
+                // Two rows of # would be one number.
+                Part::Frame { width }
+                    if *width < 100 && (is_frame(index + 1) || index > 0 && is_frame(index - 1)) =>
+                {
+                    text.push(format!("%0{width}d"));
+                }
                 Part::Frame { width } => text.push("#".repeat(*width)),
                 Part::Layer => text.push("{layer}"),
                 Part::Name(placeholder) => text.push(placeholder.text()),
@@ -313,6 +322,18 @@ mod tests {
     }
 
     #[cfg(unix)]
+    #[test]
+    fn adjacent_numbers_and_numbers_of_no_width_are_written_as_they_are_read() {
+        for (text, name) in
+            [("%d#.exr", "77.exr"), ("%04d{frame}##.exr", "0007707.exr"), ("%0d.exr", "7.exr")]
+        {
+            let pattern = OutputPattern::parse(OsStr::new(text)).unwrap();
+            assert_eq!(path(text, 7), name);
+            let written = pattern.to_text();
+            assert_eq!(OutputPattern::parse(&written), Ok(pattern), "{}", written.display());
+        }
+    }
+
     #[test]
     fn names_need_not_be_unicode() {
         use std::os::unix::ffi::OsStrExt as _;

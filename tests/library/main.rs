@@ -6,6 +6,7 @@ mod colors;
 mod conformance;
 mod corruptions;
 mod framing;
+mod fuzz_finds;
 mod known_answers;
 mod motion_blur;
 mod references;

@@ -15,7 +15,8 @@
 //! the largest lateral coordinate. An edge function is at most `2M²` and off by at most `2⁻²⁴·4M²`. Errors `δ` of the weights
 //! move the mean by at most `Σ|δ|·span/|det|`, where `span` is the range of depths: `3·2⁻²²·M²·span/|det|`, rounded up to
 //! `2⁻²⁰`. Sums, products and quotients move it by at most ten roundings of the largest depth; with the last rounding of the
-//! true `t` that is less than `2⁻²⁰` of it. Underflow is below [`UNDERFLOW`], since determinants are not tiny.
+//! true `t` that is less than `2⁻²⁰` of it. Underflow is below [`UNDERFLOW`], since determinants are not tiny. Where a product of an
+//! edge function and a depth overflows, `t` is not finite, and the bounds are not numbers: no comparison with them holds.
 
 use fearless_simd::{Simd, SimdFloat, prelude::*};
 
@@ -107,6 +108,9 @@ impl<V> EdgeFunctions<V> {
         let t = (u * a[2] + v * b[2] + w * c[2]) * over_det * reciprocal;
         let weights = lateral * lateral * WEIGHT_ERROR * (deepest - shallowest) * over_det.abs();
         let error = (weights + largest_depth * DEPTH_ERROR + UNDERFLOW) * reciprocal.abs();
+        // Zero, or not a number.
+        let overflow = t * 0.0;
+        let error = error + overflow;
         DistanceBounds { near: t - error, far: t + error }
     }
 }

@@ -54,6 +54,30 @@ fn equals_brute_force_for_all_settings() {
     }
 }
 
+/// A product of an edge function and a depth is beyond the largest float, the hit's distance is not.
+#[test]
+fn narrow_triangles_far_along_the_ray_are_hit() {
+    let (depth, side) = (1.0e32, 1.0e6);
+    let at = |y: f32, z: f32| Vec3::new(depth, y * side, z * side);
+    let triangles = [triangle(at(-1.0, -1.0), at(1.0, -1.0), at(0.0, 1.0)); 3];
+    let rays = [Vec3::X * depth, Vec3::X].map(|direction| {
+        let ray = Ray::new(Vec3::ZERO, direction);
+        Ray { t_max: 2.0 * depth / direction.x, ..ray }
+    });
+    for settings in all_settings() {
+        let bvh = build(&triangles, &[TriangleFlags::default(); 3], &settings);
+        for ray in &rays {
+            let counters = &mut TraversalCounters::default();
+            assert!(bvh.occluded(ray, |_| true, counters), "{settings:?} {ray:?}");
+            let mut hits = [None];
+            bvh.closest_hits(&[*ray], |_, _| true, &mut hits, counters);
+            let closest = bvh.closest_hit(ray, None, |_| true, counters);
+            assert_eq!(closest.map(|hit| hit.t), Some(depth / ray.direction.x), "{settings:?} {ray:?}");
+            assert_eq!(closest, hits[0]);
+        }
+    }
+}
+
 /// Coherent rays as an integrator traces them: from one point to a small square, segments back to it, and from a curved mirror.
 fn batches(triangles: &[Triangle], random: &mut Random) -> Vec<Vec<Ray>> {
     let finite = triangles.iter().filter(|t| t.vertices.iter().all(|p| p.is_finite()));

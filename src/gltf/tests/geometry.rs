@@ -202,3 +202,13 @@ fn influences_of_all_sets_are_interleaved() {
     document.json["skins"] = json!([{"joints": (0..8).collect::<Vec<i32>>()}]);
     assert!(document.error(65).contains("joint 8"));
 }
+
+#[test]
+fn colors_out_of_range_are_named() {
+    let mut document = Document::triangle();
+    document.attribute("COLOR_0", "VEC3", &[0.0, 1.5, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+    let warnings = document.import().unwrap().warnings;
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    let text = warnings[0].to_string();
+    assert!(text.contains("COLOR_0") && text.contains("outside 0 to 1"), "{text}");
+}

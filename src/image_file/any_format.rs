@@ -121,6 +121,9 @@ mod tests {
             bytes[start + 12..start + 16].copy_from_slice(&4999_u32.to_le_bytes());
             bytes[start + 16..start + 20].copy_from_slice(&4999_u32.to_le_bytes());
         }
+        let name = b"chunkCount\0int\0";
+        let start = bytes.windows(name.len()).position(|found| found == name).unwrap() + name.len();
+        bytes[start + 4..start + 8].copy_from_slice(&313_u32.to_le_bytes());
         let error = Image::decode(&path, &bytes).unwrap_err();
         assert_eq!(error.exit_code(), 65);
         assert!(error.to_string().contains("too short for the pixels"), "{error}");

@@ -39,12 +39,12 @@ def run(command):
 
 
 def estimate(command):
-    """The smallest limit in bytes, within 1 %, that a dry run accepts."""
+    """The smallest limit in bytes, within 2 %, that a dry run accepts."""
     accepts = lambda limit: run(command + ["--dry-run", "--max-memory", str(int(limit))])[0] == 0
     low, high = 1e5, 64e9
     if not accepts(high):
         return None
-    while high / low > 1.01:
+    while high / low > 1.02:
         middle = (low * high) ** 0.5
         low, high = (low, middle) if accepts(middle) else (middle, high)
     return high

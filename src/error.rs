@@ -89,6 +89,13 @@ pub enum Error {
     #[error(transparent)]
     Interrupted(#[from] Cancelled),
 
+    /// The system has too little of something at the moment, such as threads. Exit code 75.
+    #[error("{message}")]
+    Temporary {
+        /// What is short, and the remedy.
+        message: String,
+    },
+
     /// Images differ, a reference is missing, or a test failed. Exit code 1.
     #[error("{message}")]
     Different {
@@ -142,6 +149,13 @@ impl Error {
         move |source| Self::Missing { path: path.to_owned(), pointer: String::new(), source }
     }
 
+    /// [`Error::Temporary`] for threads that the system does not start.
+    pub fn no_threads(error: impl std::fmt::Display) -> Self {
+        let message =
+            format!("the threads cannot be started: {error}; set fewer `threads`, or try again later");
+        Self::Temporary { message }
+    }
+
     /// The process exit code, after `sysexits.h`: 65 is permanent, 75 is retryable.
     pub fn exit_code(&self) -> u8 {
         match self {
@@ -154,7 +168,7 @@ impl Error {
             Self::Internal { .. } => 70,
             Self::CannotCreate { .. } => 73,
             Self::WriteFailed { .. } => 74,
-            Self::Interrupted(_) => 75,
+            Self::Interrupted(_) | Self::Temporary { .. } => 75,
             Self::Refused { .. } => 77,
         }
     }

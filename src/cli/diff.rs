@@ -12,7 +12,7 @@ mod report;
 mod result_files;
 mod text;
 
-use crate::progress::{print_output, print_warning};
+use crate::progress::{escaped_json, print_output, print_warning};
 use rayframe::error::{Error, Result};
 use rayframe::image_file::write_atomically;
 use rayframe::regression::{FilePair, Image, compare, pair_files, pixel_hash};
@@ -65,7 +65,7 @@ fn run_images(args: &DiffArgs) -> Result<bool> {
     }
     let report = Report::new(args, frames, &paired);
     if args.json {
-        print_output(&report.json()?);
+        print_output(&escaped_json(&report.json()?));
     } else {
         print_output(&text::text(&report, is_sequence));
     }
@@ -77,7 +77,8 @@ fn compared(
     pair: &FilePair,
     page: Option<&mut DiffPage>,
 ) -> Result<(FrameReport, Option<rayframe::regression::FlipMap>)> {
-    let whole = (Image::read(&pair.actual)?, Image::read(&pair.reference)?);
+    let read = |path: &std::path::Path| Image::read_within(path, args.bytes_a_side());
+    let whole = (read(&pair.actual)?, read(&pair.reference)?);
     let layers = layer_options::aovs_in_files(&args.aovs, &[whole.0.layers(), whole.1.layers()].concat())
         .map_err(Error::usage)?;
     // The page shows colours even where other layers are compared.

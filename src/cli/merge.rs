@@ -46,7 +46,7 @@ pub(super) fn run(args: &MergeArgs) -> ExitStatus {
     let pool = ThreadPoolBuilder::new().num_threads(args.threads.map_or(0, usize::from)).build();
     let merged = match pool {
         Ok(pool) => pool.install(|| merge(args)),
-        Err(error) => Err(Error::Internal { message: format!("the threads cannot be started: {error}") }),
+        Err(error) => Err(Error::no_threads(error)),
     };
     merged.unwrap_or_else(|error| exit_status(Err(error)))
 }

@@ -47,9 +47,7 @@ pub(super) fn run(options: &RenderOptions) -> ExitStatus {
             Ok(session) => session.render(&shots),
             Err(error) => exit_status(Err(error)),
         }),
-        Err(error) => {
-            exit_status(Err(Error::Internal { message: format!("the threads cannot be started: {error}") }))
-        }
+        Err(error) => exit_status(Err(Error::no_threads(error))),
     }
 }
 

@@ -16,6 +16,7 @@ use super::bounds::{ElementRange, base_elements, check_element_range, sparse_ind
 use super::component::{self, ElementLayout};
 use super::context::Context;
 use super::document::Document;
+use super::extremes::check_extremes;
 use super::formats::{Format, format_name};
 use super::raw::escape;
 use crate::error::{Error, Result};
@@ -130,12 +131,27 @@ impl<'a> Data<'a> {
         let is_invalid = |element: &[f32; N]| element.iter().any(|value| !value.is_finite());
         let invalid = elements.par_iter().with_min_len(ELEMENTS_PER_TASK).position_first(is_invalid);
         match invalid {
-            None => Ok(elements),
+            None => {
+                let accessor = self.accessor(context, index, pointer)?;
+                if format.component == ComponentType::F32 && self.is_plain(index, accessor) {
+                    check_extremes(context, accessor, index, &elements);
+                }
+                Ok(elements)
+            }
             Some(i) => Err(context.invalid(
                 format!("/accessors/{index}"),
                 format!("element {i} is infinite or not a number; export the file again"),
             )),
         }
+    }
+
+    /// Whether the file stores the elements as they are. Compression changes values a little, and its accessors state the originals.
+    fn is_plain(&self, index: usize, accessor: &Accessor) -> bool {
+        let is_packed = |view: usize| self.views.get(view).is_some_and(Option::is_some);
+        let has_data = accessor.buffer_view.is_some() || accessor.sparse.is_some();
+        has_data
+            && !self.decoded.contains_key(&index)
+            && !accessor.buffer_view.is_some_and(|view| is_packed(view.value()))
     }
 
     /// Reads all elements of accessor `index` as unsigned integers.

@@ -267,12 +267,16 @@ fn times(
     if times.first().is_some_and(|&first| first < 0.0) {
         return Err(context.invalid(pointer, "has keyframes before time 0"));
     }
+    // Keys without stored data are all at time 0, which is valid: an extension may supply them.
+    let is_stored = data
+        .accessor(context, reference.accessor, &reference.pointer)
+        .is_ok_and(|accessor| accessor.buffer_view.is_some() || accessor.sparse.is_some());
     match times.windows(2).position(|pair| matches!(pair, [a, b] if a >= b)) {
-        None => Ok(times),
-        Some(i) => Err(context.invalid(
+        Some(i) if is_stored => Err(context.invalid(
             pointer,
             format!("keyframe times must increase, but keyframe {i} is not before the next"),
         )),
+        _ => Ok(times),
     }
 }
 

@@ -103,9 +103,15 @@ fn split_glb(context: &mut Context, bytes: Vec<u8>) -> Result<SceneFile> {
     let mut json = None;
     let mut bin = None;
     let mut position = GLB_HEADER_BYTES;
+    let mut follows_json = false;
     while position < glb.len() {
         let (kind, content) = chunk_at(context, glb, position)?;
         position = content.end;
+        if kind == CHUNK_BIN && !follows_json {
+            context
+                .warn("", "the BIN chunk of the GLB is not its second chunk; other programs may ignore it");
+        }
+        follows_json = kind == CHUNK_JSON;
         let slot = match kind {
             CHUNK_JSON => &mut json,
             CHUNK_BIN => &mut bin,

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use crate::error::{Error, Result, Warning, over_limit};
+use crate::error::{Error, Result, Warning, over_limit, readable_bytes};
 
 /// State of one import.
 #[derive(Debug)]
@@ -72,7 +72,16 @@ impl<'a> Context<'a> {
         let reserved = usize::try_from(count).ok().and_then(|count| list.try_reserve_exact(count).ok());
         match reserved {
             Some(()) => Ok(list),
-            None => Err(self.too_large(bytes, pointer)),
+            None => Err(self.refused(
+                pointer,
+                format!(
+                    "the system refuses {} of memory; the import needs about {} up to this object, the limit is {}; close \
+                     other programs or use a smaller file",
+                    readable_bytes(bytes.into()),
+                    readable_bytes(self.used_bytes.into()),
+                    readable_bytes(self.limit_bytes.into())
+                ),
+            )),
         }
     }
 
@@ -126,5 +135,25 @@ impl<'a> Context<'a> {
 
     pub(super) fn into_warnings(self) -> Vec<Warning> {
         self.warnings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn refusals_of_the_system_state_need_total_and_limit() {
+        let mut context = Context::new(Path::new("a.glb"), 1 << 62);
+        context.charge(2_000_000_000, "").unwrap();
+        let error = context.allocate::<u8>(1 << 61, "/accessors/0").unwrap_err();
+        assert_eq!(error.exit_code(), 77);
+        let text = error.to_string();
+        assert!(text.contains("refuses 2305843.0 TB of memory"), "{text}");
+        assert!(
+            text.contains("needs about 2305843.0 TB") && text.contains("limit is 4611686.0 TB"),
+            "{text}"
+        );
+        assert!(!text.contains("more than the limit"), "{text}");
     }
 }

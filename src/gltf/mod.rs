@@ -33,6 +33,7 @@ mod draco;
 mod draco;
 mod encoded_image;
 mod extensions;
+mod extremes;
 mod file_storage;
 mod formats;
 mod hierarchy;

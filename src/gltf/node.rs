@@ -11,7 +11,7 @@ use super::document::Document;
 use super::extensions::VISIBILITY;
 use super::hierarchy::{check_size, import_scenes, set_parents, sort_parents_first};
 use super::raw::{ANY, Raw, check_range};
-use super::skin::is_affine;
+use super::skin::{check_joints, is_affine};
 use super::{instancing, light, mesh};
 use crate::error::Result;
 use crate::scene::{
@@ -60,6 +60,7 @@ pub(super) fn import(
     set_parents(context, &mut nodes)?;
     let node_order = sort_parents_first(context, &nodes)?;
     let (scenes, default_scene) = import_scenes(context, document, &nodes, light_counts.image_based)?;
+    check_joints(context, &nodes, &node_order, &scenes, skins);
     check_size(context, &nodes, &node_order, &scenes, meshes)?;
     Ok(Hierarchy { nodes, node_order, scenes, default_scene })
 }

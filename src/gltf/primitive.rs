@@ -171,6 +171,9 @@ fn read_colors(context: &mut Context, data: &Data, attributes: &Attributes) -> R
         return Ok(None);
     };
     let colors = data.colors_as(context, reference, &formats::COLOR, 1.0)?;
+    if colors.iter().flatten().any(|value| !(0.0..=1.0).contains(value)) {
+        context.warn(&reference.pointer, "COLOR_0 has values outside 0 to 1; they are clamped");
+    }
     Ok(Some(colors.into_iter().map(|color| Vec4::from_array(color).clamp(Vec4::ZERO, Vec4::ONE)).collect()))
 }
 

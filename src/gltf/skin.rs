@@ -12,7 +12,7 @@ use super::attributes::Reference;
 use super::context::Context;
 use super::formats;
 use crate::error::Result;
-use crate::scene::{NodeIndex, Skin};
+use crate::scene::{Node, NodeIndex, SceneRoots, Skin};
 
 /// Imports all skins.
 pub(super) fn import(context: &mut Context, data: &Data) -> Result<Vec<Skin>> {
@@ -44,6 +44,59 @@ fn import_skin(context: &mut Context, data: &Data, skin: &json::Skin, pointer: &
         inverse_bind_matrices: bind_matrices(context, data, skin, pointer)?,
         joints,
     })
+}
+
+/// Warns about skins whose joints have no common root, and about skinned meshes in scenes that lack a joint. `node_order` lists parents
+/// before children.
+pub(super) fn check_joints(
+    context: &mut Context,
+    nodes: &[Node],
+    node_order: &[NodeIndex],
+    scenes: &[SceneRoots],
+    skins: &[Skin],
+) {
+    // The root above each node.
+    let mut roots: Vec<NodeIndex> = (0_u32..).map(NodeIndex).take(nodes.len()).collect();
+    for node in node_order {
+        let parent = nodes.get(node.index()).and_then(|node| node.parent);
+        let above = parent.and_then(|parent| roots.get(parent.index()).copied());
+        if let (Some(above), Some(root)) = (above, roots.get_mut(node.index())) {
+            *root = above;
+        }
+    }
+    let root_of = |node: NodeIndex| roots.get(node.index()).copied();
+
+    // Joints of several trees.
+    for (i, skin) in skins.iter().enumerate() {
+        let first = skin.joints.first().copied().and_then(root_of);
+        if let Some(stray) = skin.joints.iter().find(|&&joint| root_of(joint) != first) {
+            let message = format!(
+                "the joints have no common root: node {} is in another tree than the first; each moves with its own tree",
+                stray.0
+            );
+            context.warn(format!("/skins/{i}/joints"), message);
+        }
+    }
+
+    // Joints beside the scene.
+    for (i, scene) in scenes.iter().enumerate() {
+        let shown: BTreeSet<NodeIndex> = scene.roots.iter().copied().collect();
+        let is_shown = |node: NodeIndex| root_of(node).is_some_and(|root| shown.contains(&root));
+        let mut checked = BTreeSet::new();
+        for (node, skin) in (0_u32..).zip(nodes).filter_map(|(j, node)| Some((j, node.skin?))) {
+            if !is_shown(NodeIndex(node)) || !checked.insert(skin.index()) {
+                continue;
+            }
+            let joints = skins.get(skin.index()).map(|skin| &skin.joints);
+            if let Some(stray) = joints.into_iter().flatten().find(|&&joint| !is_shown(joint)) {
+                let message = format!(
+                    "the joint node {} is not in scene {i}, which shows the skinned mesh; it moves the mesh nevertheless",
+                    stray.0
+                );
+                context.warn(format!("/nodes/{node}/skin"), message);
+            }
+        }
+    }
 }
 
 /// Reads one inverse bind matrix per joint; identity matrices if the file has none.

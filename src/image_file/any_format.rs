@@ -22,7 +22,15 @@ impl Image {
     /// [`Error::Missing`] when the file cannot be read, [`Error::Invalid`] when it is damaged or of another format,
     /// [`Error::Refused`] when it would take too much memory.
     pub fn read(path: &Path) -> Result<Self> {
-        Self::decode(path, &std::fs::read(path).map_err(Error::missing(path))?)
+        Self::read_within(path, MAX_MEMORY_BYTES)
+    }
+
+    /// Reads an image as [`Image::read`] does, in `max_memory_bytes`.
+    ///
+    /// # Errors
+    /// Those of [`Image::read`].
+    pub fn read_within(path: &Path, max_memory_bytes: u64) -> Result<Self> {
+        Self::decode_within(path, &std::fs::read(path).map_err(Error::missing(path))?, max_memory_bytes)
     }
 
     /// Decodes `bytes` as [`Image::read`] does; errors name `path`.
@@ -30,15 +38,19 @@ impl Image {
     /// # Errors
     /// [`Error::Invalid`] and [`Error::Refused`] as of [`Image::read`].
     pub fn decode(path: &Path, bytes: &[u8]) -> Result<Self> {
+        Self::decode_within(path, bytes, MAX_MEMORY_BYTES)
+    }
+
+    fn decode_within(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Self> {
         if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-            return from_exr(path, bytes);
+            return from_exr(path, bytes, max_memory_bytes);
         }
         if bytes.starts_with(b"\x89PNG") {
-            let image = decode_png_values(path, bytes, MAX_MEMORY_BYTES)?;
+            let image = decode_png_values(path, bytes, max_memory_bytes)?;
             return Ok(Self::from_rgba(image.size, ColorEncoding::Srgb, &image.pixels));
         }
         if bytes.starts_with(b"#?") {
-            let image = read_environment(path, bytes, MAX_MEMORY_BYTES)?;
+            let image = read_environment(path, bytes, max_memory_bytes)?;
             let pixels: Vec<_> = image.pixels.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]).collect();
             return Ok(Self::from_rgba((image.width, image.height), ColorEncoding::Linear, &pixels));
         }
@@ -69,8 +81,8 @@ impl Image {
     }
 }
 
-fn from_exr(path: &Path, bytes: &[u8]) -> Result<Image> {
-    let mut image = decode_exr(path, bytes, MAX_MEMORY_BYTES)?;
+fn from_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Image> {
+    let mut image = decode_exr(path, bytes, max_memory_bytes)?;
     for channel in &mut image.channels {
         let samples = std::mem::replace(&mut channel.samples, Samples::Uint(Vec::new()));
         channel.samples = samples.widened();
@@ -96,6 +108,26 @@ mod tests {
     use crate::image::{PixelWindow, RenderedScene};
 
     const WINDOW: PixelWindow = PixelWindow { x0: 3, y0: 1, x1: 5, y1: 2 };
+
+    #[test]
+    fn damaged_windows_cost_no_memory() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        Image::from_rgba((8, 8), ColorEncoding::Linear, &[[0.5; 4]; 64]).write(&path).unwrap();
+        let mut bytes = std::fs::read(&path).unwrap();
+        for name in [&b"dataWindow\0box2i\0"[..], b"displayWindow\0box2i\0"] {
+            let start = bytes.windows(name.len()).position(|found| found == name).unwrap() + name.len();
+            // After the length of the value and the two lower bounds.
+            bytes[start + 12..start + 16].copy_from_slice(&4999_u32.to_le_bytes());
+            bytes[start + 16..start + 20].copy_from_slice(&4999_u32.to_le_bytes());
+        }
+        let name = b"chunkCount\0int\0";
+        let start = bytes.windows(name.len()).position(|found| found == name).unwrap() + name.len();
+        bytes[start + 4..start + 8].copy_from_slice(&313_u32.to_le_bytes());
+        let error = Image::decode(&path, &bytes).unwrap_err();
+        assert_eq!(error.exit_code(), 65);
+        assert!(error.to_string().contains("too short for the pixels"), "{error}");
+    }
 
     #[test]
     fn channels_of_all_types_are_read_with_their_window() {

@@ -3,6 +3,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use exr::compression::Compression;
 use exr::image::read::read;
 use exr::image::{AnyChannels, FlatSamples, Image as ExrImage, Layer};
 use exr::meta::header::Header;
@@ -93,16 +94,44 @@ pub(super) fn read_first_part(bytes: &[u8]) -> Result<ExrImage<Layer<AnyChannels
         .map_err(|error| format!("not a readable OpenEXR file: {error}"))
 }
 
-/// Memory that decoding needs, from the header alone, so that a false size costs nothing.
+/// Memory that decoding needs, from the header alone, so that a false size costs nothing. A file too short for the pixels that it states
+/// is an error.
 fn decoded_bytes(bytes: &[u8]) -> Result<u128, String> {
     let reader = exr::block::read(Cursor::new(bytes), false)
         .map_err(|error| format!("not a readable OpenEXR file: {error}"))?;
+    if reader.headers().iter().map(least_bytes).sum::<u128>() > bytes.len() as u128 {
+        return Err(
+            "is too short for the pixels that its header states; the file is damaged or truncated".to_owned()
+        );
+    }
     let needed = |header: &Header| {
         let (width, height) = (header.layer_size.0 as u128, header.layer_size.1 as u128);
         // At most four bytes a sample while decoding, and sixteen a pixel in the result.
         width * height * (header.channels.list.len() as u128 * 4 + 16)
     };
     Ok(reader.headers().iter().map(needed).sum())
+}
+
+/// The fewest bytes of a file with the pixels of `header`: those of the blocks' offsets and heads, or of the pixels at the strongest
+/// compression.
+fn least_bytes(header: &Header) -> u128 {
+    /// Bytes of the offset of a block, and of its position and size.
+    const BYTES_A_BLOCK: u128 = 16;
+    let pixels = header.layer_size.0 as u128 * header.layer_size.1 as u128;
+    let sampled = header.channels.list.iter().map(|channel| {
+        let samples = pixels / (channel.sampling.0.max(1) as u128 * channel.sampling.1.max(1) as u128);
+        samples * channel.sample_type.bytes_per_sample() as u128
+    });
+    // Deflate reaches 1032. PIZ codes runs of 255 equal values in some ten bits. DWA deflates one value of a block of 64 pixels.
+    let strongest = match header.compression {
+        Compression::Uncompressed => 1,
+        Compression::RLE => 64,
+        Compression::B44 | Compression::B44A => 32,
+        Compression::ZIP1 | Compression::ZIP16 | Compression::PXR24 => 2 * 1032,
+        Compression::PIZ => 4096,
+        _ => 128 * 1032,
+    };
+    (header.chunk_count as u128 * BYTES_A_BLOCK).max(sampled.sum::<u128>() / strongest)
 }
 
 fn rgba(layer: &Layer<AnyChannels<FlatSamples>>) -> Result<Vec<[f32; 4]>, String> {

@@ -14,6 +14,9 @@ const UNCHECKED_TEXELS: u64 = 8192 * 8192;
 /// Largest number of texels per byte of the file for larger images.
 const MAX_TEXELS_PER_BYTE: u64 = 64;
 
+/// Largest number of texels per byte of a JPEG: each block of 64 samples takes a bit or more, and one sample stands for 16 texels at most.
+const MAX_JPEG_TEXELS_PER_BYTE: u64 = 8 * 64 * 16;
+
 /// Row-major RGBA texels, top row first, as stored in the file: sRGB values are not decoded.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum DecodedTexels {
@@ -46,6 +49,13 @@ pub(crate) fn image_header(bytes: &[u8]) -> Result<ImageHeader, String> {
         return Err(format!("has {width}x{height} texels"));
     }
     let texels = u64::from(width).saturating_mul(u64::from(height));
+    let max_jpeg_texels = (bytes.len() as u64).saturating_mul(MAX_JPEG_TEXELS_PER_BYTE);
+    if image_format(bytes) == ImageFormat::Jpeg && texels > max_jpeg_texels {
+        return Err(format!(
+            "states {width}x{height} texels in {} bytes; the file is truncated",
+            bytes.len()
+        ));
+    }
     let texel_bytes = if is_deep(color) { 8 } else { 4 };
     Ok(ImageHeader { width, height, texel_bytes, decoded_bytes: texels.saturating_mul(texel_bytes) })
 }
@@ -261,6 +271,17 @@ mod tests {
                 assert!(decode_texels(&file[..length]).is_err(), "{length} of {}", file.len());
             }
         }
+    }
+
+    #[test]
+    fn the_size_of_a_jpeg_is_bounded_by_its_data() {
+        let mut file = jpeg(8, 8, &[128; 192]);
+        assert!(image_header(&file).is_ok());
+        // The frame header holds its length, the precision, then height and width.
+        let frame = file.windows(2).position(|marker| marker == [0xff, 0xc0]).unwrap();
+        file[frame + 5..frame + 9].copy_from_slice(&[0x04, 0x00, 0xff, 0xff]);
+        let refusal = image_header(&file).unwrap_err();
+        assert!(refusal.contains("65535x1024") && refusal.contains("truncated"), "{refusal}");
     }
 
     #[test]

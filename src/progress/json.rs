@@ -13,6 +13,7 @@ use rayframe::render::PathProgress;
 use rayframe::sequence::{FrameProgress, PlannedFrame, SequenceEvent, Summary};
 
 use super::percent_path::add_percent_path;
+use super::print::escaped_json;
 use super::reported::ReportedSequence;
 
 const SCHEMA: u32 = 1;
@@ -61,7 +62,7 @@ impl JsonLines {
 /// Prints an object as a line of the standard output.
 pub(super) fn print_json(line: &Value) {
     let mut stdout = std::io::stdout().lock();
-    let _ = writeln!(stdout, "{line}").and_then(|()| stdout.flush());
+    let _ = writeln!(stdout, "{}", escaped_json(&line.to_string())).and_then(|()| stdout.flush());
 }
 
 fn json_line(event: SequenceEvent<'_>) -> Value {

@@ -22,7 +22,9 @@ mod verbosity;
 pub(crate) use manifest::Manifest;
 pub(crate) use openjd::print_openjd_failure;
 pub(crate) use option_names::option_names;
-pub(crate) use print::{one_line, print_error, print_note, print_output, print_raw, print_warning};
+pub(crate) use print::{
+    escaped_json, one_line, print_error, print_note, print_output, print_raw, print_warning,
+};
 pub(crate) use reported::{Part, ReportedSequence};
 pub(crate) use reporter::Reporter;
 pub(crate) use suite::SuiteProgress;

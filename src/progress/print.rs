@@ -39,8 +39,31 @@ fn to_stderr(line: &str) {
 pub(crate) fn one_line(message: &str) -> String {
     message
         .chars()
-        .map(|c| if c.is_control() { c.escape_default().to_string() } else { c.to_string() })
+        .map(|c| if misleads(c) { c.escape_default().to_string() } else { c.to_string() })
         .collect()
+}
+
+/// JSON text with `\u` escapes for characters that mislead on a terminal. They occur in strings alone.
+pub(crate) fn escaped_json(json: &str) -> String {
+    let mut text = String::with_capacity(json.len());
+    for c in json.chars() {
+        if c != '\n' && misleads(c) {
+            let mut units = [0; 2];
+            text.extend(c.encode_utf16(&mut units).iter().map(|unit| format!("\\u{unit:04x}")));
+        } else {
+            text.push(c);
+        }
+    }
+    text
+}
+
+/// Whether a terminal obeys the character, reorders text by it, or shows nothing: control characters, bidirectional controls, zero-width
+/// characters, separators of lines and tags.
+fn misleads(c: char) -> bool {
+    c.is_control()
+        || matches!(c,
+            '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}'
+            | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}')
 }
 
 #[cfg(test)]
@@ -50,5 +73,19 @@ mod tests {
     #[test]
     fn names_from_files_cannot_fake_lines() {
         assert_eq!(one_line("a\nb\u{1b}[2J → c"), "a\\nb\\u{1b}[2J → c");
+    }
+
+    #[test]
+    fn names_cannot_reorder_or_hide_text() {
+        assert_eq!(one_line("a\u{202e}b\u{200b}c\u{2066}é"), "a\\u{202e}b\\u{200b}c\\u{2066}é");
+    }
+
+    #[test]
+    fn json_holds_no_raw_terminal_controls() {
+        let name = "a\u{9b}2J\u{7f}\u{202e}\u{e0001}é";
+        let json = escaped_json(&serde_json::json!({ "name": name }).to_string());
+        assert_eq!(json, r#"{"name":"a\u009b2J\u007f\u202e\udb40\udc01é"}"#);
+        let read: serde_json::Value = serde_json::from_str(&json).unwrap();
+        assert_eq!(read["name"], name);
     }
 }

@@ -247,8 +247,7 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
 
 /// Summary of a run whose writer thread cannot start.
 fn no_thread(plan: &Plan, error: &std::io::Error) -> Summary {
-    let message = format!("the threads cannot be started: {error}");
     let frame = plan.frames.first().map_or(0, |planned| planned.frame);
-    let failed = vec![FailedFrame { frame, error: Error::Internal { message } }];
+    let failed = vec![FailedFrame { frame, error: Error::no_threads(error) }];
     Summary { failed, ..Summary::default() }
 }

@@ -14,9 +14,12 @@ use crate::render::PathFrame;
 use super::job::triangle_count;
 use super::{SequenceJob, Shutter};
 
-/// A pixel: the film being traced, which takes tiles as they end (16 bytes); the film being written (16), its halves before and after
-/// compression (8 each), its preview before and after compression (4 each).
-const BYTES_A_PIXEL: u128 = 56;
+/// The program, its tables and threads before the first frame.
+const BYTES_OF_PROCESS: u128 = 16_000_000;
+/// A pixel of a film, which takes tiles as they end.
+const BYTES_A_FILM_PIXEL: u128 = 16;
+/// A pixel of the files being written: halves before and after compression (8 bytes each), the preview before and after compression (4 each).
+const BYTES_A_FILE_PIXEL: u128 = 24;
 /// A pixel of the further film that sums shutter samples.
 const BYTES_A_TIME_PIXEL: u128 = 16;
 /// A pixel of the plates behind the film being traced and the film being written (16 each), of the latter over its plate (16), and of
@@ -49,7 +52,10 @@ fn estimated_bytes(job: &SequenceJob) -> u128 {
     let plate =
         job.plates.as_ref().map_or(0, |plates| plates.working_bytes(window) + pixels * BYTES_A_PLATE_PIXEL);
     let sums = PathFrame::sum_flags(job.render.integrator, &job.render.path, job.render.aovs);
-    pixel_bytes(window, job.shutter, &job.exr, sums)
+    // A frame is traced while the one before is written.
+    let films = job.frames.len().clamp(1, 2) as u128;
+    BYTES_OF_PROCESS
+        + pixel_bytes((window, films), job.shutter, &job.exr, sums)
         + plate
         + triangles * (BYTES_A_TRIANGLE + motion + BYTES_A_REFERENCE)
 }
@@ -62,12 +68,16 @@ pub(super) fn reference_budget(job: &SequenceJob) -> f32 {
     f64::from(job.build.reference_budget).min(affordable) as f32
 }
 
-fn pixel_bytes(window: PixelWindow, shutter: Shutter, exr: &ExrOutput, sums: Option<SumFlags>) -> u128 {
+fn pixel_bytes(
+    (window, films): (PixelWindow, u128),
+    shutter: Shutter,
+    exr: &ExrOutput,
+    sums: Option<SumFlags>,
+) -> u128 {
     let aovs = exr.aov_flags();
     // Channels of AOVs, before and after compression.
     let channels = 2 * u128::from(exr.bytes_a_pixel() - ExrOutput::default().bytes_a_pixel());
-    // AOVs of the film being traced and of the film being written.
-    let mut bytes_a_pixel = BYTES_A_PIXEL + 2 * aov_bytes(aovs) + channels;
+    let mut bytes_a_pixel = BYTES_A_FILE_PIXEL + films * (BYTES_A_FILM_PIXEL + aov_bytes(aovs)) + channels;
     if let Some(sums) = sums {
         if sums.guides {
             bytes_a_pixel += BYTES_A_DENOISED_PIXEL;
@@ -130,7 +140,8 @@ pub fn check_image_memory(
     sums: Option<SumFlags>,
     max_memory_bytes: u64,
 ) -> Result<()> {
-    let needed = pixel_bytes(window, shutter, exr, sums);
+    // The frames are counted when the scene is loaded.
+    let needed = pixel_bytes((window, 1), shutter, exr, sums);
     if needed <= u128::from(max_memory_bytes) {
         return Ok(());
     }

@@ -274,3 +274,17 @@ fn a_wrong_environment_names_its_option() {
     assert_fails(&["render", &map], 65, "environment with --env");
     assert_fails(&["render", &scene, "-s", "5"], 2, "last frame, 0");
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn threads_that_cannot_be_started_are_worth_a_retry() {
+    // The stacks of 4000 threads do not fit into the address space.
+    let output = Command::new("sh")
+        .args(["-c", "ulimit -v 2000000; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_rayframe")])
+        .args(["render", "missing.glb", "--threads", "4000"])
+        .output()
+        .unwrap();
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(75), "{message}");
+    assert!(message.contains("threads cannot be started") && !message.contains("internal"), "{message}");
+}

@@ -99,6 +99,17 @@ fn two_images_match_or_differ_with_value_and_limit() {
 }
 
 #[test]
+fn images_beyond_the_memory_limit_are_refused() {
+    let stage = Stage::new();
+    let a = stage.square("a.exr", (400, 240), 4);
+    assert_eq!(rayframe(&["diff", &a, &a, "--max-memory", "100M"]).status.code(), Some(0));
+    let output = rayframe(&["diff", &a, &a, "--max-memory", "1M"]);
+    assert_eq!(output.status.code(), Some(77));
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains("more than the limit of 500.0 kB"), "{message}");
+}
+
+#[test]
 fn json_and_maps_locate_differences() {
     let stage = Stage::new();
     let a = stage.square("a.exr", (40, 24), 4);

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use rayframe::error::{Error, Result};
 use rayframe::regression::Preset;
+use rayframe::shot::memory_limit::default_max_memory_bytes;
 
 use super::super::fail_on::FailOnOption;
 use super::asset_options::AssetOptions;
@@ -37,6 +38,9 @@ pub(in crate::cli) struct DiffArgs {
     pub(super) summary: Option<PathBuf>,
     #[command(flatten)]
     pub(super) fail_on: FailOnOption,
+    /// Memory limit, such as 8G; half of it for each image or scene [default: 80 % of the available memory]
+    #[arg(long, value_name = "SIZE", value_parser = rayframe::settings::parse::memory_size)]
+    max_memory: Option<u64>,
     /// Print JSON
     #[arg(long)]
     pub(super) json: bool,
@@ -44,6 +48,13 @@ pub(in crate::cli) struct DiffArgs {
     pub(super) limits: LimitOptions,
     #[command(flatten)]
     pub(super) assets: AssetOptions,
+}
+
+impl DiffArgs {
+    /// Memory of one of the two images or scenes, bytes.
+    pub(super) fn bytes_a_side(&self) -> u64 {
+        self.max_memory.unwrap_or_else(default_max_memory_bytes) / 2
+    }
 }
 
 /// Refuses options that scenes do not have.

@@ -2,7 +2,7 @@
 
 use rayframe::asset_diff::{AssetPair, View};
 use rayframe::cancel::CancelFlag;
-use rayframe::error::Result;
+use rayframe::error::{Provenance, Result};
 use rayframe::regression::{
     Comparison, FilePair, Image, Limits, PairedFiles, Preset, ShotResult, Verdict, compare, pixel_hash,
 };
@@ -13,13 +13,15 @@ use super::asset_text;
 use super::report::{AssetReport, FrameReport, Report};
 use super::result_files::ResultFiles;
 use crate::cli::warnings::report_warnings;
-use crate::progress::print_output;
+use crate::progress::{escaped_json, print_output};
 
 /// Compares, prints, and returns whether all images are within the limits and no content is lost.
 pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     refuse_for_assets(args)?;
     let mut page = ResultFiles::new(args)?.map(AssetPage::new);
-    let pair = AssetPair::open(&args.actual, &args.reference, &args.assets.settings()?, &CancelFlag::new())?;
+    let mut settings = args.assets.settings()?;
+    settings.set("max_memory", args.bytes_a_side().to_string().as_ref(), &Provenance::CommandLine)?;
+    let pair = AssetPair::open(&args.actual, &args.reference, &settings, &CancelFlag::new())?;
     for (path, warnings) in [&args.actual, &args.reference].into_iter().zip(pair.warnings()) {
         report_warnings(path, warnings, false)?;
     }
@@ -53,7 +55,7 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     if args.json {
         let [actual, reference] = pair.facts();
         report.asset = Some(AssetReport { losses, changes: &difference.changes, actual, reference });
-        print_output(&report.json()?);
+        print_output(&escaped_json(&report.json()?));
     } else {
         print_output(&asset_text::text(&report, difference, &losses));
     }

@@ -42,13 +42,13 @@ pub(super) struct TestArgs {
     #[command(flatten)]
     suite: SuiteOption,
     /// Write suite.toml in the current folder, or in the one that --suite names
-    #[arg(long, conflicts_with_all = ["filter", "list", "list_images", "json", "files", "report", "threads", "quiet", "selection", "no_cache", "slowest", "merge"])]
+    #[arg(long, conflicts_with_all = ["filter", "list", "list_images", "json", "files", "report", "threads", "max_memory", "quiet", "selection", "no_cache", "slowest", "merge"])]
     init: bool,
     /// Print the names of the shots, without rendering
-    #[arg(long, conflicts_with_all = ["json", "files", "report", "threads", "quiet", "no_cache", "slowest", "merge"])]
+    #[arg(long, conflicts_with_all = ["json", "files", "report", "threads", "max_memory", "quiet", "no_cache", "slowest", "merge"])]
     list: bool,
     /// Print the names of the shots, and below each those of its images, without rendering
-    #[arg(long, conflicts_with_all = ["list", "json", "files", "report", "threads", "quiet", "no_cache", "slowest", "merge"])]
+    #[arg(long, conflicts_with_all = ["list", "json", "files", "report", "threads", "max_memory", "quiet", "no_cache", "slowest", "merge"])]
     list_images: bool,
     /// Print the result as JSON
     #[arg(long)]
@@ -64,13 +64,16 @@ pub(super) struct TestArgs {
     /// Show images that are identical to their references in the report, too, as far as it has space for them
     #[arg(long, conflicts_with_all = ["init", "list", "list_images"])]
     report_passing: bool,
+    /// Memory limit of all shots that are tested at a time, such as 8G [default: 80 % of the available memory]
+    #[arg(long, value_name = "SIZE", value_parser = options::memory_size)]
+    max_memory: Option<u64>,
     #[command(flatten)]
     selection: SelectionOptions,
     /// Render all shots, and keep no verdicts. Without it, shots are not rendered that were identical and have not changed since
     #[arg(long)]
     no_cache: bool,
     /// Merge the reports of all shards of a suite, without rendering
-    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["filter", "selection", "threads", "no_cache"])]
+    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["filter", "selection", "threads", "max_memory", "no_cache"])]
     merge: Vec<PathBuf>,
     /// Print the N slowest shots
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
@@ -216,6 +219,7 @@ impl TestArgs {
             images: keeps_images.then(|| self.report.clone().unwrap_or_else(|| suite.report.clone())),
             reports_passing: self.report_passing,
             threads: self.threads.map_or(0, |threads| threads as usize),
+            max_memory_bytes: self.max_memory,
         }
     }
 }

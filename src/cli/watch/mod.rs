@@ -61,7 +61,7 @@ fn watch(options: &RenderOptions) -> Result<ExitStatus> {
     // Errors in the settings are reported with the first image.
     let threads = options.settings().ok().and_then(|shot| shot.values.threads);
     let pool = ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from)).build();
-    let pool = pool.map_err(|error| internal(format!("the threads cannot be started: {error}")))?;
+    let pool = pool.map_err(Error::no_threads)?;
     let stop = CancelFlag::new();
     let caught =
         signals::watch(&stop).map_err(|error| internal(format!("signals cannot be watched: {error}")))?;

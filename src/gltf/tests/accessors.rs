@@ -181,3 +181,16 @@ fn missing_data_is_an_error_that_names_the_extension() {
     let text = super::error_text(super::import_bytes("a.gltf", json.to_string().as_bytes()), 65);
     assert!(text.contains("unsupported extension ACME_packing"), "{text}");
 }
+
+#[test]
+fn stated_extremes_are_compared_with_the_elements() {
+    let mut document = Document::triangle();
+    (document.json["accessors"][0]["min"], document.json["accessors"][0]["max"]) =
+        (json!([0, 0, 0]), json!([1.0, 1.000_01, 0]));
+    assert_eq!(document.import().unwrap().warnings, []);
+    document.json["accessors"][0]["max"] = json!([1, 2, 0]);
+    let warnings = document.import().unwrap().warnings;
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    let text = warnings[0].to_string();
+    assert!(text.contains("/accessors/0/max") && text.contains("is 2") && text.contains("have 1"), "{text}");
+}

@@ -91,3 +91,14 @@ fn animated_nodes_cannot_have_matrices() {
     document.json["nodes"][0]["matrix"] = json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
     assert!(document.error(65).contains("has a matrix"));
 }
+
+#[test]
+fn keys_without_stored_data_share_time_zero() {
+    let mut document = clip("scale", "LINEAR", &[0.0, 1.0], "VEC3", &[1.0; 6]);
+    let input = &mut document.json["accessors"][1];
+    input.as_object_mut().unwrap().remove("bufferView");
+    (input["min"], input["max"]) = (json!([0]), json!([1]));
+    let scene = document.import().unwrap();
+    assert_eq!(scene.animations[0].channels[0].keyframes.times_seconds, [0.0, 0.0]);
+    assert_eq!(scene.warnings, []);
+}

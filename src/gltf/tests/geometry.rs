@@ -75,8 +75,9 @@ fn tangents_without_normals_are_ignored_and_unknown_attributes_warned_about() {
     let primitive = &scene.meshes[0].primitives[0];
     assert_eq!((&primitive.normals, &primitive.tangents), (&None, &None));
     assert_eq!(primitive.colors, Some(vec![Vec4::ONE; 3]));
-    assert_eq!(scene.warnings.len(), 1);
-    assert!(scene.warnings[0].message.contains("COLOR_1"));
+    // The values of COLOR_0 beyond 1 are named too.
+    assert_eq!(scene.warnings.len(), 2);
+    assert!(scene.warnings.iter().any(|warning| warning.message.contains("COLOR_1")));
 }
 
 /// Adds a normal map on `TEXCOORD_0`.
@@ -201,4 +202,14 @@ fn influences_of_all_sets_are_interleaved() {
     // One joint fewer than used.
     document.json["skins"] = json!([{"joints": (0..8).collect::<Vec<i32>>()}]);
     assert!(document.error(65).contains("joint 8"));
+}
+
+#[test]
+fn colors_out_of_range_are_named() {
+    let mut document = Document::triangle();
+    document.attribute("COLOR_0", "VEC3", &[0.0, 1.5, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+    let warnings = document.import().unwrap().warnings;
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    let text = warnings[0].to_string();
+    assert!(text.contains("COLOR_0") && text.contains("outside 0 to 1"), "{text}");
 }

@@ -136,3 +136,31 @@ fn cameras_are_checked() {
         error_text(camera(bad), 65);
     }
 }
+
+/// Scene of a skinned triangle at node 0, with joints 1 and 2 below or beside it.
+fn skinned(roots: &Value) -> Document {
+    let mut document = Document::triangle();
+    let joints: Vec<u8> = [[0_u8, 1, 0, 0]; 3].concat();
+    let joints = document.accessor(5121, "VEC4", 3, &joints);
+    document.set_attribute("JOINTS_0", joints);
+    document.attribute("WEIGHTS_0", "VEC4", &[0.5, 0.5, 0.0, 0.0].repeat(3));
+    document.json["nodes"] = json!([{"mesh": 0, "skin": 0}, {}, {}, {"children": [1, 2]}]);
+    document.json["skins"] = json!([{"joints": [1, 2]}]);
+    document.json["scenes"][0]["nodes"] = roots.clone();
+    document
+}
+
+#[test]
+fn joints_outside_the_scene_and_of_several_trees_are_named() {
+    assert_eq!(skinned(&json!([0, 3])).import().unwrap().warnings, []);
+    let warnings = skinned(&json!([0])).import().unwrap().warnings;
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    let text = warnings[0].to_string();
+    assert!(text.contains("/nodes/0/skin") && text.contains("not in scene 0"), "{text}");
+    let mut document = skinned(&json!([0, 1, 2]));
+    document.json["nodes"][3] = json!({});
+    let warnings = document.import().unwrap().warnings;
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    let text = warnings[0].to_string();
+    assert!(text.contains("/skins/0/joints") && text.contains("no common root"), "{text}");
+}

@@ -153,3 +153,15 @@ fn truncated_glbs_are_errors_at_every_length() {
     error_text(import_bytes("a.glb", &glb(&[(b"BIN\0", b"1234"), (b"JSON", json)])), 65);
     error_text(import_bytes("a.glb", &glb(&[])), 65);
 }
+
+#[test]
+fn a_misplaced_binary_chunk_is_named() {
+    let mut document = Document::triangle();
+    document.json["buffers"] = json!([{"byteLength": document.bytes.len()}]);
+    let json = document.json.to_string();
+    let (json, bin) = ((b"JSON", json.as_bytes()), (b"BIN\0", &document.bytes[..]));
+    assert_eq!(import_bytes("a.glb", &glb(&[json, bin])).unwrap().warnings, []);
+    let warnings = import_bytes("a.glb", &glb(&[json, (b"XTRA", b"1234"), bin])).unwrap().warnings;
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(warnings[0].message.contains("not its second chunk"), "{warnings:?}");
+}

@@ -138,7 +138,7 @@ impl<'a> RenderedChecks<'a> {
 /// The render hashes of all frames of a shot, by name of image.
 fn render_hashes(suite: &Suite, shot: &SuiteShot) -> Result<BTreeMap<String, String>> {
     let mut hashes = BTreeMap::new();
-    for covered in jobs_of(suite, shot)?.jobs {
+    for covered in jobs_of(suite, shot, &[])?.jobs {
         let job = reference_job(covered.job.sequence.clone(), Path::new(""))?;
         let frames = job.frames.iter();
         hashes.extend(frames.map(|&frame| (covered.image_name(&shot.name, frame), render_hash(&job, frame))));

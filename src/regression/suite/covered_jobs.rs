@@ -117,7 +117,7 @@ pub(super) fn lost_images<'a>(
 /// # Errors
 /// Those of reading and resolving the shot, and of reading the references.
 pub fn image_names(suite: &Suite, shot: &SuiteShot) -> Result<Vec<String>> {
-    let CoveredShot { jobs, lost, .. } = covered(suite, shot, ImageLoading::Headers)?;
+    let CoveredShot { jobs, lost, .. } = covered(suite, shot, &[], ImageLoading::Headers)?;
     let mut names = Vec::new();
     for covered in &jobs {
         let frames = covered.job.sequence.frames.iter();
@@ -127,17 +127,22 @@ pub fn image_names(suite: &Suite, shot: &SuiteShot) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// The jobs of a shot file or a scene, with the settings that the suite has for all shots. They share one scene.
+/// The jobs of a shot file or a scene, with the settings that the suite has for all shots, below `overrides`. They share one scene.
 ///
 /// # Errors
 /// Those of reading and resolving the shot.
-pub(super) fn jobs_of(suite: &Suite, shot: &SuiteShot) -> Result<CoveredShot> {
-    covered(suite, shot, ImageLoading::Texels)
+pub(super) fn jobs_of(suite: &Suite, shot: &SuiteShot, overrides: &[String]) -> Result<CoveredShot> {
+    covered(suite, shot, overrides, ImageLoading::Texels)
 }
 
-fn covered(suite: &Suite, shot: &SuiteShot, images: ImageLoading) -> Result<CoveredShot> {
+fn covered(
+    suite: &Suite,
+    shot: &SuiteShot,
+    overrides: &[String],
+    images: ImageLoading,
+) -> Result<CoveredShot> {
     let coverage = suite.coverage_of(&shot.path)?;
-    let request = ShotRequest { path: &shot.path, suite: Some(&suite.file), overrides: &[] };
+    let request = ShotRequest { path: &shot.path, suite: Some(&suite.file), overrides };
     let mut views = Vec::new();
     let resolved = shot_jobs(&request, images, |settings, scene| {
         let has_plate = matches!(settings.values.background, BackgroundSource::Plate(_));

@@ -109,8 +109,11 @@ pub fn run(
         remove_rendered(folder);
     }
     let image_budget = ImageBudget::new();
+    let overrides: Vec<String> =
+        options.max_memory_bytes.iter().map(|bytes| format!("max_memory={bytes}")).collect();
     let context = TestContext {
         suite,
+        overrides: &overrides,
         keeps_pending: options.keeps_pending,
         images: options.images.as_deref(),
         image_budget: &image_budget,
@@ -171,9 +174,7 @@ fn test_shots(
     let (results, refused) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
     let work = || -> Result<()> {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.map_err(|error| Error::Internal {
-            message: format!("the threads cannot be started: {error}"),
-        })?;
+        let pool = pool.map_err(Error::no_threads)?;
         while let Some(shot) = shots.get(next.fetch_add(1, Ordering::Relaxed)) {
             let Some(result) = pool.install(|| test_shot(context, shot))? else {
                 refused.lock().unwrap_or_else(PoisonError::into_inner).push(shot.clone());

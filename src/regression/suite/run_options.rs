@@ -25,4 +25,6 @@ pub struct RunOptions {
     pub reports_passing: bool,
     /// Number of threads; 0 for one a core.
     pub threads: usize,
+    /// Memory limit of all shots that are tested at a time, bytes, over the one in their files.
+    pub max_memory_bytes: Option<u64>,
 }

@@ -30,6 +30,8 @@ use crate::shot::ShotJob;
 pub(super) struct TestContext<'a> {
     /// The suite.
     pub(super) suite: &'a Suite,
+    /// Settings over those of the shots, as `-D` has them.
+    pub(super) overrides: &'a [String],
     /// Whether images that differ or have no reference are stored as pending images.
     pub(super) keeps_pending: bool,
     /// Folder of a report in which rendered images are stored.
@@ -160,7 +162,7 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
         return Ok(shot);
     }
     let (mut frames, mut warnings, mut inputs) = (Vec::new(), BTreeSet::new(), Some(BTreeSet::new()));
-    let CoveredShot { jobs, lost, warning } = jobs_of(context.suite, shot)?;
+    let CoveredShot { jobs, lost, warning } = jobs_of(context.suite, shot, context.overrides)?;
     warnings.extend(warning);
     for covered in jobs {
         let is_first = frames.is_empty();

@@ -169,10 +169,10 @@ fn references_are_replaced_by_accept_alone() {
 
 #[test]
 fn shots_that_need_more_than_their_share_of_the_memory_are_tested_alone() {
-    // Each image needs about 13 MB, more than a half and less than all of the limit.
-    let suite = "[shot]\nresolution = [640, 360]\nsamples = 1\nframes = 0\nmax_memory = '20M'\n";
+    // Each image needs about 26 MB, more than a half and less than all of the limit.
+    let suite = "[shot]\nresolution = [640, 360]\nsamples = 1\nframes = 0\nmax_memory = '40M'\n";
     let stage = Stage::accepted(suite, &[POINT, SPOT]);
     stage.run(&["test", "--no-cache", "-t", "2"]).ends(0, &["2 images identical"]);
-    stage.write("suite.toml", &suite.replace("20M", "10M"));
-    stage.run(&["test", "-t", "2"]).ends(1, &["2 failed", "need about", "more than the limit of 10.0 MB"]);
+    stage.write("suite.toml", &suite.replace("40M", "20M"));
+    stage.run(&["test", "-t", "2"]).ends(1, &["2 failed", "need about", "more than the limit of 20.0 MB"]);
 }

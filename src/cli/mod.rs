@@ -9,6 +9,7 @@ mod fail_on;
 mod info;
 mod merge;
 mod outcome;
+mod output_folders;
 mod plan;
 mod presenter;
 mod render;

@@ -14,6 +14,7 @@ mod films;
 mod killed;
 mod many;
 mod merge;
+mod own_outputs;
 mod passes;
 mod plates;
 mod presentation;

@@ -34,6 +34,9 @@ pub(in crate::cli) struct DiffArgs {
     pub(super) report: Option<PathBuf>,
     #[command(flatten)]
     pub(super) fail_on: FailOnOption,
+    /// Replace files that this program did not write for the same purpose
+    #[arg(long)]
+    pub(super) overwrite: bool,
     /// Print JSON
     #[arg(long)]
     pub(super) json: bool,

@@ -21,8 +21,12 @@ pub(super) struct AssetPage {
 
 impl AssetPage {
     /// Checks that the page can be written.
-    pub(super) fn new(folder: &Path) -> Result<Self> {
-        Ok(Self { path: report_file(folder)?, shots: Vec::new(), image_budget: ImageBudget::new() })
+    pub(super) fn new(folder: &Path, overwrites: bool) -> Result<Self> {
+        Ok(Self {
+            path: report_file(folder, overwrites)?,
+            shots: Vec::new(),
+            image_budget: ImageBudget::new(),
+        })
     }
 
     /// The result of a frame with both of its images, whether they differ or not.

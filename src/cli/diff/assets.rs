@@ -17,7 +17,7 @@ use crate::progress::print_output;
 /// Compares, prints, and returns whether all images are within the limits and no content is lost.
 pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     refuse_for_assets(args)?;
-    let mut page = args.report.as_deref().map(AssetPage::new).transpose()?;
+    let mut page = args.report.as_deref().map(|folder| AssetPage::new(folder, args.overwrite)).transpose()?;
     let pair = AssetPair::open(&args.actual, &args.reference, &args.assets.settings()?, &CancelFlag::new())?;
     for (path, warnings) in [&args.actual, &args.reference].into_iter().zip(pair.warnings()) {
         report_warnings(path, warnings, false)?;

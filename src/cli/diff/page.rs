@@ -21,8 +21,12 @@ pub(super) struct DiffPage {
 
 impl DiffPage {
     /// Checks that the page can be written.
-    pub(super) fn new(folder: &Path) -> Result<Self> {
-        Ok(Self { path: report_file(folder)?, frames: Vec::new(), image_budget: ImageBudget::new() })
+    pub(super) fn new(folder: &Path, overwrites: bool) -> Result<Self> {
+        Ok(Self {
+            path: report_file(folder, overwrites)?,
+            frames: Vec::new(),
+            image_budget: ImageBudget::new(),
+        })
     }
 
     /// Adds two compared files. Images are kept where they are not identical.
@@ -116,12 +120,12 @@ impl DiffPage {
 ///
 /// # Errors
 /// [`Error::Usage`] for an empty name, and those of [`check_report_place`].
-pub(super) fn report_file(folder: &Path) -> Result<PathBuf> {
+pub(super) fn report_file(folder: &Path, overwrites: bool) -> Result<PathBuf> {
     if folder.as_os_str().is_empty() {
         return Err(Error::usage("--report: name a folder"));
     }
     let path = folder.join("index.html");
-    check_report_place(&path)?;
+    check_report_place(&path, overwrites)?;
     Ok(path)
 }
 

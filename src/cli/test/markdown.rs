@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 
 use super::findings::Finding;
 use rayframe::error::Result;
-use rayframe::image_file::{DisplayImage, encode_png, probe_folder, write_atomically};
+use rayframe::image_file::{
+    DisplayImage, SUMMARY_MARK, encode_png, is_marked_png, probe_folder, write_atomically,
+};
 use rayframe::regression::{Verdict, VerdictCounts, heat_map_thumbnail, thumbnail};
 
 /// Largest number of characters of the file.
@@ -21,6 +23,8 @@ const MAX_MESSAGE_CHARACTERS: usize = 240;
 const MAX_MESSAGES: usize = 3;
 /// Columns of a thumbnail.
 const THUMBNAIL_COLUMNS: u32 = 160;
+/// The `renderHash` of thumbnails.
+const THUMBNAIL: &str = "thumbnail";
 /// Endings of thumbnails.
 const ENDINGS: [&str; 3] = ["reference.png", "new.png", "difference.png"];
 
@@ -36,7 +40,7 @@ pub(super) fn write_summary(
 ) -> Result<()> {
     let folder = thumbnail_folder(file);
     remove_thumbnails(&folder);
-    let mut text = format!("## {}: {}\n", escaped(title), headline(counts));
+    let mut text = format!("{SUMMARY_MARK}\n\n## {}: {}\n", escaped(title), headline(counts));
     let mut left_out = 0;
     for (verdict, heading) in [(Verdict::Failed, "Failed"), (Verdict::Changed, "Changed within limits")] {
         let mut rows = findings.iter().enumerate().filter(|(_, finding)| finding.frame.verdict() == verdict);
@@ -89,7 +93,8 @@ fn remove_thumbnails(folder: &Path) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
         let is_numbered = name.starts_with(|first: char| first.is_ascii_digit());
-        if is_numbered && ENDINGS.iter().any(|ending| name.ends_with(ending)) {
+        let is_named = is_numbered && ENDINGS.iter().any(|ending| name.ends_with(ending));
+        if is_named && is_marked_png(&entry.path(), THUMBNAIL) {
             // One that stays is not named by the new summary.
             let _ = std::fs::remove_file(entry.path());
         }
@@ -150,7 +155,7 @@ impl Thumbnails {
             if let Some(image) = image {
                 let path = folder.join(file);
                 probe_folder(&path)?;
-                write_atomically(&path, &encode_png(image.size, &image.pixels, "")?)?;
+                write_atomically(&path, &encode_png(image.size, &image.pixels, THUMBNAIL)?)?;
             }
         }
         Ok(())

@@ -34,7 +34,7 @@ pub(in crate::cli) fn other_files(job: &RenderJob) -> Vec<(&Path, &'static str)>
 /// # Errors
 /// Those of [`check_output`].
 pub(in crate::cli) fn check_others<'a>(
-    others: impl IntoIterator<Item = (&'a Path, &'a str)>,
+    others: impl IntoIterator<Item = (&'a Path, &'static str)>,
     args: &SettingValues,
 ) -> Result<()> {
     others.into_iter().try_for_each(|(path, setting)| match OutputKind::of_setting(setting) {

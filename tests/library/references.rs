@@ -28,7 +28,9 @@ fn failures() -> Result<Vec<String>> {
     write_report(&report_page(&suite, result, "cargo test --test library references", !is_ci()), &page)?;
     if !failures.is_empty() {
         failures.push(format!("report: {}", page.display()));
-        failures.push("accept intended changes: cargo run --release -- accept --suite scenes --allow-dir .".to_owned());
+        failures.push(
+            "accept intended changes: cargo run --release -- accept --suite scenes --allow-dir .".to_owned(),
+        );
     }
     Ok(failures)
 }

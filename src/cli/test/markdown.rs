@@ -40,7 +40,7 @@ pub(super) fn write_summary(
 ) -> Result<()> {
     let folder = thumbnail_folder(file);
     remove_thumbnails(&folder);
-    let mut text = format!("{SUMMARY_MARK}\n\n## {}: {}\n", escaped(title), headline(counts));
+    let mut text = format!("## {}: {}\n", escaped(title), headline(counts));
     let mut left_out = 0;
     for (verdict, heading) in [(Verdict::Failed, "Failed"), (Verdict::Changed, "Changed within limits")] {
         let mut rows = findings.iter().enumerate().filter(|(_, finding)| finding.frame.verdict() == verdict);
@@ -70,6 +70,7 @@ pub(super) fn write_summary(
         let rows = if left_out == 1 { "row is" } else { "rows are" };
         let _ = write!(text, "\n{left_out} more {rows} left out; the report has all.\n");
     }
+    let _ = writeln!(text, "\n{SUMMARY_MARK}");
     probe_folder(file)?;
     write_atomically(file, text.as_bytes())
 }

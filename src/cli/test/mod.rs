@@ -124,9 +124,9 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     // Check output files before rendering.
     let folder = args.report.as_ref().unwrap_or(&suite.report);
     let page = folder.join("index.html");
-    check_report_place(&page, args.overwrite)?;
-    suite::check_result_place(folder, args.overwrite)?;
     args.files.check(args.overwrite)?;
+    suite::check_result_place(folder, args.overwrite)?;
+    check_report_place(&page, args.overwrite)?;
 
     let result = match &*args.merge {
         [] => {

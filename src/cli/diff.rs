@@ -43,6 +43,9 @@ fn run_images(args: &DiffArgs) -> Result<bool> {
     let paired = pair_files(&args.actual, &args.reference)?;
     let heat_map = args.heat_map.as_deref().map(|name| MapPattern::heat_map(name, &paired)).transpose()?;
     let flip_map = args.flip_map.as_deref().map(|name| MapPattern::flip_map(name, &paired)).transpose()?;
+    for map in [&heat_map, &flip_map].into_iter().flatten() {
+        map.check_files(&paired, args.overwrite)?;
+    }
     let mut page = ResultFiles::new(args)?.map(DiffPage::new);
     let is_sequence = rayframe::regression::is_sequence(&args.actual);
     let mut frames = Vec::with_capacity(paired.pairs.len());

@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 
 use super::findings::Finding;
 use rayframe::error::Result;
-use rayframe::image_file::{DisplayImage, encode_png, probe_folder, write_atomically};
+use rayframe::image_file::{
+    DisplayImage, SUMMARY_MARK, encode_png, is_marked_png, probe_folder, write_atomically,
+};
 use rayframe::regression::{Verdict, VerdictCounts, heat_map_thumbnail, thumbnail};
 
 /// Largest number of characters of the file.
@@ -23,6 +25,8 @@ const MAX_MESSAGES: usize = 3;
 const MAX_LOSSES: usize = 50;
 /// Columns of a thumbnail.
 const THUMBNAIL_COLUMNS: u32 = 160;
+/// The `renderHash` of thumbnails.
+const THUMBNAIL: &str = "thumbnail";
 /// Endings of thumbnails.
 const ENDINGS: [&str; 3] = ["reference.png", "new.png", "difference.png"];
 
@@ -78,6 +82,7 @@ pub(super) fn write_summary(file: &Path, summary: MarkdownSummary<'_>) -> Result
         let rows = if left_out == 1 { "row is" } else { "rows are" };
         let _ = write!(text, "\n{left_out} more {rows} left out; the report has all.\n");
     }
+    let _ = writeln!(text, "\n{SUMMARY_MARK}");
     probe_folder(file)?;
     write_atomically(file, text.as_bytes())
 }
@@ -116,7 +121,8 @@ fn remove_thumbnails(folder: &Path) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
         let is_numbered = name.starts_with(|first: char| first.is_ascii_digit());
-        if is_numbered && ENDINGS.iter().any(|ending| name.ends_with(ending)) {
+        let is_named = is_numbered && ENDINGS.iter().any(|ending| name.ends_with(ending));
+        if is_named && is_marked_png(&entry.path(), THUMBNAIL) {
             // One that stays is not named by the new summary.
             let _ = std::fs::remove_file(entry.path());
         }
@@ -177,7 +183,7 @@ impl Thumbnails {
             if let Some(image) = image {
                 let path = folder.join(file);
                 probe_folder(&path)?;
-                write_atomically(&path, &encode_png(image.size, &image.pixels, "")?)?;
+                write_atomically(&path, &encode_png(image.size, &image.pixels, THUMBNAIL)?)?;
             }
         }
         Ok(())
@@ -260,7 +266,7 @@ mod tests {
         write_summary(&file, summary).unwrap();
         let text = std::fs::read_to_string(&file).unwrap();
         let head = "## a against b: 52 lost, 3 identical\n\n### Lost\n\n- lost: clip \"walk\\_0\"\n";
-        assert!(text.starts_with(head) && text.ends_with("- and 2 more\n"), "{text}");
+        assert!(text.starts_with(head) && text.contains("\n- and 2 more\n"), "{text}");
     }
 
     #[test]

@@ -12,6 +12,7 @@ mod info;
 mod markdown;
 mod merge;
 mod outcome;
+mod output_folders;
 mod plan;
 mod presenter;
 mod render;

@@ -34,7 +34,7 @@ use super::summary::{after_the_end, frames_beside_the_movie, summary};
 use super::warnings::report_warnings;
 use common_sheets::CommonSheets;
 use sequence::replacing_text;
-pub(super) use sequence::{other_files, perform, prepare};
+pub(super) use sequence::{check_others, other_files, perform, prepare};
 use written_files::{WrittenFiles, frame_files};
 
 /// Renders all named scenes and shot files.
@@ -169,6 +169,7 @@ impl Session {
         let outline = check_shot(shot)?;
         for sequence in &outline.sequences {
             self.sheets.check(sequence, &shot.values)?;
+            check_others(sequence.sidecar_files(), &shot.values)?;
         }
         // Existing files are compared with what would be rendered.
         let args = &shot.values;
@@ -209,6 +210,7 @@ impl Session {
         let planned: Vec<_> = jobs.iter().zip(&planned).collect();
         for (job, plan) in &planned {
             plan.check_collisions(&other_files(job), &job.inputs)?;
+            check_others(other_files(job), &shot.values)?;
         }
         warn_about_files(&planned);
         if self.is_dry_run {

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::output_folders::check_inside;
 use rayframe::error::{Error, Result};
 use rayframe::regression::suite::{SUITE_FILE, Suite, shell_word};
 use rayframe::shot::check_suite_settings;
@@ -14,6 +15,9 @@ pub(super) struct SuiteOption {
     /// The suite: its folder or its file [default: suite.toml here, or in the nearest folder above that has one]
     #[arg(long, value_name = "DIR|FILE")]
     suite: Option<PathBuf>,
+    /// Permit references, report and cache of the suite file in this folder, which is outside its own
+    #[arg(long, value_name = "DIR")]
+    allow_dir: Vec<PathBuf>,
 }
 
 impl SuiteOption {
@@ -24,6 +28,10 @@ impl SuiteOption {
     pub(super) fn read(&self) -> Result<Suite> {
         let suite = Suite::read(&self.file()?)?;
         check_suite_settings(&suite.file)?;
+        let folders = [("references", &suite.references), ("report", &suite.report), ("cache", &suite.cache)];
+        for (key, folder) in folders {
+            check_inside(&suite.file, key, folder, &self.allow_dir)?;
+        }
         Ok(suite)
     }
 

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
 
+use super::movie_mark::MOVIE_MARK;
 use crate::error::Error;
 
 /// Whether `ffmpeg` can be started. It is tried once.
@@ -40,6 +41,7 @@ pub(super) fn ffmpeg(
         ])
         .args(["-c:v", codec, "-crf", "18", "-colorspace", "bt709", "-color_primaries", "bt709"])
         .args(["-color_trc", "iec61966-2-1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]);
+    command.args(["-metadata", &format!("comment={MOVIE_MARK}")]);
     if codec == "libvpx-vp9" {
         command.args(["-b:v", "0"]);
     }

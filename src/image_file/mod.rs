@@ -7,6 +7,7 @@ mod any_format;
 mod atomic;
 mod display;
 mod environment_read;
+mod existing_output;
 mod exr_attributes;
 mod exr_checksum;
 mod exr_chunks;
@@ -20,6 +21,7 @@ mod ffmpeg;
 mod isolated;
 mod ktx2;
 mod movie;
+mod movie_mark;
 mod plate_read;
 mod png_text;
 mod png_write;
@@ -32,6 +34,9 @@ mod webp_animation;
 pub use atomic::{check_name, probe_folder, remove_stale_temporaries, write_atomically};
 pub use display::{DisplayImage, decode_png, decode_png_values};
 pub use environment_read::{EnvironmentPixels, read_environment};
+pub use existing_output::{
+    CONTACT_SHEET, FLIP_MAP, HEAT_MAP, OutputKind, PAGE_MARK, SUMMARY_MARK, check_output, is_marked_png,
+};
 pub use exr_attributes::{FrameAttributes, RunStamp, SAMPLE_RANGE};
 pub use exr_checksum::{ExrIntegrity, verify_exr};
 pub use exr_compression::ExrCompression;

@@ -13,6 +13,7 @@ use image::{Delay, RgbaImage};
 
 use super::atomic::{Replacement, begin_replacing};
 use super::ffmpeg::{ffmpeg, film_failed, has_ffmpeg, over_black};
+use super::movie_mark::{MOVIE_MARK, gif_comment_and_trailer};
 use super::webp_animation::{self, WebpAnimation};
 use crate::child_process::OwnedChild;
 use crate::error::{Error, Result};
@@ -215,6 +216,10 @@ impl MovieWriter {
             Encoder::WebP(webp) => webp.finish().map_err(|error| write_failed(&path, error))?,
             Encoder::Gif(gif, mut sink) => {
                 drop(gif);
+                // The mark takes the place of the last byte, which ends the file.
+                let marked =
+                    sink.seek(SeekFrom::End(-1)).and_then(|_| sink.write_all(&gif_comment_and_trailer()));
+                marked.map_err(|error| write_failed(&path, error))?;
                 sink.flush().map_err(|error| write_failed(&path, error))?;
             }
             Encoder::Film(mut ffmpeg) => {
@@ -238,6 +243,7 @@ fn animated_png(
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    encoder.add_text_chunk("renderHash".to_owned(), MOVIE_MARK.to_owned())?;
     encoder.set_animated(frames, 0)?;
     let (numerator, denominator) = png_delay(rate);
     encoder.set_frame_delay(numerator, denominator)?;

@@ -8,20 +8,25 @@ use std::io::{self, Cursor, Seek, SeekFrom, Write};
 use image::ExtendedColorType;
 use image::codecs::webp::WebPEncoder;
 
+use super::movie_mark::webp_xmp_chunk;
+
 /// Longest side of a VP8L image, pixels.
 pub(super) const MAX_SIDE: u32 = 1 << 14;
 
 /// Flags of `VP8X`.
 const HAS_ANIMATION: u8 = 0x02;
 const HAS_ALPHA: u8 = 0x10;
+const HAS_XMP: u8 = 0x04;
 /// Flag of `ANMF`: the frame replaces the canvas and is not blended with it.
 const REPLACES: u8 = 0x02;
+/// Bytes of the container before a single image.
+const STILL_HEADER_BYTES: u64 = 12 + 8 + 10;
 /// Bytes of the container before the first frame.
-const HEADER_BYTES: u64 = 12 + 8 + 10 + 8 + 6;
+const HEADER_BYTES: u64 = STILL_HEADER_BYTES + 8 + 6;
 /// Bytes of the RIFF and `VP8L` headers in front of the encoder's bit stream.
 const ENCODED_HEADER_BYTES: usize = 12;
 
-/// Writer of an animated WebP file that repeats for ever. A single frame becomes a plain WebP image.
+/// Writer of an animated WebP file that repeats for ever. A single frame becomes a WebP image without animation.
 pub(super) struct WebpAnimation<W> {
     sink: W,
     size: (u32, u32),
@@ -34,11 +39,10 @@ impl<W: Write + Seek> WebpAnimation<W> {
     /// Begins a file of `frames` frames.
     pub(super) fn new(mut sink: W, size: (u32, u32), frames: u32) -> io::Result<Self> {
         let is_still = frames == 1;
-        if !is_still {
-            // The header is written at the end, when the length is known.
-            sink.write_all(&[0; HEADER_BYTES as usize])?;
-        }
-        Ok(Self { sink, size, is_still, bytes: HEADER_BYTES, has_alpha: false })
+        let bytes = if is_still { STILL_HEADER_BYTES } else { HEADER_BYTES };
+        // The header is written at the end, when the length is known.
+        sink.write_all(&[0; HEADER_BYTES as usize][..bytes as usize])?;
+        Ok(Self { sink, size, is_still, bytes, has_alpha: false })
     }
 
     /// Adds a frame that is shown for `milliseconds`.
@@ -46,12 +50,13 @@ impl<W: Write + Seek> WebpAnimation<W> {
         let is_opaque = pixels.iter().all(|pixel| pixel[3] == 255);
         let encoded = encode(pixels, self.size, is_opaque)?;
         self.has_alpha |= !is_opaque;
-        if self.is_still {
-            return self.sink.write_all(&encoded);
-        }
         let Some(image) = encoded.get(ENCODED_HEADER_BYTES..) else {
             return Err(io::Error::other("the encoder wrote no image"));
         };
+        if self.is_still {
+            self.bytes += image.len() as u64;
+            return self.sink.write_all(image);
+        }
         let mut frame = Vec::with_capacity(24 + image.len());
         frame.extend_from_slice(b"ANMF");
         frame.extend_from_slice(&length_of(16 + image.len() as u64)?);
@@ -68,20 +73,24 @@ impl<W: Write + Seek> WebpAnimation<W> {
 
     /// Writes the header.
     pub(super) fn finish(mut self) -> io::Result<()> {
+        let mark = webp_xmp_chunk();
+        self.sink.write_all(&mark)?;
+        self.bytes += mark.len() as u64;
+        let alpha = if self.has_alpha { HAS_ALPHA } else { 0 };
+        let animation = if self.is_still { 0 } else { HAS_ANIMATION };
+        let mut header = Vec::with_capacity(HEADER_BYTES as usize);
+        header.extend_from_slice(b"RIFF");
+        header.extend_from_slice(&length_of(self.bytes - 8)?);
+        header.extend_from_slice(b"WEBPVP8X\x0a\0\0\0");
+        header.extend_from_slice(&[animation | alpha | HAS_XMP, 0, 0, 0]);
+        header.extend_from_slice(&bytes_24(self.size.0 - 1));
+        header.extend_from_slice(&bytes_24(self.size.1 - 1));
         if !self.is_still {
-            let alpha = if self.has_alpha { HAS_ALPHA } else { 0 };
-            let mut header = Vec::with_capacity(HEADER_BYTES as usize);
-            header.extend_from_slice(b"RIFF");
-            header.extend_from_slice(&length_of(self.bytes - 8)?);
-            header.extend_from_slice(b"WEBPVP8X\x0a\0\0\0");
-            header.extend_from_slice(&[HAS_ANIMATION | alpha, 0, 0, 0]);
-            header.extend_from_slice(&bytes_24(self.size.0 - 1));
-            header.extend_from_slice(&bytes_24(self.size.1 - 1));
             // A transparent ground, and no end of the repetitions.
             header.extend_from_slice(b"ANIM\x06\0\0\0\0\0\0\0\0\0");
-            self.sink.seek(SeekFrom::Start(0))?;
-            self.sink.write_all(&header)?;
         }
+        self.sink.seek(SeekFrom::Start(0))?;
+        self.sink.write_all(&header)?;
         self.sink.flush()
     }
 }
@@ -156,6 +165,6 @@ mod tests {
         assert!(decoder(&two).has_animation() && !decoder(&two).color_type().has_alpha());
         let one = file(&[opaque]);
         assert!(!decoder(&one).has_animation());
-        assert_eq!(&one[12..16], b"VP8L");
+        assert_eq!(&one[30..34], b"VP8L");
     }
 }

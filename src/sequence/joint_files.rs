@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::image_file::{DisplayImage, MovieFormat, MovieWriter, encode_png, write_atomically};
+use crate::image_file::{
+    CONTACT_SHEET, DisplayImage, MovieFormat, MovieWriter, encode_png, write_atomically,
+};
 use crate::output::ContactSheet;
 
 use super::SequenceJob;
@@ -60,7 +62,7 @@ impl<'a> JointFiles<'a> {
         }
         if let Some((path, sheet)) = self.sheet {
             let DisplayImage { size, pixels } = sheet.image();
-            write_atomically(path, &encode_png(*size, pixels, "contact sheet")?)?;
+            write_atomically(path, &encode_png(*size, pixels, CONTACT_SHEET)?)?;
         }
         Ok(())
     }

@@ -6,6 +6,9 @@ use crate::image_file::{StoredFrame, inspect_exr, inspect_png};
 
 use super::{ExistingFiles, OutputFormat, SequenceJob};
 
+/// What a link is that leads to no file.
+const BROKEN_LINK: &str = "a link to no file";
+
 /// Decision about one existing or missing file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Decision {
@@ -19,8 +22,11 @@ pub(super) enum Decision {
 
 /// Decides about the file at `path`, which is to hold a frame with `render_hash`.
 pub(super) fn decide(job: &SequenceJob, path: &Path, render_hash: &str) -> Decision {
-    if job.existing == ExistingFiles::Overwrite || !path.is_file() {
+    if job.existing == ExistingFiles::Overwrite {
         return Decision::Render;
+    }
+    if !path.is_file() {
+        return if path.is_symlink() { Decision::InTheWay(BROKEN_LINK.to_owned()) } else { Decision::Render };
     }
     let inspected = match job.output.format() {
         OutputFormat::Exr => inspect_exr(path),
@@ -40,8 +46,11 @@ pub(super) fn decide(job: &SequenceJob, path: &Path, render_hash: &str) -> Decis
 /// What the file at `path` is, where it is not a preview of the frame with `render_hash`. A preview of the same frame with
 /// another tone mapping or crop is replaced silently.
 pub(super) fn preview_in_the_way(job: &SequenceJob, path: &Path, render_hash: &str) -> Option<String> {
-    if job.existing == ExistingFiles::Overwrite || !path.is_file() {
+    if job.existing == ExistingFiles::Overwrite {
         return None;
+    }
+    if !path.is_file() {
+        return path.is_symlink().then(|| BROKEN_LINK.to_owned());
     }
     match inspect_png(path) {
         Err(why) => Some(incomplete(&why)),

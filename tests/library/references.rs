@@ -1,7 +1,7 @@
-//! The suite of `scenes/` against its references: what `rayframe test --suite scenes` does, as a test.
+//! The suite of `scenes/` against its references: what `rayframe test --suite scenes --allow-dir .` does, as a test.
 //!
-//! `cargo run --release -- test --suite scenes light/` tests the shots whose names contain `light/`. An image that differs is stored beside its
-//! reference as a pending image. Look at `target/regression/index.html`, run `cargo run --release -- accept --suite scenes`, and
+//! `cargo run --release -- test --suite scenes --allow-dir . light/` tests the shots whose names contain `light/`. An image that differs is stored beside its
+//! reference as a pending image. Look at `target/regression/index.html`, run `cargo run --release -- accept --suite scenes --allow-dir .`, and
 //! commit the reference together with the change that caused it. Where `CI` is set, nothing is stored.
 
 use std::path::{Path, PathBuf};
@@ -28,7 +28,9 @@ fn failures() -> Result<Vec<String>> {
     write_report(&report_page(&suite, result, "cargo test --test library references", !is_ci()), &page)?;
     if !failures.is_empty() {
         failures.push(format!("report: {}", page.display()));
-        failures.push("accept intended changes: cargo run --release -- accept --suite scenes".to_owned());
+        failures.push(
+            "accept intended changes: cargo run --release -- accept --suite scenes --allow-dir .".to_owned(),
+        );
     }
     Ok(failures)
 }

@@ -15,6 +15,7 @@ mod films;
 mod killed;
 mod many;
 mod merge;
+mod own_outputs;
 mod passes;
 mod plates;
 mod presentation;

@@ -41,6 +41,9 @@ pub(in crate::cli) struct DiffArgs {
     /// Memory limit, such as 8G; half of it for each image or scene [default: 80 % of the available memory]
     #[arg(long, value_name = "SIZE", value_parser = rayframe::settings::parse::memory_size)]
     max_memory: Option<u64>,
+    /// Replace files that this program did not write for the same purpose
+    #[arg(long)]
+    pub(super) overwrite: bool,
     /// Print JSON
     #[arg(long)]
     pub(super) json: bool,

@@ -6,7 +6,9 @@ use std::path::PathBuf;
 
 use rayframe::error::{Error, Result};
 use rayframe::image::{Channel, ColorEncoding, Image, PixelWindow, RenderedScene, Samples};
-use rayframe::image_file::{ExrCompression, FrameAttributes, encode_exr, encode_png};
+use rayframe::image_file::{
+    ExrCompression, FLIP_MAP, FrameAttributes, HEAT_MAP, OutputKind, check_output, encode_exr, encode_png,
+};
 use rayframe::regression::{FlipMap, PairedFiles, heat_map};
 use rayframe::sequence::{OutputFormat, OutputPattern};
 
@@ -56,10 +58,19 @@ impl MapPattern {
         self.pattern.path(frame.unwrap_or(0))
     }
 
+    /// Checks that the files replace nothing but such maps.
+    ///
+    /// # Errors
+    /// Those of [`check_output`].
+    pub(super) fn check_files(&self, paired: &PairedFiles, overwrites: bool) -> Result<()> {
+        let kind = if self.format == OutputFormat::Exr { OutputKind::FlipMap } else { OutputKind::HeatMap };
+        paired.pairs.iter().try_for_each(|pair| check_output(&self.path(pair.frame), kind, overwrites))
+    }
+
     /// The contents of the file of a map.
     pub(super) fn encoded(&self, map: &FlipMap) -> Result<Vec<u8>> {
         match self.format {
-            OutputFormat::Png | OutputFormat::Movie(_) => encode_png(map.size, &heat_map(map), ""),
+            OutputFormat::Png | OutputFormat::Movie(_) => encode_png(map.size, &heat_map(map), HEAT_MAP),
             OutputFormat::Exr => encode_errors(map),
         }
     }
@@ -74,5 +85,6 @@ fn encode_errors(map: &FlipMap) -> Result<Vec<u8>> {
         channels: vec![Channel { name: "Y".to_owned(), samples: Samples::Float(map.errors.clone()) }],
         scene: RenderedScene::default(),
     };
-    encode_exr(image, ExrCompression::Zip, &FrameAttributes::unknown())
+    let attributes = FrameAttributes { render_hash: FLIP_MAP.to_owned(), ..FrameAttributes::unknown() };
+    encode_exr(image, ExrCompression::Zip, &attributes)
 }

@@ -6,7 +6,7 @@ use super::args::{DiffArgs, shown};
 use crate::cli::findings::findings;
 use crate::cli::markdown::{MarkdownSummary, write_summary};
 use rayframe::error::{Error, Result};
-use rayframe::image_file::probe_folder;
+use rayframe::image_file::{OutputKind, check_output, probe_folder};
 use rayframe::regression::{FailOn, FrameResult, ReportPage, check_report_place, write_report};
 
 /// The files that are asked for.
@@ -23,8 +23,9 @@ impl ResultFiles {
     /// # Errors
     /// [`Error::Usage`] for an empty name, and [`Error::CannotCreate`].
     pub(super) fn new(args: &DiffArgs) -> Result<Option<Self>> {
-        let page = args.report.as_deref().map(report_file).transpose()?;
+        let page = args.report.as_deref().map(|folder| report_file(folder, args.overwrite)).transpose()?;
         if let Some(file) = &args.summary {
+            check_output(file, OutputKind::Summary, args.overwrite)?;
             probe_folder(file)?;
         }
         let files = Self { page, summary: args.summary.clone(), fail_on: args.fail_on.value() };
@@ -55,12 +56,12 @@ impl ResultFiles {
 }
 
 /// The file of a page in `folder`, after a check that it can be written.
-fn report_file(folder: &Path) -> Result<PathBuf> {
+fn report_file(folder: &Path, overwrites: bool) -> Result<PathBuf> {
     if folder.as_os_str().is_empty() {
         return Err(Error::usage("--report: name a folder"));
     }
     let path = folder.join("index.html");
-    check_report_place(&path)?;
+    check_report_place(&path, overwrites)?;
     Ok(path)
 }
 

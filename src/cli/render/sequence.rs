@@ -7,7 +7,9 @@ use serde_json::json;
 use crate::progress::{Manifest, Part, ReportedSequence, Reporter, Verbosity};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::Result;
-use rayframe::image_file::{probe_folder, remove_stale_temporaries, write_atomically};
+use rayframe::image_file::{
+    OutputKind, check_output, probe_folder, remove_stale_temporaries, write_atomically,
+};
 use rayframe::output::SOFTWARE;
 use rayframe::sequence::{self, Plan, ReplacedFile, Summary};
 use rayframe::settings::SettingValues;
@@ -25,6 +27,20 @@ pub(in crate::cli) fn other_files(job: &RenderJob) -> Vec<(&Path, &'static str)>
         outline.contact_sheet.as_deref().filter(|_| job.sequence.sequence_outputs.is_on_common_sheet);
     let common_sheet = common_sheet.map(|path| (path, "contact_sheet"));
     job.sequence.sequence_outputs.files().chain(common_sheet).chain(reports).collect()
+}
+
+/// Checks that the files beside the frames replace nothing but such files.
+///
+/// # Errors
+/// Those of [`check_output`].
+pub(in crate::cli) fn check_others<'a>(
+    others: impl IntoIterator<Item = (&'a Path, &'static str)>,
+    args: &SettingValues,
+) -> Result<()> {
+    others.into_iter().try_for_each(|(path, setting)| match OutputKind::of_setting(setting) {
+        Some(kind) => check_output(path, kind, args.overwrite),
+        None => Ok(()),
+    })
 }
 
 /// Checks that all files can be written, and removes temporary files of killed runs.

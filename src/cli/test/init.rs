@@ -37,7 +37,7 @@ pub(super) fn init(option: &SuiteOption) -> Result<()> {
     let is_file = folder.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     let file = if is_file { folder.to_owned() } else { folder.join(SUITE_FILE) };
     let folder = file.parent().unwrap_or(Path::new(""));
-    if file.exists() {
+    if file.symlink_metadata().is_ok() {
         let message = "is there already; edit it, or name another folder with --suite".to_owned();
         return Err(Error::CannotCreate { path: file, message });
     }
@@ -49,6 +49,9 @@ pub(super) fn init(option: &SuiteOption) -> Result<()> {
             String::new()
         }
         Ok(_) => format!("\nadd to {}: {}", ignore.display(), IGNORED.replace('\n', " ").trim()),
+        Err(_) if ignore.symlink_metadata().is_ok() => {
+            format!("\nadd to {}: {}", ignore.display(), IGNORED.replace('\n', " ").trim())
+        }
         Err(_) => {
             write_atomically(&ignore, IGNORED.as_bytes())?;
             format!("\n{} excludes the report and pending images from version control", ignore.display())

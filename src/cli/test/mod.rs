@@ -86,6 +86,9 @@ pub(super) struct TestArgs {
     /// Other programs' option that replaces references
     #[arg(long, hide = true, aliases = ["update-snapshots", "update-references", "bless"])]
     update: bool,
+    /// Replace files that this program did not write for the same purpose; references never
+    #[arg(long, conflicts_with_all = ["init", "list", "list_images"])]
+    overwrite: bool,
     /// Print failures only
     #[arg(short, long)]
     quiet: bool,
@@ -125,9 +128,9 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     // Check output files before rendering.
     let folder = args.report.as_ref().unwrap_or(&suite.report);
     let page = folder.join("index.html");
-    check_report_place(&page)?;
-    suite::check_result_place(folder)?;
-    args.files.check()?;
+    args.files.check(args.overwrite)?;
+    suite::check_result_place(folder, args.overwrite)?;
+    check_report_place(&page, args.overwrite)?;
 
     let result = match &*args.merge {
         [] => {

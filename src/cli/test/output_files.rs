@@ -10,7 +10,7 @@ use super::annotations::{code_quality, github_commands};
 use super::junit::junit_xml;
 use crate::progress::print_raw;
 use rayframe::error::Result;
-use rayframe::image_file::{probe_folder, write_atomically};
+use rayframe::image_file::{OutputKind, check_output, probe_folder, write_atomically};
 use rayframe::regression::suite::{Suite, suite_title};
 use rayframe::regression::{FailOn, SuiteResult};
 
@@ -33,15 +33,23 @@ pub(super) struct OutputFiles {
 }
 
 impl OutputFiles {
-    /// Checks that all files can be written.
+    /// Checks that all files can be written and replace nothing but such files.
     ///
     /// # Errors
     /// [`Error::CannotCreate`](rayframe::error::Error::CannotCreate).
-    pub(super) fn check(&self) -> Result<()> {
-        [&self.junit, &self.summary, &self.code_quality]
-            .into_iter()
-            .flatten()
-            .try_for_each(|file| probe_folder(file))
+    pub(super) fn check(&self, overwrites: bool) -> Result<()> {
+        let files = [
+            (&self.junit, OutputKind::JUnit),
+            (&self.summary, OutputKind::Summary),
+            (&self.code_quality, OutputKind::CodeQuality),
+        ];
+        for (file, kind) in files {
+            if let Some(file) = file {
+                check_output(file, kind, overwrites)?;
+                probe_folder(file)?;
+            }
+        }
+        Ok(())
     }
 
     /// Writes the files, and prints annotations.

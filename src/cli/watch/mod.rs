@@ -21,7 +21,7 @@ use rayframe::image_file::{inspect_exr, inspect_png, write_atomically};
 use rayframe::sequence::{ExistingFiles, OutputFormat, OutputPattern, Plan, SequenceJob};
 
 use super::exit_status::{ExitStatus, exit_status};
-use super::render::{other_files, perform, prepare};
+use super::render::{check_others, other_files, perform, prepare};
 use super::render_options::{RenderOptions, message};
 use super::signals;
 use super::summary::summary;
@@ -113,6 +113,7 @@ impl Watch<'_> {
         let plan = Plan::new(job)?;
         let others = other_files(&resolved);
         plan.check_collisions(&others, inputs)?;
+        check_others(others.iter().copied(), args)?;
         if !args.overwrite {
             protect_foreign(job, &plan)?;
         }

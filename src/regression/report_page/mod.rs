@@ -11,28 +11,20 @@ mod page_images;
 
 use std::path::Path;
 
-use crate::error::{Error, Result};
-use crate::image_file::{probe_folder, write_atomically};
+use crate::error::Result;
+use crate::image_file::{OutputKind, check_output, probe_folder, write_atomically};
 
 pub use image_budget::{IMAGE_BUDGET_BYTES, ImageBudget};
 pub use page::{
     AssetChanges, ChangeGroup, ChangeRow, FolderSummary, FrameCommands, NamedCommand, ReportPage,
 };
 
-/// The tag by which a report page is recognised before it is replaced.
-const GENERATOR: &str = "<meta name=\"generator\" content=\"rayframe\">";
-
-/// Checks that a page can be written to `path`, and creates its folder.
+/// Checks that a page can be written to `path`, and creates its folder. `overwrites` permits to replace any file.
 ///
 /// # Errors
 /// [`Error::CannotCreate`] when the folder cannot be created, or when `path` exists and is not a report page.
-pub fn check_report_place(path: &Path) -> Result<()> {
-    if let Ok(text) = std::fs::read(path)
-        && !text.windows(GENERATOR.len()).take(4096).any(|part| part == GENERATOR.as_bytes())
-    {
-        let message = "is there already and is not a report; name another folder".to_owned();
-        return Err(Error::CannotCreate { path: path.to_owned(), message });
-    }
+pub fn check_report_place(path: &Path, overwrites: bool) -> Result<()> {
+    check_output(path, OutputKind::ReportPage, overwrites)?;
     probe_folder(path)
 }
 

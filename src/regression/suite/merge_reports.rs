@@ -13,6 +13,7 @@ use super::rendered_images::{check_names, image_path, reference_hash, remove_ren
 use super::test_shot::{FrameId, TestedFrame, keep_rendered, test_frame};
 use super::{RunOptions, Shard, Suite, discover};
 use crate::error::{Error, Result};
+use crate::image_file::{OutputKind, check_output};
 use crate::regression::comparison::Comparison;
 use crate::regression::report_page::ImageBudget;
 use crate::regression::result::{FrameResult, FrameStatus, ShotResult, SuiteResult};
@@ -131,20 +132,8 @@ fn read_report(folder: &Path) -> Result<ShardReport> {
 ///
 /// # Errors
 /// [`Error::CannotCreate`] where it is another program's file.
-pub fn check_result_place(folder: &Path) -> Result<()> {
-    let path = folder.join(RESULT_FILE);
-    // Versions may differ.
-    let is_own = |text: &[u8]| {
-        let value: serde_json::Value = serde_json::from_slice(text).unwrap_or_default();
-        value.get("schema").is_some() && value.get("shots").is_some()
-    };
-    match std::fs::read(&path) {
-        Ok(text) if !is_own(&text) => {
-            let message = "is there already and is not the result of a test; name another folder".to_owned();
-            Err(Error::CannotCreate { path, message })
-        }
-        _ => Ok(()),
-    }
+pub fn check_result_place(folder: &Path, overwrites: bool) -> Result<()> {
+    check_output(&folder.join(RESULT_FILE), OutputKind::SuiteResult, overwrites)
 }
 
 /// Refuses reports that are not all parts of one suite, once each.

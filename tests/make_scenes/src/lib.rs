@@ -39,7 +39,7 @@ use std::path::{Path, PathBuf};
 use scene_builder::document::Built;
 
 /// The suite file: settings of all shots, and the folder of the references.
-const SUITE: &str = r#"# The pictures of all scenes: `rayframe test --suite scenes` renders them and compares.
+const SUITE: &str = r#"# The pictures of all scenes: `rayframe test --suite scenes --allow-dir .` renders them and compares.
 scenes = "."
 references = "../reference_images"
 report = "../target/regression"

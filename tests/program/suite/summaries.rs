@@ -57,7 +57,10 @@ fn a_summary_lists_failures_and_changes_worst_first_with_thumbnails() {
     // A later run leaves no old thumbnails.
     stage.run(&["test", "sun", "--summary", "out/my summary.md"]).ends(0, &[]);
     let text = std::fs::read_to_string(stage.path("out/my summary.md")).unwrap();
-    assert!(text.ends_with(": 1 identical\n") && text.lines().count() == 1, "{text}");
+    assert!(
+        text.ends_with(": 1 identical\n\n<!-- rayframe summary -->\n") && text.lines().count() == 3,
+        "{text}"
+    );
     assert_eq!(std::fs::read_dir(stage.path("out/my summary.md.files")).unwrap().count(), 0);
     stage.run(&["test", "--summary", "suite.toml/summary.md"]).ends(73, &["suite.toml"]);
 }

@@ -1,0 +1,235 @@
+//! What an output may replace: files that this program wrote for the same purpose, recognised by marks in their content.
+//!
+//! Only the ends of a file are read. Links are never replaced unasked, whatever they lead to.
+
+use std::fs::File;
+use std::io::{self, Read as _, Seek as _, SeekFrom};
+use std::path::Path;
+
+use super::movie_mark::MOVIE_MARK;
+use crate::error::{Error, Result};
+
+/// Bytes that are read at each end of a file.
+const END_BYTES: u64 = 64 << 10;
+/// Boxes of a film that are searched for its metadata.
+const MAX_BOXES: usize = 16;
+
+/// The `renderHash` of contact sheets.
+pub const CONTACT_SHEET: &str = "contact sheet";
+/// The `renderHash` of heat maps.
+pub const HEAT_MAP: &str = "heat map";
+/// The `renderHash` of maps of FLIP.
+pub const FLIP_MAP: &str = "FLIP map";
+/// The line by which a summary in Markdown is recognised.
+pub const SUMMARY_MARK: &str = "<!-- rayframe summary -->";
+/// The tag by which a report page is recognised.
+pub const PAGE_MARK: &str = "<meta name=\"generator\" content=\"rayframe\">";
+
+/// The purpose of an output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OutputKind {
+    /// PNG image of many frames.
+    ContactSheet,
+    /// Movie of any format.
+    Movie,
+    /// Statistics of a run.
+    Statistics,
+    /// Manifest of a run.
+    Manifest,
+    /// FLIP as colours.
+    HeatMap,
+    /// FLIP as numbers.
+    FlipMap,
+    /// JUnit XML.
+    JUnit,
+    /// GitLab's Code Quality.
+    CodeQuality,
+    /// Summary in Markdown.
+    Summary,
+    /// HTML page.
+    ReportPage,
+    /// Result of a suite as JSON.
+    SuiteResult,
+}
+
+impl OutputKind {
+    /// The purpose of the file that a setting names.
+    pub fn of_setting(setting: &str) -> Option<Self> {
+        Some(match setting {
+            "movie" => Self::Movie,
+            "contact_sheet" => Self::ContactSheet,
+            "stats" => Self::Statistics,
+            "manifest" => Self::Manifest,
+            _ => return None,
+        })
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::ContactSheet => "a contact sheet",
+            Self::Movie => "a movie of this program",
+            Self::Statistics => "statistics of a run",
+            Self::Manifest => "a manifest of a run",
+            Self::HeatMap => "a heat map",
+            Self::FlipMap => "a FLIP map",
+            Self::JUnit => "a JUnit file of this program",
+            Self::CodeQuality => "a Code Quality report of this program",
+            Self::Summary => "a summary of this program",
+            Self::ReportPage => "a report",
+            Self::SuiteResult => "the result of a test",
+        }
+    }
+
+    /// Beginning of a file, and the marks in it.
+    fn marks(self) -> (&'static [u8], Vec<&'static [u8]>) {
+        const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
+        match self {
+            Self::ContactSheet => (PNG, vec![b"tEXtrenderHash\0contact sheet"]),
+            Self::HeatMap => (PNG, vec![b"tEXtrenderHash\0heat map"]),
+            Self::FlipMap => (b"\x76\x2f\x31\x01", vec![b"renderHash\0string\0\x08\0\0\0FLIP map"]),
+            Self::Movie => (b"", vec![MOVIE_MARK.as_bytes()]),
+            Self::Statistics => (b"{", vec![b"\"software\": \"rayframe", b"\"seconds\":", b"\"threads\":"]),
+            Self::Manifest => (b"{", vec![b"\"software\": \"rayframe", b"\"complete\":", b"\"schema\":"]),
+            Self::JUnit => (b"<?xml", vec![b"<testsuites name=\"rayframe test\""]),
+            Self::CodeQuality => (b"[", vec![b"\"check_name\": \"rayframe-", b"\"fingerprint\":"]),
+            Self::Summary => (b"", vec![SUMMARY_MARK.as_bytes()]),
+            Self::ReportPage => (b"", vec![PAGE_MARK.as_bytes()]),
+            Self::SuiteResult => (b"{", vec![b"\"schema\":", b"\"shots\":"]),
+        }
+    }
+
+    fn is_mark_of(self, ends: &[u8]) -> bool {
+        let (start, marks) = self.marks();
+        let holds = |mark: &&[u8]| ends.windows(mark.len()).any(|part| part == *mark);
+        ends.starts_with(start) && marks.iter().all(holds)
+    }
+}
+
+/// Checks that an output of a purpose may be written to `path`: nothing is there, or an earlier output of the same purpose, or an empty
+/// file. `overwrites` permits to replace any file, and a link itself, never what it leads to.
+///
+/// # Errors
+/// [`Error::CannotCreate`] for a file of another program or purpose, and for a link.
+pub fn check_output(path: &Path, kind: OutputKind, overwrites: bool) -> Result<()> {
+    if overwrites {
+        return Ok(());
+    }
+    let refused = |why: &str| {
+        let message = format!("is there already and {why}; choose another name, or `overwrite` replaces it");
+        Err(Error::CannotCreate { path: path.to_owned(), message })
+    };
+    match std::fs::symlink_metadata(path) {
+        Err(_) => return Ok(()),
+        Ok(metadata) if metadata.is_symlink() => return refused("is a link"),
+        // What is neither a file nor a link is refused by the check of its folder.
+        Ok(metadata) if !metadata.is_file() || metadata.len() == 0 => return Ok(()),
+        Ok(_) => {}
+    }
+    match ends_of(path) {
+        Ok(ends) if kind.is_mark_of(&ends) => Ok(()),
+        Ok(ends) if kind == OutputKind::CodeQuality && ends.trim_ascii() == b"[]" => Ok(()),
+        Ok(_) => refused(&format!("is not {}", kind.name())),
+        Err(error) => refused(&format!("cannot be read ({error})")),
+    }
+}
+
+/// Whether a PNG file of this program has the `renderHash` `mark`.
+pub fn is_marked_png(path: &Path, mark: &str) -> bool {
+    let is_file = std::fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_file());
+    let mark = [b"tEXtrenderHash\0", mark.as_bytes()].concat();
+    is_file && ends_of(path).is_ok_and(|ends| ends.windows(mark.len()).any(|part| part == mark))
+}
+
+/// The first and the last bytes of a file, and those at the end of a film's metadata.
+fn ends_of(path: &Path) -> io::Result<Vec<u8>> {
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    let mut ends = Vec::new();
+    (&mut file).take(END_BYTES).read_to_end(&mut ends)?;
+    let mut append = |from: u64, to: u64| -> io::Result<()> {
+        file.seek(SeekFrom::Start(from))?;
+        (&mut file).take(to.saturating_sub(from)).read_to_end(&mut ends)?;
+        Ok(())
+    };
+    append(END_BYTES.max(length.saturating_sub(END_BYTES)).min(length), length)?;
+    if let Some(end) = end_of_film_metadata(path)? {
+        append(end.saturating_sub(END_BYTES), end)?;
+    }
+    Ok(ends)
+}
+
+/// Where the box `moov` of an MP4 or QuickTime file ends (ISO/IEC 14496-12, 4.2), whose last box holds the comment.
+fn end_of_film_metadata(path: &Path) -> io::Result<Option<u64>> {
+    let mut file = File::open(path)?;
+    let mut start = 0_u64;
+    for index in 0..MAX_BOXES {
+        let mut header = Vec::new();
+        file.seek(SeekFrom::Start(start))?;
+        (&mut file).take(16).read_to_end(&mut header)?;
+        let Some((size, name)) = box_header(&header) else { return Ok(None) };
+        if index == 0 && name != b"ftyp" {
+            return Ok(None);
+        }
+        let Some(end) = start.checked_add(size) else { return Ok(None) };
+        if name == b"moov" {
+            return Ok(Some(end));
+        }
+        start = end;
+    }
+    Ok(None)
+}
+
+/// Size and type of a box.
+fn box_header(header: &[u8]) -> Option<(u64, &[u8])> {
+    let short = u32::from_be_bytes(header.get(..4)?.try_into().ok()?);
+    let size = match short {
+        1 => u64::from_be_bytes(header.get(8..16)?.try_into().ok()?),
+        size => u64::from(size),
+    };
+    (size >= 8).then_some((size, header.get(4..8)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn code(content: &[u8], kind: OutputKind) -> u8 {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        std::fs::write(&path, content).unwrap();
+        assert!(check_output(&path, kind, true).is_ok());
+        check_output(&path, kind, false).map_or_else(|error| error.exit_code(), |()| 0)
+    }
+
+    #[test]
+    fn marks_are_found_at_both_ends_of_long_files_and_not_between() {
+        let padding = vec![b'x'; 100_000];
+        let mark = SUMMARY_MARK.as_bytes();
+        assert_eq!(code(&[mark, &padding, &padding].concat(), OutputKind::Summary), 0);
+        assert_eq!(code(&[&padding, &padding, mark].concat(), OutputKind::Summary), 0);
+        assert_eq!(code(&[&padding, mark, &padding].concat(), OutputKind::Summary), 73);
+    }
+
+    #[test]
+    fn empty_files_and_lists_are_replaced_and_other_purposes_are_not() {
+        assert_eq!(code(b"", OutputKind::Statistics), 0);
+        assert_eq!(code(b"[]\n", OutputKind::CodeQuality), 0);
+        assert_eq!(code(b"[1]\n", OutputKind::CodeQuality), 73);
+        let sheet = b"\x89PNG\r\n\x1a\n....tEXtrenderHash\0contact sheet";
+        assert_eq!(code(sheet, OutputKind::ContactSheet), 0);
+        assert_eq!(code(sheet, OutputKind::HeatMap), 73);
+    }
+
+    #[test]
+    fn comments_of_long_films_are_found() {
+        let box_of =
+            |name: &[u8], content: &[u8]| [&(content.len() as u32 + 8).to_be_bytes(), name, content].concat();
+        let table = vec![0; 200_000];
+        let film = |comment: &[u8]| {
+            [box_of(b"ftyp", b"isom"), box_of(b"moov", &[&table, comment].concat()), box_of(b"mdat", &table)]
+                .concat()
+        };
+        assert_eq!(code(&film(MOVIE_MARK.as_bytes()), OutputKind::Movie), 0);
+        assert_eq!(code(&film(b"holidays"), OutputKind::Movie), 73);
+    }
+}

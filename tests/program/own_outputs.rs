@@ -1,0 +1,152 @@
+//! No output replaces a file of another program, and no shot file writes outside its folder.
+
+use std::path::Path;
+
+use crate::{both, names, rayframe, stderr};
+
+const FOREIGN: &[u8] = b"{\"notes\": \"of somebody else\"}\n";
+const SCENE: &str = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}],
+    "buffers": [{"byteLength": 36,
+        "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+/// Options of `render` that write a file beside the frames, and its name.
+const SIDECARS: [(&str, &str); 6] = [
+    ("--stats", "a.json"),
+    ("--manifest", "a.json"),
+    ("--contact-sheet", "a.png"),
+    ("--movie", "a.apng"),
+    ("--movie", "a.webp"),
+    ("--movie", "a.gif"),
+];
+
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("s.gltf"), SCENE).unwrap();
+    folder
+}
+
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn files_beside_the_frames_replace_only_their_like() {
+    for (option, name) in SIDECARS {
+        let folder = folder();
+        let at = |name: &str| folder.path().join(name);
+        let (scene, frames, file) = (at("s.gltf"), at("out/f.####.exr"), at(name));
+        let command =
+            ["render", text(&scene), "-r", "8x6", "-f", "0", "-q", "-o", text(&frames), option, text(&file)];
+        std::fs::write(&file, FOREIGN).unwrap();
+        let refused = rayframe(&command);
+        assert_eq!(refused.status.code(), Some(73), "{option} {name}: {}", stderr(&refused));
+        assert!(stderr(&refused).contains(text(&file)), "{}", stderr(&refused));
+        assert_eq!(std::fs::read(&file).unwrap(), FOREIGN);
+        assert_eq!(names(&at("out")), [] as [&str; 0]);
+        // `--overwrite` means it; the file is then one of this program.
+        assert_eq!(rayframe(&both(&command, &["--overwrite"])).status.code(), Some(0));
+        assert_ne!(std::fs::read(&file).unwrap(), FOREIGN);
+        let again = rayframe(&both(&command, &["--resume"]));
+        assert_eq!(again.status.code(), Some(0), "{option} {name}: {}", stderr(&again));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn links_are_not_replaced_unasked_and_never_followed() {
+    for target in ["gone.txt", "victim.txt"] {
+        let folder = folder();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("victim.txt"), FOREIGN).unwrap();
+        std::os::unix::fs::symlink(target, at("a.json")).unwrap();
+        let (scene, frames, file) = (at("s.gltf"), at("out/f.####.exr"), at("a.json"));
+        let command = [
+            "render",
+            text(&scene),
+            "-r",
+            "8x6",
+            "-f",
+            "0",
+            "-q",
+            "-o",
+            text(&frames),
+            "--stats",
+            text(&file),
+        ];
+        assert_eq!(rayframe(&command).status.code(), Some(73), "{target}");
+        assert!(file.is_symlink());
+        assert_eq!(rayframe(&both(&command, &["--overwrite"])).status.code(), Some(0));
+        assert!(!file.is_symlink() && !at("gone.txt").exists());
+        assert_eq!(std::fs::read(at("victim.txt")).unwrap(), FOREIGN);
+    }
+}
+
+#[test]
+fn shot_files_write_into_their_folder_unless_permitted() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir(at("shots")).unwrap();
+    let shot = at("shots/a.toml");
+    for key in ["output = '../b.exr'", "stats = '../b.json'", "manifest = '/tmp/rayframe-none/b.json'"] {
+        std::fs::write(&shot, format!("scene = '../s.gltf'\nresolution = [8, 6]\n{key}\n")).unwrap();
+        let refused = rayframe(&["render", text(&shot), "-f", "0", "-q"]);
+        assert_eq!(refused.status.code(), Some(77), "{key}: {}", stderr(&refused));
+        assert!(stderr(&refused).contains("--allow-dir"), "{}", stderr(&refused));
+    }
+    std::fs::write(&shot, "scene = '../s.gltf'\nresolution = [8, 6]\noutput = '../b.exr'\n").unwrap();
+    let permitted = rayframe(&["render", text(&shot), "-f", "0", "-q", "--allow-dir", text(folder.path())]);
+    assert_eq!(permitted.status.code(), Some(0), "{}", stderr(&permitted));
+    assert!(at("b.exr").is_file());
+}
+
+#[test]
+fn heat_maps_and_flip_maps_replace_only_their_like() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let (scene, image) = (at("s.gltf"), at("f.exr"));
+    assert_eq!(
+        rayframe(&["render", text(&scene), "-r", "8x6", "-f", "0", "-q", "-o", text(&image)]).status.code(),
+        Some(0)
+    );
+    for (option, name) in [("--heat-map", "a.png"), ("--flip-map", "a.exr")] {
+        let file = at(name);
+        std::fs::write(&file, FOREIGN).unwrap();
+        let command = ["diff", text(&image), text(&image), option, text(&file)];
+        assert_eq!(rayframe(&command).status.code(), Some(73));
+        assert_eq!(std::fs::read(&file).unwrap(), FOREIGN);
+        assert_eq!(rayframe(&both(&command, &["--overwrite"])).status.code(), Some(0));
+        let again = rayframe(&command);
+        assert_eq!(again.status.code(), Some(0), "{}", stderr(&again));
+    }
+}
+
+#[test]
+fn suites_replace_only_their_like_and_stay_in_their_folder() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir(at("suite")).unwrap();
+    std::fs::copy(at("s.gltf"), at("suite/s.gltf")).unwrap();
+    std::fs::write(at("suite/suite.toml"), "[shot]\nresolution = [8, 6]\n").unwrap();
+    let suite = at("suite");
+    for (option, name) in [("--junit", "a.xml"), ("--summary", "a.md"), ("--code-quality", "a.json")] {
+        let file = at(name);
+        std::fs::write(&file, FOREIGN).unwrap();
+        let command = ["test", "--suite", text(&suite), option, text(&file)];
+        assert_eq!(rayframe(&command).status.code(), Some(73), "{option}");
+        assert_eq!(std::fs::read(&file).unwrap(), FOREIGN);
+        assert_eq!(names(&at("suite")), ["s.gltf", "suite.toml"]);
+        assert_eq!(rayframe(&both(&command, &["--overwrite"])).status.code(), Some(1));
+        let again = rayframe(&command);
+        assert_eq!(again.status.code(), Some(1), "{option}: {}", stderr(&again));
+        std::fs::remove_dir_all(at("suite/report")).unwrap();
+        let _ = std::fs::remove_dir_all(at("suite/references"));
+        let _ = std::fs::remove_dir_all(at("suite/.rayframe-cache"));
+    }
+    std::fs::write(at("suite/suite.toml"), "report = '/tmp/rayframe-none'\n").unwrap();
+    let refused = rayframe(&["test", "--suite", text(&suite)]);
+    assert_eq!(refused.status.code(), Some(77), "{}", stderr(&refused));
+}

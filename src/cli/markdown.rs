@@ -286,7 +286,7 @@ mod tests {
         let text = std::fs::read_to_string(&file).unwrap();
         assert!(text.chars().count() <= MAX_CHARACTERS && text.len() > MAX_CHARACTERS / 2);
         let rows = text.lines().filter(|line| line.starts_with("| <code>")).count();
-        assert!(text.ends_with(&format!("\n{} more rows are left out; the report has all.\n", 1000 - rows)));
+        assert!(text.contains(&format!("\n{} more rows are left out; the report has all.\n", 1000 - rows)));
         assert!(text.starts_with("## suite: 1000 failed\n\n### Failed\n") && !text.contains("Changed"));
         assert!(!thumbnail_folder(&file).exists());
     }

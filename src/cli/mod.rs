@@ -32,7 +32,7 @@ use std::sync::{Arc, Mutex};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, Subcommand};
 
-use crate::progress::{option_names, print_error};
+use crate::progress::{option_names, print_error, take_output_failure};
 use rayframe::error::Error;
 use rayframe::settings::synonym;
 
@@ -99,11 +99,21 @@ pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitStatus {
             Command::Check(args) => verdict(check::run(&args)),
         }
     }));
-    ran.unwrap_or_else(|_| {
+    delivered(ran.unwrap_or_else(|_| {
         let place = panic_place.lock().map(|place| place.clone()).unwrap_or_default();
         print_error(&format!("internal error: the program panicked{place}; this is a bug worth reporting"));
         ExitStatus::Code(70)
-    })
+    }))
+}
+
+/// The status, unless data for the standard output was lost. Other failures come first.
+fn delivered(status: ExitStatus) -> ExitStatus {
+    match (status, take_output_failure()) {
+        (ExitStatus::Code(0 | 1), Some(source)) => {
+            exit_status(Err(Error::WriteFailed { path: "standard output".into(), source }))
+        }
+        _ => status,
+    }
 }
 
 /// 0 where all is well, and 1 where it is not.

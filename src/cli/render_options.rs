@@ -47,6 +47,7 @@ impl clap::Args for RenderOptions {
         let dry_run = Arg::new("dry_run").short('n').long("dry-run").action(ArgAction::SetTrue);
         let allow_dir = Arg::new("allow_dir")
             .long("allow-dir")
+            .hide_short_help(true)
             .value_name("DIR")
             .action(ArgAction::Append)
             .value_parser(OsStringValueParser::new());

@@ -3,7 +3,6 @@
 //! Every object has `schema` (raised when a field changes its meaning) and `event`. Paths that are not Unicode are also
 //! given percent-encoded, without loss, as `path_percent`. `schema/progress.schema.json` describes all lines.
 
-use std::io::Write as _;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -15,6 +14,7 @@ use rayframe::sequence::{FrameProgress, PlannedFrame, SequenceEvent, Summary};
 use super::percent_path::add_percent_path;
 use super::print::escaped_json;
 use super::reported::ReportedSequence;
+use super::standard_output::write_lines;
 
 const SCHEMA: u32 = 1;
 /// Shortest time between two progress lines of a frame.
@@ -61,8 +61,7 @@ impl JsonLines {
 
 /// Prints an object as a line of the standard output.
 pub(super) fn print_json(line: &Value) {
-    let mut stdout = std::io::stdout().lock();
-    let _ = writeln!(stdout, "{}", escaped_json(&line.to_string())).and_then(|()| stdout.flush());
+    write_lines(&escaped_json(&line.to_string()));
 }
 
 fn json_line(event: SequenceEvent<'_>) -> Value {

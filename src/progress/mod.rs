@@ -1,7 +1,8 @@
 //! Progress output: bars on a terminal, plain lines in a pipe, JSON lines and a manifest for programs.
 //!
 //! Only this module uses `indicatif`, and only it and `main` print. Text for people goes to the standard error stream, text
-//! for programs to the standard output. A closed stream does not end a run: the files are the product.
+//! for programs to the standard output. A stream that fails does not end a run: the files are the product. Data that was lost makes the
+//! exit code 74, unless its reader closed the pipe.
 
 mod bars;
 mod eta;
@@ -14,6 +15,7 @@ mod plain;
 mod print;
 mod reported;
 mod reporter;
+mod standard_output;
 mod suite;
 mod terminal_image;
 mod total;
@@ -27,6 +29,7 @@ pub(crate) use print::{
 };
 pub(crate) use reported::{Part, ReportedSequence};
 pub(crate) use reporter::Reporter;
+pub(crate) use standard_output::take_failure as take_output_failure;
 pub(crate) use suite::SuiteProgress;
 pub(crate) use terminal_image::TerminalImages;
 pub(crate) use total::{Total, print_scene_failure};

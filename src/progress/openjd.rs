@@ -3,7 +3,6 @@
 //! Source: the Open Job Description specifications, "How Jobs Are Run", section "Stdout/Stderr Messages":
 //! `openjd_progress: PERCENT`, `openjd_status: TEXT` and `openjd_fail: TEXT`.
 
-use std::io::Write as _;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -14,6 +13,7 @@ use super::one_line;
 use super::option_names::option_names;
 use super::plain::{kept_text, summary_text, written_text};
 use super::reported::ReportedSequence;
+use super::standard_output::write_lines;
 
 /// Shortest time between two progress lines of a frame.
 const INTERVAL: Duration = Duration::from_millis(500);
@@ -126,11 +126,9 @@ fn failure(text: &str) -> String {
 }
 
 fn print_lines(lines: &[String]) {
-    let mut stdout = std::io::stdout().lock();
-    for line in lines {
-        let _ = writeln!(stdout, "{line}");
+    if !lines.is_empty() {
+        write_lines(&lines.join("\n"));
     }
-    let _ = stdout.flush();
 }
 
 #[cfg(test)]

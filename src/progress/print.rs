@@ -1,8 +1,9 @@
-//! Printing to the standard streams. Failures are ignored.
+//! Printing to the standard streams. Failures of the error stream are ignored.
 
 use std::io::Write as _;
 
 use super::option_names::option_names;
+use super::standard_output::write_lines;
 
 /// Prints `rayframe: error: …` to the standard error stream, with the message as it is.
 pub(crate) fn print_error(message: &str) {
@@ -21,8 +22,7 @@ pub(crate) fn print_note(message: &str) {
 
 /// Prints requested text of one or more lines to the standard output.
 pub(crate) fn print_output(text: &str) {
-    let mut stdout = std::io::stdout().lock();
-    let _ = writeln!(stdout, "{}", text.trim_end_matches('\n')).and_then(|()| stdout.flush());
+    write_lines(text);
 }
 
 /// Prints text without escaping to the standard error stream.

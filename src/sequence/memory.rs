@@ -15,11 +15,13 @@ use super::job::triangle_count;
 use super::{SequenceJob, Shutter};
 
 /// The program, its tables and threads before the first frame.
-const BYTES_OF_PROCESS: u128 = 16_000_000;
+const BYTES_OF_PROCESS: u128 = 14_000_000;
 /// A pixel of a film, which takes tiles as they end.
 const BYTES_A_FILM_PIXEL: u128 = 16;
-/// A pixel of the files being written: halves before and after compression (8 bytes each), the preview before and after compression (4 each).
-const BYTES_A_FILE_PIXEL: u128 = 24;
+/// A pixel of the file being written: halves before and after compression (8 bytes each).
+const BYTES_A_FILE_PIXEL: u128 = 16;
+/// A pixel of the preview being written, before and after compression (4 each).
+const BYTES_A_PREVIEW_PIXEL: u128 = 8;
 /// A pixel of the further film that sums shutter samples.
 const BYTES_A_TIME_PIXEL: u128 = 16;
 /// A pixel of the plates behind the film being traced and the film being written (16 each), of the latter over its plate (16), and of
@@ -51,11 +53,13 @@ fn estimated_bytes(job: &SequenceJob) -> u128 {
     let pixels = u128::from(window.width()) * u128::from(window.height());
     let plate =
         job.plates.as_ref().map_or(0, |plates| plates.working_bytes(window) + pixels * BYTES_A_PLATE_PIXEL);
+    let preview = if job.preview { pixels * BYTES_A_PREVIEW_PIXEL } else { 0 };
     let sums = PathFrame::sum_flags(job.render.integrator, &job.render.path, job.render.aovs);
     // A frame is traced while the one before is written.
     let films = job.frames.len().clamp(1, 2) as u128;
     BYTES_OF_PROCESS
         + pixel_bytes((window, films), job.shutter, &job.exr, sums)
+        + preview
         + plate
         + triangles * (BYTES_A_TRIANGLE + motion + BYTES_A_REFERENCE)
 }

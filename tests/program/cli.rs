@@ -1,5 +1,6 @@
 //! Exit codes and messages that need no scene, or none but an empty one.
 
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use rayframe::bvh::SimdLevel;
@@ -160,6 +161,50 @@ fn a_closed_standard_output_is_no_panic() {
         .status()
         .unwrap();
     assert_eq!(status.code(), Some(0));
+}
+
+/// Every command that prints data, with a full device and with a pipe that nobody reads as its standard output.
+#[cfg(target_os = "linux")]
+#[test]
+fn data_that_cannot_be_printed_is_a_failure() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/light/point.gltf");
+    std::fs::copy(scene, folder.path().join("a.gltf")).unwrap();
+    std::fs::write(folder.path().join("suite.toml"), "[shot]\nresolution = [8, 8]\nsamples = 1\n").unwrap();
+    let run = |arguments: &[&str], stdout: Stdio| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rayframe"));
+        command
+            .current_dir(folder.path())
+            .args(arguments)
+            .stdout(stdout)
+            .stderr(Stdio::piped())
+            .output()
+            .unwrap()
+    };
+    let size = ["render", "a.gltf", "-r", "8x8", "--samples", "1", "-q", "-o"];
+    assert_eq!(run(&[&size[..], &["a.exr"]].concat(), Stdio::piped()).status.code(), Some(0));
+    for arguments in [
+        &["info", "a.gltf", "--json"][..],
+        &["diff", "a.exr", "a.exr", "--json"],
+        &["check", "a.exr", "--json"],
+        &["test", "--list"],
+        &[&size[..], &["b.exr", "--dry-run"]].concat(),
+        &[&size[..], &["c.exr", "--progress", "json"]].concat(),
+        &[&size[..], &["d.exr", "--progress", "openjd"]].concat(),
+    ] {
+        let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+        let output = run(arguments, full.into());
+        assert_eq!(output.status.code(), Some(74), "{arguments:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains("standard output: "), "{}", stderr(&output));
+        assert_eq!(stderr(&output).lines().count(), 1, "{}", stderr(&output));
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let output = run(arguments, writer.into());
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", stderr(&output));
+        assert_eq!(stderr(&output), "", "{arguments:?}");
+    }
+    // The frames are whole.
+    assert!(["c.exr", "d.exr"].iter().all(|name| folder.path().join(name).is_file()));
 }
 
 #[test]

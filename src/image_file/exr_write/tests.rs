@@ -91,6 +91,7 @@ fn the_default_file_equals_that_of_the_plain_writer() {
     let mut plain = Vec::new();
     image.write().non_parallel().to_buffered(Cursor::new(&mut plain)).unwrap();
     sort_attributes(&mut plain).unwrap();
+    seal(&mut plain).unwrap();
     assert!(encode(size) == plain);
 }
 

@@ -93,7 +93,7 @@ fn a_summary_of_a_comparison_is_that_of_a_suite() {
     let thumbnails = |text: &str| text.matches("](summary.md.files/").count();
     assert_eq!(thumbnails(&text), 3, "{text}");
     let (code, text) = summary(&a, &a);
-    assert_eq!((code, text.lines().count(), thumbnails(&text)), (Some(0), 1, 0), "{text}");
+    assert!(code == Some(0) && text.contains(": 1 identical\n") && thumbnails(&text) == 0, "{text}");
     // Sequences, with a frame that only one side has.
     for (folder, frames) in [("new", [1, 2]), ("old", [2, 3])] {
         for frame in frames {

@@ -11,7 +11,7 @@ up to the largest count, and strace lets the call of that number fail, in every 
 - exit code 0 means that all files are there;
 - the same run without faults then succeeds, and leaves no temporary file.
 
-Faults before the program starts, in the dynamic loader, are not counted. Prints a table and every violation; ends with 1 where there is any.
+Calls of the dynamic loader, before the program starts, are not counted. Prints a table and every violation; ends with 1 where there is any.
 """
 
 import argparse

@@ -84,7 +84,8 @@ impl ReferenceFile {
 /// # Errors
 /// [`Error::Missing`] when a folder cannot be read.
 pub(super) fn reference_files(references: &Path) -> Result<Vec<ReferenceFile>> {
-    if !references.exists() {
+    // A folder that cannot be looked at is not an empty one.
+    if !references.try_exists().map_err(Error::missing(references))? {
         return Ok(Vec::new());
     }
     let files = files_below(references)?;

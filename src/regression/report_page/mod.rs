@@ -22,7 +22,7 @@ pub use page::{
 /// Checks that a page can be written to `path`, and creates its folder. `overwrites` permits to replace any file.
 ///
 /// # Errors
-/// [`Error::CannotCreate`] when the folder cannot be created, or when `path` exists and is not a report page.
+/// [`Error::CannotCreate`](crate::Error::CannotCreate) when the folder cannot be created, or when `path` exists and is not a report page.
 pub fn check_report_place(path: &Path, overwrites: bool) -> Result<()> {
     check_output(path, OutputKind::ReportPage, overwrites)?;
     probe_folder(path)
@@ -32,7 +32,7 @@ pub fn check_report_place(path: &Path, overwrites: bool) -> Result<()> {
 /// omitted, and the page says so.
 ///
 /// # Errors
-/// [`Error::CannotCreate`] or [`Error::WriteFailed`].
+/// [`Error::CannotCreate`](crate::Error::CannotCreate) or [`Error::WriteFailed`](crate::Error::WriteFailed).
 pub fn write_report(page: &ReportPage, path: &Path) -> Result<()> {
     let text = html::html(page, IMAGE_BUDGET_BYTES)?;
     probe_folder(path)?;

@@ -40,7 +40,7 @@ mod child_process;
 pub mod denoise;
 pub mod error;
 pub mod geometry;
-mod hex;
+mod sha256;
 
 pub mod bvh;
 

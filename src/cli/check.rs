@@ -62,7 +62,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<bool> {
     match listed {
         None => files.par_extend(given.par_iter().map(|path| checked(path, None))),
         Some(listed) => {
-            let matched = listed.matched(&given);
+            let matched = listed.matched((!args.files.is_empty()).then_some(&*given));
             files.extend(matched.not_rendered);
             files.par_extend(
                 matched.files.par_iter().map(|(file, path)| checked_listed(file, path.as_deref())),

@@ -2,11 +2,11 @@
 //!
 //! The digits of the attribute count as zeros. The checksum covers pixels, attributes and tables, and equal files have equal ones.
 
-use std::io::{self, BufRead, Read, Seek, SeekFrom};
+use std::io::{self, BufRead, Read as _, Seek, SeekFrom};
 
 use sha2::{Digest as _, Sha256};
 
-use crate::hex::hex;
+use crate::sha256::{hash_rest, hex};
 
 /// Name of the attribute.
 pub(super) const CHECKSUM: &str = "checksum";
@@ -16,8 +16,6 @@ pub(super) const ZEROS: &str = "000000000000000000000000000000000000000000000000
 const START_BYTES: u64 = 8;
 /// Longest name of an attribute or its type, with the zero byte after it.
 const LONGEST_NAME: u64 = 256;
-/// Bytes that are hashed at a time.
-const BLOCK_BYTES: usize = 1 << 16;
 
 /// Whether an EXR file holds what was written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,13 +49,13 @@ pub fn verify_exr(file: &mut (impl BufRead + Seek)) -> io::Result<ExrIntegrity> 
     };
     file.rewind()?;
     let mut hash = Sha256::new();
-    hash_next(file, Some(at), &mut hash)?;
+    hash_rest(&mut file.by_ref().take(at), &mut hash)?;
     let mut stored = [0; ZEROS.len()];
     if let Err(error) = file.read_exact(&mut stored) {
         return end_of_file(error).map(|()| ExrIntegrity::Damaged);
     }
     hash.update(ZEROS);
-    hash_next(file, None, &mut hash)?;
+    hash_rest(file, &mut hash)?;
     let is_whole = hex(&hash.finalize()).as_bytes() == stored;
     Ok(if is_whole { ExrIntegrity::Whole } else { ExrIntegrity::Damaged })
 }
@@ -65,20 +63,6 @@ pub fn verify_exr(file: &mut (impl BufRead + Seek)) -> io::Result<ExrIntegrity> 
 /// A file that ends too soon is no error of reading.
 fn end_of_file(error: io::Error) -> io::Result<()> {
     if error.kind() == io::ErrorKind::UnexpectedEof { Ok(()) } else { Err(error) }
-}
-
-/// Hashes the next `count` bytes, or all.
-fn hash_next(file: &mut impl Read, count: Option<u64>, hash: &mut Sha256) -> io::Result<()> {
-    let mut rest = file.take(count.unwrap_or(u64::MAX));
-    let mut block = vec![0; BLOCK_BYTES];
-    loop {
-        match rest.read(&mut block) {
-            Ok(0) => return Ok(()),
-            Ok(read) => hash.update(&block[..read]),
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
-    }
 }
 
 /// The position of the checksum's digits. `None` where the header has no such attribute.
@@ -104,7 +88,7 @@ fn checksum_position(file: &mut (impl BufRead + Seek)) -> io::Result<Option<u64>
 /// Bytes up to the next zero, which is read, too.
 fn text(file: &mut impl BufRead) -> io::Result<Vec<u8>> {
     let mut text = Vec::new();
-    file.take(LONGEST_NAME).read_until(0, &mut text)?;
+    file.by_ref().take(LONGEST_NAME).read_until(0, &mut text)?;
     if text.pop() == Some(0) { Ok(text) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
 }
 

@@ -16,6 +16,7 @@ use super::exr_attributes::{SAMPLE_RANGE, STAMPS, byte_text};
 use super::exr_checksum::{CHECKSUM, ExrIntegrity, ZEROS, seal, verify_exr};
 use super::exr_chunks::check_chunks;
 use super::exr_write::{exr_channels, sort_attributes, write_compressing_in_parallel};
+use super::isolated::isolated;
 use crate::error::{Error, Result};
 use crate::image::{Image, PixelWindow};
 
@@ -144,16 +145,9 @@ fn decode(path: &Path, bytes: &[u8]) -> Result<TileImage> {
         .first_valid_layer()
         .all_attributes()
         .non_parallel();
-    // The decoder may panic over inconsistent files.
     let decode = || decoder.from_buffered(Cursor::new(bytes)).map_err(|error| error.to_string());
-    let whole = check_chunks(&mut Cursor::new(bytes));
-    let decoded = catch_unwind(AssertUnwindSafe(|| whole.and_then(|()| decode())));
-    let why = match decoded {
-        Ok(Ok(part)) => return Ok(part),
-        Ok(Err(why)) => why,
-        Err(_) => "its content is inconsistent".to_owned(),
-    };
-    Err(Error::invalid(path, "", format!("not a readable OpenEXR file: {why}")))
+    isolated(|| check_chunks(&mut Cursor::new(bytes)).and_then(|()| decode()))
+        .map_err(|why| Error::invalid(path, "", format!("not a readable OpenEXR file: {why}")))
 }
 
 /// Position of a tile's rows in the whole image.

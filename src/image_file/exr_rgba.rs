@@ -112,11 +112,8 @@ fn decoded_bytes(bytes: &[u8]) -> Result<u128, String> {
     Ok(reader.headers().iter().map(needed).sum())
 }
 
-/// The fewest bytes of a file with the pixels of `header`: those of the blocks' offsets and heads, or of the pixels at the strongest
-/// compression.
+/// The fewest bytes of a file with the pixels of `header`: those of the pixels at the strongest compression.
 fn least_bytes(header: &Header) -> u128 {
-    /// Bytes of the offset of a block, and of its position and size.
-    const BYTES_A_BLOCK: u128 = 16;
     let pixels = header.layer_size.0 as u128 * header.layer_size.1 as u128;
     let sampled = header.channels.list.iter().map(|channel| {
         let samples = pixels / (channel.sampling.0.max(1) as u128 * channel.sampling.1.max(1) as u128);
@@ -131,7 +128,7 @@ fn least_bytes(header: &Header) -> u128 {
         Compression::PIZ => 4096,
         _ => 128 * 1032,
     };
-    (header.chunk_count as u128 * BYTES_A_BLOCK).max(sampled.sum::<u128>() / strongest)
+    sampled.sum::<u128>() / strongest
 }
 
 fn rgba(layer: &Layer<AnyChannels<FlatSamples>>) -> Result<Vec<[f32; 4]>, String> {

@@ -32,7 +32,7 @@ mod statistics;
 mod stored_frame;
 mod writer;
 
-pub use crate::hex::hex;
+pub use crate::sha256::{hex, sha256_of_file};
 pub use assemble::{display_frame, write_sequence_outputs};
 pub use collisions::canonical;
 pub use event::{FrameProgress, SequenceEvent};

@@ -11,13 +11,13 @@ use sha2::{Digest as _, Sha256};
 
 use crate::color::ToneCurve;
 use crate::film::PixelWindow;
-use crate::hex::hex;
 use crate::output::{ExrOutput, SOFTWARE};
 use crate::render::{
     Adaptive, Aperture, EnvSamples, Focus, GlassShadows, Integrator, Lens, LightSize, PathSettings,
     RenderSettings,
 };
 use crate::scene::{CameraChanges, Ground, Scene, SelectedCamera, Selection, Turntable, VariantIndex};
+use crate::sha256::hex;
 
 use super::{Exposure, OutputFormat, SequenceJob, Shutter};
 

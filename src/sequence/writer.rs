@@ -15,9 +15,9 @@ use sha2::{Digest as _, Sha256};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::hex::hex;
 use crate::image_file::{DisplayImage, FrameAttributes, encode_png, write_atomically};
 use crate::output::{ExrFiles, ExrOutput, InstanceIds, PreviewLook, display_image, exr_files, png_file};
+use crate::sha256::hex;
 
 use super::checkpoint::Checkpoint;
 use super::frame_tracer::FrameTracer;

@@ -125,6 +125,14 @@ fn a_delivery_is_compared_with_its_manifest() {
     assert_eq!(stage.check(&moved), good);
     assert_eq!(stage.check(&[&["delivery"][..], &moved].concat()), good);
 
+    // A delivery that is not there is not looked for elsewhere.
+    let (code, lines) = stage.check(&[&["gone/a.####.exr"][..], &moved].concat());
+    assert_eq!(
+        (code, lines.last().map(String::as_str)),
+        (Some(1), Some("0 whole files, 7 failed")),
+        "{lines:?}"
+    );
+
     // Damaged, missing, other and additional files.
     let mut damaged = stage.bytes("delivery/a.0001.exr");
     let last = damaged.len() - 1;

@@ -96,10 +96,10 @@ impl Listed {
         Ok(Self { folder, files, not_rendered })
     }
 
-    /// Finds the listed files among the `given`, or, without any, where the run wrote them, or beside the manifest.
-    pub(super) fn matched(self, given: &[PathBuf]) -> Matched<'_> {
+    /// Finds the listed files among the `given`, or, without that, where the run wrote them, or beside the manifest.
+    pub(super) fn matched(self, given: Option<&[PathBuf]>) -> Matched<'_> {
         let Self { folder, files, not_rendered } = self;
-        if given.is_empty() {
+        let Some(given) = given else {
             let place = |file: ListedFile| {
                 let found = found(&file.path, &folder);
                 (file, found)
@@ -109,7 +109,7 @@ impl Listed {
                 not_rendered,
                 unlisted: Vec::new(),
             };
-        }
+        };
         let mut by_name = BTreeMap::<OsString, Vec<&Path>>::new();
         for path in given {
             by_name.entry(path.file_name().unwrap_or_default().to_owned()).or_default().push(path);

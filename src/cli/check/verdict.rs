@@ -2,19 +2,14 @@
 
 use std::ffi::OsStr;
 use std::fs::File;
-use std::io::{self, BufReader, Read as _};
+use std::io::{self, BufReader};
 use std::path::Path;
 
-use sha2::{Digest as _, Sha256};
-
 use rayframe::image_file::{ExrIntegrity, inspect_exr, inspect_png, verify_exr};
-use rayframe::sequence::hex;
+use rayframe::sequence::sha256_of_file;
 
 use super::checked_file::FileStatus;
 use super::listed::ListedFile;
-
-/// Bytes that are hashed at a time.
-const BLOCK_BYTES: usize = 1 << 16;
 
 /// The status of the file at `path`, and a message. `listed` is its entry in the manifest.
 pub(super) fn of_file(path: &Path, listed: Option<&ListedFile>) -> (FileStatus, String) {
@@ -29,20 +24,21 @@ pub(super) fn of_file(path: &Path, listed: Option<&ListedFile>) -> (FileStatus, 
         }
         Ok(_) => {}
     }
-    let by_itself = by_its_checksum(path);
     let Some(sha256) = listed.and_then(|file| file.sha256.as_deref()) else {
-        return by_itself;
+        return by_its_checksum(path);
     };
     match sha256_of_file(path) {
         Err(error) => unreadable(&error),
         Ok(actual) if actual == sha256 => (FileStatus::Whole, String::new()),
-        Ok(_) if by_itself.0 == FileStatus::Whole => {
-            (FileStatus::Different, "is whole, and not the file that the manifest lists".to_owned())
-        }
-        Ok(_) if by_itself.0 == FileStatus::Unknown => {
-            (FileStatus::Damaged, "its bytes do not match the manifest".to_owned())
-        }
-        Ok(_) => by_itself,
+        Ok(_) => match by_its_checksum(path) {
+            (FileStatus::Whole, _) => {
+                (FileStatus::Different, "is whole, and not the file that the manifest lists".to_owned())
+            }
+            (FileStatus::Unknown, _) => {
+                (FileStatus::Damaged, "its bytes do not match the manifest".to_owned())
+            }
+            other => other,
+        },
     }
 }
 
@@ -76,15 +72,4 @@ fn unknown(message: &str) -> (FileStatus, String) {
 
 fn unreadable(error: &io::Error) -> (FileStatus, String) {
     (FileStatus::Unreadable, format!("cannot be read: {error}"))
-}
-
-fn sha256_of_file(path: &Path) -> io::Result<String> {
-    let mut file = File::open(path)?;
-    let (mut hash, mut block) = (Sha256::new(), vec![0; BLOCK_BYTES]);
-    loop {
-        match file.read(&mut block)? {
-            0 => return Ok(hex(&hash.finalize())),
-            count => hash.update(&block[..count]),
-        }
-    }
 }

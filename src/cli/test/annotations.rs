@@ -5,7 +5,7 @@
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 
-use super::super::findings::Finding;
+use crate::cli::findings::Finding;
 use rayframe::error::{Error, Result};
 use rayframe::sequence::hex;
 

@@ -48,14 +48,12 @@ pub(super) fn init(option: &SuiteOption) -> Result<()> {
         Ok(text) if IGNORED.lines().all(|line| text.lines().any(|found| found.trim() == line)) => {
             String::new()
         }
-        Ok(_) => format!("\nadd to {}: {}", ignore.display(), IGNORED.replace('\n', " ").trim()),
-        Err(_) if ignore.symlink_metadata().is_ok() => {
-            format!("\nadd to {}: {}", ignore.display(), IGNORED.replace('\n', " ").trim())
-        }
-        Err(_) => {
+        Err(_) if ignore.symlink_metadata().is_err() => {
             write_atomically(&ignore, IGNORED.as_bytes())?;
             format!("\n{} excludes the report and pending images from version control", ignore.display())
         }
+        // What lacks a line, cannot be read or leads nowhere is not ours to replace.
+        _ => format!("\nadd to {}: {}", ignore.display(), IGNORED.replace('\n', " ").trim()),
     };
     let suite = option.shown();
     print_output(&format!(

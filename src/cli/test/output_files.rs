@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::super::findings::findings_of_suite;
-use super::super::markdown::{MarkdownSummary, write_summary};
 use super::annotations::{code_quality, github_commands};
 use super::junit::junit_xml;
+use crate::cli::findings::findings_of_suite;
+use crate::cli::markdown::{MarkdownSummary, write_summary};
 use crate::progress::print_raw;
 use rayframe::error::Result;
 use rayframe::image_file::{OutputKind, check_output, probe_folder, write_atomically};

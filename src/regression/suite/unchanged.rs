@@ -48,7 +48,8 @@ fn last_change(metadata: &std::fs::Metadata) -> Option<SystemTime> {
     Some(SystemTime::UNIX_EPOCH + seconds + rest)
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
+#[cfg(unix)]
 mod tests {
     use super::*;
     use std::fs::{create_dir, rename, write};

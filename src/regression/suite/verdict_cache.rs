@@ -5,14 +5,11 @@
 //! kept: what changed or failed is rendered again, since the report shows its images.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::Read as _;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest as _, Sha256};
 
 use super::names::reference_path;
 use super::unchanged::is_unchanged_since;
@@ -21,10 +18,8 @@ use crate::error::{Error, Result};
 use crate::image_file::{probe_folder, write_atomically};
 use crate::regression::Verdict;
 use crate::regression::result::FrameResult;
-use crate::sequence::hex;
+use crate::sequence::sha256_of_file;
 
-/// Bytes of a file that are hashed at a time.
-const BLOCK_BYTES: usize = 1 << 16;
 /// Marks the folder for backup programs, <https://bford.info/cachedir/>.
 const TAG: &str =
     "Signature: 8a477f597d28d172789f06886806bc55\n# Verdicts of rayframe test. The folder may be deleted.\n";
@@ -89,7 +84,7 @@ impl<'a> VerdictCache<'a> {
             let message = "holds other files than verdicts; name another folder in `cache`".to_owned();
             return Err(Error::CannotCreate { path: folder.to_owned(), message });
         }
-        let program = std::env::current_exe().ok().and_then(|program| sha256_of_file(&program));
+        let program = std::env::current_exe().ok().and_then(|program| sha256_of_file(&program).ok());
         let (hashes, error) = (Mutex::default(), Mutex::default());
         Ok(program.map(|program| Self { suite, folder, program, start: SystemTime::now(), hashes, error }))
     }
@@ -183,21 +178,10 @@ impl<'a> VerdictCache<'a> {
         let hashes = || self.hashes.lock().unwrap_or_else(PoisonError::into_inner);
         let known = hashes().get(path).cloned();
         known.unwrap_or_else(|| {
-            let hash = sha256_of_file(path);
+            let hash = sha256_of_file(path).ok();
             hashes().insert(path.to_owned(), hash.clone());
             hash
         })
-    }
-}
-
-fn sha256_of_file(path: &Path) -> Option<String> {
-    let mut file = File::open(path).ok()?;
-    let (mut hash, mut block) = (Sha256::new(), vec![0; BLOCK_BYTES]);
-    loop {
-        match file.read(&mut block).ok()? {
-            0 => return Some(hex(&hash.finalize())),
-            count => hash.update(&block[..count]),
-        }
     }
 }
 

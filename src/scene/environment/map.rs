@@ -16,8 +16,8 @@ use super::prefilter::{Pyramid, STEPS, prefiltered_images};
 use crate::color::luminance;
 use crate::error::{Error, Result};
 use crate::geometry::{F32Lanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
-use crate::hex::hex;
 use crate::scene::ImageLightIndex;
+use crate::sha256::hex;
 
 /// Limit of the pixels of an environment image: 16384x8192.
 const MAX_PIXELS: u64 = 1 << 27;

@@ -43,6 +43,7 @@ const SUITE: &str = r#"# The pictures of all scenes: `rayframe test --suite scen
 scenes = "."
 references = "../reference_images"
 report = "../target/regression"
+cache = "../target/regression-cache"
 max_reference_kib = 256
 
 [test]

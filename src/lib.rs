@@ -40,6 +40,7 @@ mod child_process;
 pub mod denoise;
 pub mod error;
 pub mod geometry;
+mod lock_file;
 mod sha256;
 
 pub mod bvh;

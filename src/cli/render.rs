@@ -217,9 +217,8 @@ impl Session {
             print_plan(shot, &jobs, &planned);
             return Ok(None);
         }
-        for (job, plan) in &planned {
-            prepare(plan, &other_files(job))?;
-        }
+        let prepare = |(job, plan): &(&RenderJob, &Plan)| prepare(&job.sequence, plan, &other_files(job));
+        let _locks = planned.iter().map(prepare).collect::<Result<Vec<_>>>()?;
         Ok(self.render_sequences(&planned, &shot.values).err())
     }
 

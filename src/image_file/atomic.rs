@@ -102,7 +102,7 @@ pub fn remove_stale_temporaries(paths: &[PathBuf]) {
     let mut by_folder = std::collections::BTreeMap::<&Path, Vec<OsString>>::new();
     for path in paths {
         let prefixes = by_folder.entry(folder_of(path)).or_default();
-        prefixes.push(temporary_prefix(path));
+        prefixes.push(hidden_prefix(path));
     }
     for (folder, mut prefixes) in by_folder {
         prefixes.sort();
@@ -118,7 +118,7 @@ pub fn remove_stale_temporaries(paths: &[PathBuf]) {
 }
 
 fn create_temporary(path: &Path) -> Result<NamedTempFile> {
-    let mut prefix = temporary_prefix(path);
+    let mut prefix = hidden_prefix(path);
     prefix.push(process_mark());
     prefix.push(".");
     let mut builder = tempfile::Builder::new();
@@ -132,8 +132,8 @@ fn create_temporary(path: &Path) -> Result<NamedTempFile> {
     })
 }
 
-/// Prefix of the temporary's name: `.NAME.`, with a hash for a name that would be too long.
-fn temporary_prefix(path: &Path) -> OsString {
+/// Prefix of the names of hidden files beside `path`: `.NAME.`, with a hash for a name that would be too long.
+pub(crate) fn hidden_prefix(path: &Path) -> OsString {
     let name = path.file_name().unwrap_or_default();
     let mut prefix = OsString::from(".");
     if name.len() + TEMPORARY_AFFIXES > NAME_MAX {
@@ -146,7 +146,7 @@ fn temporary_prefix(path: &Path) -> OsString {
 }
 
 /// `<machine>-<process id>`.
-fn process_mark() -> String {
+pub(crate) fn process_mark() -> String {
     format!("{}-{}", machine_mark(), std::process::id())
 }
 

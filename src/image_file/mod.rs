@@ -32,6 +32,7 @@ mod texture_format;
 mod webp_animation;
 
 pub use atomic::{check_name, probe_folder, remove_stale_temporaries, write_atomically};
+pub(crate) use atomic::{hidden_prefix, process_mark};
 pub use display::{DisplayImage, decode_png, decode_png_values};
 pub use environment_read::{EnvironmentPixels, read_environment};
 pub use existing_output::{

@@ -28,4 +28,5 @@ pub use files::{ExrFiles, PreviewLook, display_image, exr_file, exr_files, exr_i
 pub use instance_ids::InstanceIds;
 pub use labelled_sheet::{LabelledSheet, LabelledTile};
 pub use stamp::run_stamp;
+pub(crate) use stamp::{host_name, universal_time_now};
 pub use sum_channels::{sum_channels, sum_flags, sums_of_image};

@@ -15,11 +15,17 @@ pub fn run_stamp(render_seconds: f64) -> RunStamp {
 }
 
 /// Name of the machine, from Linux or else from the environment.
-fn host_name() -> Option<String> {
+pub(crate) fn host_name() -> Option<String> {
     let name = std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
     let name = name.or_else(|| std::env::var("HOSTNAME").or_else(|_| std::env::var("COMPUTERNAME")).ok())?;
     let name = name.trim();
     (!name.is_empty()).then(|| name.to_owned())
+}
+
+/// Date and time of now, such as `2026-11-21 18:57:00`.
+pub(crate) fn universal_time_now() -> String {
+    let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    universal_time(since_epoch).replacen(':', "-", 2)
 }
 
 /// Date and time, such as `2026:11:21 18:57:00`.

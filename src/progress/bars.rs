@@ -88,6 +88,10 @@ impl Bars {
                 }
                 self.advance(eta);
             }
+            SequenceEvent::FrameKept(frame) => {
+                eta.frame_kept(frame);
+                self.advance(eta);
+            }
             SequenceEvent::FrameFailed(frame, error) => {
                 eta.done += 1;
                 if self.verbosity.names_failures {

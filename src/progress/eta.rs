@@ -3,6 +3,8 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use rayframe::sequence::PlannedFrame;
+
 /// Number of recent frames that the estimate uses.
 const WINDOW: usize = 9;
 /// Finished share of a frame from which its own pace is used.
@@ -26,6 +28,11 @@ impl Eta {
             self.recent_seconds.pop_front();
         }
         self.recent_seconds.push_back(seconds);
+    }
+
+    /// Counts a frame that another run has written since this one began. Those that were there are not among the frames to render.
+    pub(super) fn frame_kept(&mut self, frame: &PlannedFrame) {
+        self.done += usize::from(!frame.is_done);
     }
 
     /// Seconds until all frames are rendered: the median of recent frames for each remaining one. The median ignores a single

@@ -69,6 +69,12 @@ impl OpenJdLines {
                 let kept = kept_text(kept, to_render).map(|text| status(&text));
                 std::iter::once(state.progress(state.eta.done as f64)).chain(kept).collect()
             }
+            SequenceEvent::FrameKept(frame) if !frame.is_done => {
+                state.eta.frame_kept(frame);
+                state.started += 1;
+                let done = state.eta.done as f64;
+                vec![state.progress(done)]
+            }
             SequenceEvent::FrameStarted(_) => {
                 state.started += 1;
                 Vec::new()

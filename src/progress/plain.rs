@@ -31,8 +31,11 @@ impl PlainLines {
                 }
             }
             SequenceEvent::ExposureFound { ev, is_automatic: true } => print_note(&exposure_text(ev)),
-            SequenceEvent::FrameKept(frame) if self.verbosity.is_verbose => {
-                print_note(&format!("frame {} kept {}", frame.frame, frame.path.display()));
+            SequenceEvent::FrameKept(frame) => {
+                eta.frame_kept(frame);
+                if self.verbosity.is_verbose {
+                    print_note(&format!("frame {} kept {}", frame.frame, frame.path.display()));
+                }
             }
             SequenceEvent::FrameWritten(report) => {
                 eta.frame_done(report.seconds.period);

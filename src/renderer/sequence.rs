@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::error::{Error, Result};
-use crate::sequence::{Plan, SequenceEvent, SequenceJob, Summary, run, write_sequence_outputs};
+use crate::sequence::{Plan, RunLock, SequenceEvent, SequenceJob, Summary, run, write_sequence_outputs};
 use crate::settings::Settings;
 use crate::shot::RenderJob;
 
@@ -33,11 +33,13 @@ impl SequenceRenderer {
     /// it does not, and [`Summary::failed`] holds the failures.
     ///
     /// # Errors
-    /// What can be found without rendering: names, existing files of other content, folders, memory. Then the first
+    /// What can be found without rendering: names, existing files of other content, folders, memory, and another process that renders
+    /// the same frames ([`Error::Temporary`]). Then the first
     /// failure, [`Error::Interrupted`], and errors of writing a movie or a contact sheet.
     pub fn run(&self, on_event: impl Fn(SequenceEvent<'_>) + Sync) -> Result<Summary> {
         let plan = self.plan().map_err(|error| self.settings.locate(error))?;
         plan.prepare()?;
+        let _lock = RunLock::acquire(&self.job, &plan)?;
         let summary = run(&self.job, &plan, &self.cancel, &on_event);
         if summary.is_interrupted || !(summary.failed.is_empty() || self.job.keep_going) {
             summary.outcome()?;

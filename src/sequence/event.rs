@@ -17,7 +17,7 @@ pub struct FrameProgress {
 
 /// Event of a run.
 ///
-/// The last event of a frame (kept, written or failed) comes in the order of frames. It may come while the next frame is
+/// The last event of a frame (kept, written or failed) comes in the order of frames, but for frames that other runs rendered. It may come while the next frame is
 /// rendered, and then from another thread.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
@@ -36,7 +36,7 @@ pub enum SequenceEvent<'a> {
         /// Whether it is automatic.
         is_automatic: bool,
     },
-    /// An existing frame is kept.
+    /// An existing frame is kept, or one that another run has written meanwhile.
     FrameKept(&'a PlannedFrame),
     /// A frame starts.
     FrameStarted(&'a PlannedFrame),

@@ -6,7 +6,7 @@
 use std::panic::resume_unwind;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use rayon::Scope;
 
@@ -17,6 +17,7 @@ use crate::output::{PreviewLook, run_stamp};
 
 use super::checkpoint::Checkpoint;
 use super::exposure::exposure_ev;
+use super::frame_claim::{Claimed, FrameClaim};
 use super::frame_tracer::{FrameStatistics, FrameTracer};
 use super::frame_warnings::{FrameWarnings, depth_warning};
 use super::movie_output::MovieOutput;
@@ -29,6 +30,9 @@ use super::{
 
 /// Number of films: one is traced, one is written.
 const FILMS: usize = 2;
+
+/// Pause between two looks at frames that other runs render.
+const PAUSE: Duration = Duration::from_millis(100);
 
 /// Receiver of events, called from several threads.
 type OnEvent<'a> = &'a (dyn Fn(SequenceEvent<'_>) + Sync);
@@ -149,29 +153,42 @@ struct FrameLoop<'a, 's, 'p> {
 impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
     /// Renders frames up to the last one, the first failure, or a raised flag. Returns false for a raised flag.
     fn run(mut self, plan: &'a Plan) -> bool {
-        for planned in &plan.frames {
-            if self.stop.is_raised() {
-                return false;
+        let mut frames: Vec<_> = plan.frames.iter().collect();
+        loop {
+            let mut elsewhere = Vec::new();
+            for planned in frames {
+                if self.stop.is_raised() {
+                    return false;
+                }
+                let result = match self.frame_or_panic(planned) {
+                    Ok(Some(result)) => result,
+                    Ok(None) => {
+                        elsewhere.push(planned);
+                        continue;
+                    }
+                    Err(Error::Interrupted(_)) => return false,
+                    Err(error) => LoopResult::Failed(planned, error),
+                };
+                let is_last = matches!(result, LoopResult::Failed(..)) && !self.job.keep_going;
+                if self.results.send(result).is_err() {
+                    // The writer has ended the run.
+                    return false;
+                }
+                if is_last {
+                    return true;
+                }
             }
-            let result = match self.frame_or_panic(planned) {
-                Ok(result) => result,
-                Err(Error::Interrupted(_)) => return false,
-                Err(error) => LoopResult::Failed(planned, error),
-            };
-            let is_last = matches!(result, LoopResult::Failed(..)) && !self.job.keep_going;
-            if self.results.send(result).is_err() {
-                // The writer has ended the run.
-                return false;
+            if elsewhere.is_empty() {
+                return true;
             }
-            if is_last {
-                break;
-            }
+            // Other runs finish these, or leave them to this one when they end.
+            thread::sleep(PAUSE);
+            frames = elsewhere;
         }
-        true
     }
 
-    /// Renders one frame. A panic becomes an error.
-    fn frame_or_panic(&mut self, planned: &'a PlannedFrame) -> Result<LoopResult<'a>> {
+    /// Renders one frame; `None` for one that another run renders. A panic becomes an error.
+    fn frame_or_panic(&mut self, planned: &'a PlannedFrame) -> Result<Option<LoopResult<'a>>> {
         let mut has_returned = false;
         let result = catch_panic(planned.frame, || {
             let result = self.frame(planned);
@@ -185,10 +202,15 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         result
     }
 
-    fn frame(&mut self, planned: &'a PlannedFrame) -> Result<LoopResult<'a>> {
-        if planned.is_done {
-            return Ok(LoopResult::Kept(planned, planned.preview_path.as_ref().map(|_| self.look)));
-        }
+    fn frame(&mut self, planned: &'a PlannedFrame) -> Result<Option<LoopResult<'a>>> {
+        let claim = match FrameClaim::of(self.job, planned)? {
+            Claimed::Here(claim) => claim,
+            Claimed::Elsewhere => return Ok(None),
+            Claimed::Done => {
+                let look = planned.preview_path.as_ref().map(|_| self.look);
+                return Ok(Some(LoopResult::Kept(planned, look)));
+            }
+        };
         (self.on_event)(SequenceEvent::FrameStarted(planned));
         let started = Instant::now();
         let mut seconds = Phases::default();
@@ -219,15 +241,16 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         }
         let format = self.job.output.format();
         let (exr, look, instance_ids) = (&self.job.exr, self.look, self.tracer.instance_ids());
-        Ok(LoopResult::Traced(Box::new(TracedFrame {
+        Ok(Some(LoopResult::Traced(Box::new(TracedFrame {
             planned,
+            claim,
             started,
             seconds,
             tree: TreeReport::new(&tree, self.job.build.builder, is_reused),
             rays: RayReport::new(&rays),
             encoded: FrameEncoder { planned, film, attributes, look, format, exr, instance_ids }
                 .spawn(self.pool),
-        })))
+        }))))
     }
 
     /// Renders a frame and sends its warnings.

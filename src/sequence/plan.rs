@@ -203,10 +203,18 @@ fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Option<ReplacedFi
     let aov_paths: Vec<_> = aovs.map(|aov| job.output.layer_path(frame, aov.name())).collect();
     let preview_path = job.preview.then(|| path.with_extension("png"));
     let render_hash = render_hash(job, frame);
+    let time_seconds = job.rate.time_seconds(frame);
+    let planned =
+        PlannedFrame { frame, time_seconds, path, aov_paths, preview_path, render_hash, is_done: false };
+    let (is_done, in_the_way) = existing_files(job, &planned);
+    (PlannedFrame { is_done, ..planned }, in_the_way)
+}
 
-    // A frame is done when all its files are.
-    let files = std::iter::once(&path).chain(&aov_paths);
-    let decisions: Vec<_> = files.map(|path| (path, decide(job, path, &render_hash))).collect();
+/// Whether all files of a frame but the preview are there, and a file with other content under one of its names.
+pub(super) fn existing_files(job: &SequenceJob, planned: &PlannedFrame) -> (bool, Option<ReplacedFile>) {
+    let PlannedFrame { path, aov_paths, preview_path, render_hash, .. } = planned;
+    let files = std::iter::once(path).chain(aov_paths);
+    let decisions: Vec<_> = files.map(|path| (path, decide(job, path, render_hash))).collect();
     let is_done = decisions.iter().all(|(_, decision)| *decision == Decision::Keep);
     let in_the_way = decisions.into_iter().find_map(|(path, decision)| match decision {
         Decision::InTheWay(why) => Some(ReplacedFile { path: path.clone(), why }),
@@ -214,11 +222,10 @@ fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Option<ReplacedFi
     });
     let in_the_way = in_the_way.or_else(|| {
         let preview = preview_path.as_ref()?;
-        let why = preview_in_the_way(job, preview, &render_hash)?;
+        let why = preview_in_the_way(job, preview, render_hash)?;
         Some(ReplacedFile { path: preview.clone(), why })
     });
-    let time_seconds = job.rate.time_seconds(frame);
-    (PlannedFrame { frame, time_seconds, path, aov_paths, preview_path, render_hash, is_done }, in_the_way)
+    (is_done, in_the_way)
 }
 
 fn refuse_to_replace_movie(job: &SequenceJob, in_the_way: &[ReplacedFile]) -> Result<()> {
@@ -234,17 +241,23 @@ fn refuse_to_replace_movie(job: &SequenceJob, in_the_way: &[ReplacedFile]) -> Re
 }
 
 fn refuse_to_replace(in_the_way: &[ReplacedFile]) -> Result<()> {
-    let [ReplacedFile { path, why }, others @ ..] = in_the_way else {
-        return Ok(());
-    };
-    let others = match others.len() {
+    match in_the_way {
+        [] => Ok(()),
+        [first, others @ ..] => Err(replacement_refused(first, others.len())),
+    }
+}
+
+/// Error about an existing file, and `others` like it.
+pub(super) fn replacement_refused(file: &ReplacedFile, others: usize) -> Error {
+    let ReplacedFile { path, why } = file;
+    let others = match others {
         0 => String::new(),
         count => format!(" (and {count} more)"),
     };
-    Err(Error::CannotCreate {
+    Error::CannotCreate {
         path: path.clone(),
         message: format!(
             "the file exists{others} and is {why}; `resume` replaces only such frames, `overwrite` replaces all"
         ),
-    })
+    }
 }

@@ -25,6 +25,29 @@ use super::{Exposure, OutputFormat, SequenceJob, Shutter};
 ///
 /// Every struct of settings is destructured in full, so that a new field is either hashed or left out on purpose.
 pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
+    let mut content = content_of_all_frames(job);
+    content["frame"] = json!(frame);
+    if let Some(plates) = &job.plates {
+        let (content_hash, fit) = plates.content_key(frame);
+        content["plate"] = json!([content_hash.map(|hash| hex(&hash)), fit]);
+    }
+    hash_of(&content)
+}
+
+/// The hash of a run: of what all its frames are made from but plates, and the part of the image and of its samples.
+pub(super) fn run_hash(job: &SequenceJob) -> String {
+    let mut content = content_of_all_frames(job);
+    let PixelWindow { x0, y0, x1, y1 } = job.render.window;
+    content["part"] = json!([x0, y0, x1, y1, job.render.sample_range_text(), job.preview]);
+    hash_of(&content)
+}
+
+fn hash_of(content: &serde_json::Value) -> String {
+    hex(&Sha256::digest(content.to_string().as_bytes()))
+}
+
+/// What the frames of a job have in common.
+fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
     let SequenceJob {
         scene,
         selection,
@@ -43,7 +66,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         shared_exposure,
         tone,
         display_background,
-        plates,
+        plates: _,
         existing: _,
         keep_going: _,
         strict: _,
@@ -70,15 +93,10 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "environment": environment.content_key(),
         "shadow_catchers": shadow_catchers(scene, *variant),
         "fps": rate.to_string(),
-        "frame": frame,
         "file": file,
     });
     for (key, value) in of_job.as_object().into_iter().flatten() {
         content[key] = value.clone();
-    }
-    if let Some(plates) = plates {
-        let (content_hash, fit) = plates.content_key(frame);
-        content["plate"] = json!([content_hash.map(|hash| hex(&hash)), fit]);
     }
     // Pixels depend on their neighbours, and so on the crop.
     if let Some(denoiser) = denoiser {
@@ -90,7 +108,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
     if let Some(shared) = shared_exposure.as_ref().filter(|_| is_measured) {
         content["measured"] = shared.selections.iter().map(selection_key).collect();
     }
-    hex(&Sha256::digest(content.to_string().as_bytes()))
+    content
 }
 
 fn render_settings_key(render: &RenderSettings, shutter: Shutter) -> serde_json::Value {

@@ -20,6 +20,7 @@ use crate::output::{ExrFiles, ExrOutput, InstanceIds, PreviewLook, display_image
 use crate::sha256::hex;
 
 use super::checkpoint::Checkpoint;
+use super::frame_claim::FrameClaim;
 use super::frame_tracer::FrameTracer;
 use super::movie_output::MovieOutput;
 use super::panic::catch_panic;
@@ -46,6 +47,8 @@ pub(super) enum LoopResult<'a> {
 /// A traced frame whose files are being encoded.
 pub(super) struct TracedFrame<'a> {
     pub(super) planned: &'a PlannedFrame,
+    /// Held until the frame is written.
+    pub(super) claim: FrameClaim,
     pub(super) started: Instant,
     pub(super) seconds: Phases,
     pub(super) tree: TreeReport,
@@ -182,7 +185,7 @@ impl Writer<'_> {
 
     /// Writes a frame's files, the main file last: where it exists, all of them do.
     fn write(&mut self, frame: Box<TracedFrame<'_>>, last_completed: Option<Instant>) -> Result<FrameReport> {
-        let TracedFrame { planned, started, mut seconds, tree, rays, encoded } = *frame;
+        let TracedFrame { planned, claim: _claim, started, mut seconds, tree, rays, encoded } = *frame;
         let encoded = encoded.recv().unwrap_or_else(|_| {
             Err(Error::Internal {
                 message: format!("frame {}: the encoder ended without a result", planned.frame),

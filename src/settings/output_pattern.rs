@@ -93,13 +93,8 @@ impl OutputPattern {
 
     /// The pattern for messages, with `####` for the frame number.
     pub fn shown(&self) -> String {
-        let part = |part: &Part| match part {
-            Part::Literal(text) => text.display().to_string(),
-            Part::Frame { width } => "#".repeat(*width),
-            Part::Layer => "{layer}".to_owned(),
-            Part::Name(placeholder) => placeholder.text().to_owned(),
-        };
-        self.parts.iter().map(part).collect()
+        let whole: OsString = self.parts.iter().map(part_text).collect();
+        whole.display().to_string()
     }
 
     /// The text that [`OutputPattern::parse`] reads as this pattern.
@@ -151,6 +146,20 @@ impl OutputPattern {
         Self { parts, format: self.format }
     }
 
+    /// A path that all frames have in common: the folder before the first placeholder of a frame or an AOV, and the rest of the pattern
+    /// as a name, with `+` for what separates folders.
+    pub(crate) fn common_path(&self) -> PathBuf {
+        let is_fixed = |part: &&Part| !matches!(part, Part::Frame { .. } | Part::Layer);
+        let fixed = self.parts.iter().take_while(is_fixed).map(part_text).collect::<OsString>();
+        let whole = self.parts.iter().map(part_text).collect::<OsString>();
+        let is_separator = |&byte: &u8| std::path::is_separator(char::from(byte));
+        let name_start = fixed.as_encoded_bytes().iter().rposition(is_separator).map_or(0, |at| at + 1);
+        let (folder, name) = whole.as_encoded_bytes().split_at(name_start);
+        let name = name.iter().map(|byte| if is_separator(byte) { b'+' } else { *byte });
+        let path = os_string(folder.iter().copied().chain(name).collect());
+        path.map_or_else(|_| self.path(0), PathBuf::from)
+    }
+
     /// The file of `frame`.
     pub fn path(&self, frame: i64) -> PathBuf {
         filled(&self.parts, frame, MAIN_LAYER)
@@ -175,6 +184,16 @@ impl OutputPattern {
         extension.push(".");
         extension.push(path.extension().unwrap_or_default());
         path.with_extension(extension)
+    }
+}
+
+/// A part of a pattern for people.
+fn part_text(part: &Part) -> OsString {
+    match part {
+        Part::Literal(text) => text.clone(),
+        Part::Frame { width } => "#".repeat(*width).into(),
+        Part::Layer => "{layer}".into(),
+        Part::Name(placeholder) => placeholder.text().into(),
     }
 }
 
@@ -277,6 +296,16 @@ mod tests {
         ] {
             assert!(OutputPattern::parse(OsStr::new(text)).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn frames_of_a_pattern_have_one_path_in_common() {
+        let common = |text: &str| OutputPattern::parse(OsStr::new(text)).unwrap().common_path();
+        assert_eq!(common("out/a.####.exr"), Path::new("out/a.####.exr"));
+        assert_eq!(common("out/a.%04d.exr"), Path::new("out/a.####.exr"));
+        assert_eq!(common("a.exr"), Path::new("a.exr"));
+        assert_eq!(common("out/{layer}/####/a.exr"), Path::new("out/{layer}+####+a.exr"));
+        assert_eq!(common("/out/v####/a.exr"), Path::new("/out/v####+a.exr"));
     }
 
     #[test]

@@ -8,7 +8,7 @@ An uninterrupted twenty-frame render gives the expected files and the duration. 
 - kills: `kill -9` after a random part of the duration, up to three times in a row, then `--resume`.
 - terms: SIGTERM. The program terminates by the signal within a second, and finished frames remain.
 - disks: the folder is a memory file system that is too small (needs root). The exit code is 74. Then the file system is enlarged.
-- pairs: two processes render the same frames into one folder. Both exit codes are 0.
+- pairs: two processes share the frames of one folder (`--resume`). In half of the rounds one is killed; the other renders what it leaves.
 
 A watcher reads the folder throughout: every file with the name of a frame must equal that frame. At the end the folder must hold the
 frames of the uninterrupted run and nothing else. The first failure ends the test with exit code 1. The seed is printed.
@@ -89,7 +89,7 @@ def check_files(folder, expected, is_complete):
             frames += 1
             if path.read_bytes() != expected[path.name]:
                 raise Failure(f"{path.name} is incomplete")
-        elif path.name.startswith(".a.") and path.name.endswith(".tmp") and not is_complete:
+        elif path.name.startswith(".a.") and path.name.endswith((".tmp", ".lock", ".run", ".claim")) and not is_complete:
             temporaries += 1
         else:
             raise Failure(f"{path.name} was left behind")
@@ -164,11 +164,18 @@ def disk_round(program, folder, expected, _, counts):
 
 def pair_round(program, folder, expected, seconds, counts):
     with Watcher(folder, expected) as watcher:
-        first = start(program, folder)
+        first = start(program, folder, "--resume")
         time.sleep(random.choice([0, random.uniform(0, seconds / 2)]))
-        second = start(program, folder)
-        kept = [finish(process, 0).count(" kept") for process in (first, second)]
-        counts["one found frames of the other"] += any(kept)
+        second = start(program, folder, "--resume")
+        if random.random() < 0.5:
+            time.sleep(random.uniform(0, seconds))
+            first.kill()
+            first.communicate(timeout=60)
+        else:
+            finish(first, 0)
+        counts["one found frames of the other"] += finish(second, 0).count(" kept") > 0
+        # What a killed process leaves is removed by the next one.
+        finish(start(program, folder, "--resume"), 0)
     check_files(folder, expected, True)
     counts["reads"] += watcher.reads
 

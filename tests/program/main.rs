@@ -22,6 +22,7 @@ mod presentation;
 mod progress;
 mod refusals;
 mod scenes;
+mod shared_output;
 mod shots;
 mod suite;
 mod watch;

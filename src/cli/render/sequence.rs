@@ -11,7 +11,7 @@ use rayframe::image_file::{
     OutputKind, check_output, probe_folder, remove_stale_temporaries, write_atomically,
 };
 use rayframe::output::SOFTWARE;
-use rayframe::sequence::{self, Plan, ReplacedFile, Summary};
+use rayframe::sequence::{self, Plan, ReplacedFile, RunLock, SequenceJob, Summary};
 use rayframe::settings::SettingValues;
 use rayframe::shot::RenderJob;
 
@@ -43,14 +43,19 @@ pub(in crate::cli) fn check_others<'a>(
     })
 }
 
-/// Checks that all files can be written, and removes temporary files of killed runs.
-pub(in crate::cli) fn prepare(plan: &Plan, others: &[(&Path, &str)]) -> Result<()> {
+/// Checks that all files can be written, removes temporary files of killed runs, and excludes runs that would write the same frames
+/// while the result is held.
+pub(in crate::cli) fn prepare(
+    job: &SequenceJob,
+    plan: &Plan,
+    others: &[(&Path, &str)],
+) -> Result<Option<RunLock>> {
     plan.prepare()?;
     for (path, _) in others {
         probe_folder(path)?;
         remove_stale_temporaries(&[path.to_path_buf()]);
     }
-    Ok(())
+    RunLock::acquire(job, plan)
 }
 
 /// Renders the frames with progress output, and writes manifest, statistics, movie and contact sheet. One failure does not

@@ -126,7 +126,7 @@ impl Watch<'_> {
             }
             self.printed = printed;
         }
-        prepare(&plan, &others)?;
+        let _lock = prepare(job, &plan, &others)?;
         self.keep_full(job, &plan);
         let rendered = self.render_frames(&resolved, &plan, args);
         if self.stop.is_raised() {

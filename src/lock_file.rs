@@ -1,0 +1,120 @@
+//! Lock files: a file that one process at a time holds by a lock of the system, which ends with the process.
+//!
+//! A held file is removed when it is let go, still under its lock. What a killed process leaves is an unlocked file, which the next
+//! process takes over. Locks of other machines count where the network file system has them.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A file that this process holds. Dropping it removes the file.
+#[derive(Debug)]
+pub(crate) struct LockFile {
+    path: PathBuf,
+    file: File,
+}
+
+/// Result of an attempt to hold a file.
+#[derive(Debug)]
+pub(crate) enum Attempt {
+    /// This process holds the file.
+    Held(LockFile),
+    /// Another process holds it.
+    Busy,
+    /// The file cannot be made, or its file system has no locks.
+    Unavailable,
+}
+
+impl LockFile {
+    /// Tries to hold the file at `path`, which is created where it is missing. Does not wait.
+    pub(crate) fn try_hold(path: &Path) -> Attempt {
+        loop {
+            let Ok(file) = open(path) else { return Attempt::Unavailable };
+            match file.try_lock() {
+                // The holder before may have removed the file between opening and locking.
+                Ok(()) if !is_at(path, &file) => {}
+                Ok(()) => return Attempt::Held(Self { path: path.to_owned(), file }),
+                Err(TryLockError::WouldBlock) => return Attempt::Busy,
+                Err(TryLockError::Error(_)) => {
+                    let _ = fs::remove_file(path);
+                    return Attempt::Unavailable;
+                }
+            }
+        }
+    }
+
+    /// The file.
+    pub(crate) fn file(&self) -> &File {
+        &self.file
+    }
+}
+
+impl Drop for LockFile {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+/// Opens a lock file. One of another user may be readable only, which suffices for a lock.
+fn open(path: &Path) -> io::Result<File> {
+    match OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path) {
+        Err(error) if error.kind() == io::ErrorKind::PermissionDenied => File::open(path),
+        opened => opened,
+    }
+}
+
+/// Whether `file` is still the one at `path`.
+fn is_at(path: &Path, file: &File) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt as _;
+        let id = |metadata: &fs::Metadata| (metadata.dev(), metadata.ino());
+        matches!((fs::metadata(path), file.metadata()), (Ok(a), Ok(b)) if id(&a) == id(&b))
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = file;
+        path.exists()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_holder_at_a_time_and_no_file_after_the_last() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.lock");
+        // Left by a killed process.
+        fs::write(&path, "").unwrap();
+        let Attempt::Held(held) = LockFile::try_hold(&path) else { panic!("not held") };
+        assert!(matches!(LockFile::try_hold(&path), Attempt::Busy));
+        drop(held);
+        assert!(!path.exists());
+        assert!(matches!(LockFile::try_hold(&folder.path().join("missing/a.lock")), Attempt::Unavailable));
+    }
+
+    #[test]
+    fn threads_that_race_for_a_file_exclude_each_other() {
+        use std::sync::atomic::{AtomicUsize, Ordering};
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.lock");
+        let (inside, rounds) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        std::thread::scope(|threads| {
+            for _ in 0..8 {
+                threads.spawn(|| {
+                    while rounds.load(Ordering::Relaxed) < 2000 {
+                        if let Attempt::Held(held) = LockFile::try_hold(&path) {
+                            assert_eq!(inside.fetch_add(1, Ordering::SeqCst), 0);
+                            rounds.fetch_add(1, Ordering::Relaxed);
+                            assert_eq!(inside.fetch_sub(1, Ordering::SeqCst), 1);
+                            drop(held);
+                        }
+                    }
+                });
+            }
+        });
+        assert!(!path.exists());
+    }
+}

@@ -112,7 +112,7 @@ fn frames_of_a_run_that_dies_are_rendered_by_the_others() {
     let options = ["-f", "0-11", "--resume"];
     let mut dying = Stopped::new(folder.path(), &options);
     let other = command(folder.path(), &options).stderr(Stdio::piped()).spawn().unwrap();
-    // The other run waits for the frames that the stopped one claimed.
+    // The stopped run has claimed the last of them.
     while names(folder.path()).iter().filter(|name| name.starts_with("a.")).count() < FRAMES - 2 {
         std::thread::yield_now();
     }

@@ -10,7 +10,7 @@ use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::progress::{one_line, print_output};
+use crate::progress::{one_line, print_json, print_output};
 use rayframe::error::{Error, Result};
 use rayframe::regression::{is_sequence, sequence_files};
 
@@ -74,12 +74,12 @@ pub(super) fn run(args: &CheckArgs) -> Result<bool> {
     }
     let failed = files.iter().filter(|file| file.status != FileStatus::Whole).count();
     let report = Report { schema: 1, whole: files.len() - failed, failed, files };
-    let text = if args.json {
-        serde_json::to_string_pretty(&report)
-            .map_err(|error| Error::Internal { message: error.to_string() })?
-    } else {
-        text(&report, args.quiet)
-    };
+    if args.json {
+        let json = serde_json::to_string_pretty(&report);
+        print_json(&json.map_err(|error| Error::Internal { message: error.to_string() })?);
+        return Ok(failed == 0);
+    }
+    let text = text(&report, args.quiet);
     if !text.is_empty() {
         print_output(&text);
     }

@@ -12,7 +12,7 @@ mod report;
 mod result_files;
 mod text;
 
-use crate::progress::{escaped_json, print_output, print_warning};
+use crate::progress::{print_json, print_output, print_warning};
 use rayframe::error::{Error, Result};
 use rayframe::image_file::write_atomically;
 use rayframe::regression::{FilePair, Image, compare, pair_files, pixel_hash};
@@ -68,7 +68,7 @@ fn run_images(args: &DiffArgs) -> Result<bool> {
     }
     let report = Report::new(args, frames, &paired);
     if args.json {
-        print_output(&escaped_json(&report.json()?));
+        print_json(&report.json()?);
     } else {
         print_output(&text::text(&report, is_sequence));
     }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::progress::{escaped_json, print_output};
+use crate::progress::{print_json, print_output};
 use rayframe::error::Result;
 use rayframe::gltf::{self, ImageLoading, ImportOptions};
 use rayframe::scene::{Selection, SelectionRequest};
@@ -38,7 +38,7 @@ pub(super) fn run(args: &InfoArgs) -> Result<()> {
     if args.json {
         let json = serde_json::to_string_pretty(&report)
             .map_err(|error| rayframe::error::Error::Internal { message: error.to_string() })?;
-        print_output(&escaped_json(&json));
+        print_json(&json);
     } else {
         print_output(&text::text(&report));
     }

@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::findings::Finding;
+use crate::progress::misleads;
 use rayframe::error::Result;
 use rayframe::image_file::{
     DisplayImage, SUMMARY_MARK, encode_png, is_marked_png, probe_folder, write_atomically,
@@ -211,6 +212,7 @@ fn escaped(text: &str) -> String {
                 escaped.extend(['\\', character]);
             }
             _ if character.is_control() => escaped.push(' '),
+            _ if misleads(character) => escaped.extend(character.escape_unicode()),
             _ => escaped.push(character),
         }
     }
@@ -224,6 +226,8 @@ fn html_escaped(text: &str) -> String {
     text.chars().fold(String::new(), |mut escaped, character| {
         if markdown.contains(&character) || character.is_control() {
             let _ = write!(escaped, "&#{};", u32::from(character));
+        } else if misleads(character) {
+            escaped.extend(character.escape_unicode());
         } else {
             escaped.push(character);
         }
@@ -252,6 +256,8 @@ mod tests {
     fn names_and_messages_cannot_leave_their_cell() {
         assert_eq!(escaped("a|b*c\n<i>"), "a\\|b\\*c &lt;i&gt;");
         assert_eq!(html_escaped("a|b_<"), "a&#124;b&#95;&lt;");
+        assert_eq!(escaped("a\u{202e}b"), "a\\u{202e}b");
+        assert_eq!(html_escaped("a\u{202e}b"), "a\\u{202e}b");
         assert_eq!(address("my summary.md.files"), "my%20summary.md.files");
         assert!(cell(&"x".repeat(1000)).chars().count() == MAX_MESSAGE_CHARACTERS + 1);
     }

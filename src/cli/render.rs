@@ -14,7 +14,9 @@ use std::time::Instant;
 
 use rayon::ThreadPoolBuilder;
 
-use crate::progress::{Part, Total, print_note, print_output, print_scene_failure, print_warning};
+use crate::progress::{
+    Part, Total, print_json, print_note, print_output, print_scene_failure, print_warning,
+};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Provenance, Result, SettingError};
 use rayframe::gltf::ImageLoading;
@@ -345,10 +347,10 @@ fn print_plan(shot: &ShotSettings, jobs: &[RenderJob], planned: &[(&RenderJob, &
         print_summary(job, &shot.values);
     }
     let settings = resolved_settings(shot, jobs);
-    print_output(&match shot.values.progress {
-        ProgressStyle::Json => plan_json(&settings, planned),
-        _ => plan_text(&settings, planned),
-    });
+    match shot.values.progress {
+        ProgressStyle::Json => print_json(&plan_json(&settings, planned)),
+        _ => print_output(&plan_text(&settings, planned)),
+    }
 }
 
 fn print_summary(job: &RenderJob, args: &SettingValues) {

@@ -273,6 +273,20 @@ mod tests {
     }
 
     #[test]
+    fn two_keys_of_one_time_are_a_sudden_change() {
+        let keys = |interpolation| Keyframes {
+            times_seconds: vec![0.0, 1.0, 1.0, 2.0],
+            values: vec![0.0, 1.0, 5.0, 6.0],
+            width: 1,
+            interpolation,
+        };
+        let linear = keys(Interpolation::Linear);
+        let values = [0.5, 1.0, 1.5].map(|seconds| component_at(&linear, seconds, 0));
+        assert_eq!(values, [0.5, 5.0, 5.5]);
+        assert_eq!(component_at(&keys(Interpolation::Step), 1.0, 0), 5.0);
+    }
+
+    #[test]
     fn a_frame_on_a_key_matches_it_though_the_key_was_rounded_up() {
         let times_seconds: Vec<f32> = (0..100).map(|frame| frame as f32 / 24.0).collect();
         let values = (0..100).map(|frame| frame as f32).collect();

@@ -271,13 +271,20 @@ fn times(
     let is_stored = data
         .accessor(context, reference.accessor, &reference.pointer)
         .is_ok_and(|accessor| accessor.buffer_view.is_some() || accessor.sparse.is_some());
-    match times.windows(2).position(|pair| matches!(pair, [a, b] if a >= b)) {
-        Some(i) if is_stored => Err(context.invalid(
-            pointer,
-            format!("keyframe times must increase, but keyframe {i} is not before the next"),
-        )),
-        _ => Ok(times),
+    let not_before = times.windows(2).position(|pair| matches!(pair, [a, b] if a >= b));
+    let Some(first) = not_before.filter(|_| is_stored) else { return Ok(times) };
+    if let Some(i) = times.windows(2).position(|pair| matches!(pair, [a, b] if a > b)) {
+        let message = format!("keyframe times must increase, but keyframe {i} is after the next");
+        return Err(context.invalid(pointer, message));
     }
+    // Exporters write sudden changes so. Other programs play them, though the specification does not allow it.
+    context.warn(
+        pointer,
+        format!(
+            "keyframe {first} has the time of the next; the value changes there at once to that of the next"
+        ),
+    );
+    Ok(times)
 }
 
 fn values(

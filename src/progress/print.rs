@@ -20,9 +20,14 @@ pub(crate) fn print_note(message: &str) {
     to_stderr(&one_line(message));
 }
 
-/// Prints requested text of one or more lines to the standard output.
+/// Prints requested text of one or more lines to the standard output, escaped as messages are.
 pub(crate) fn print_output(text: &str) {
-    write_lines(text);
+    write_lines(&escaped_lines(text));
+}
+
+/// Prints requested JSON to the standard output.
+pub(crate) fn print_json(json: &str) {
+    write_lines(&escaped_json(json));
 }
 
 /// Prints text without escaping to the standard error stream.
@@ -43,6 +48,11 @@ pub(crate) fn one_line(message: &str) -> String {
         .collect()
 }
 
+/// Text of several lines, each as [`one_line`] makes it.
+pub(crate) fn escaped_lines(text: &str) -> String {
+    text.split('\n').map(one_line).collect::<Vec<_>>().join("\n")
+}
+
 /// JSON text with `\u` escapes for characters that mislead on a terminal. They occur in strings alone.
 pub(crate) fn escaped_json(json: &str) -> String {
     let mut text = String::with_capacity(json.len());
@@ -59,7 +69,7 @@ pub(crate) fn escaped_json(json: &str) -> String {
 
 /// Whether a terminal obeys the character, reorders text by it, or shows nothing: control characters, bidirectional controls, zero-width
 /// characters, separators of lines and tags.
-fn misleads(c: char) -> bool {
+pub(crate) fn misleads(c: char) -> bool {
     c.is_control()
         || matches!(c,
             '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}'
@@ -73,6 +83,11 @@ mod tests {
     #[test]
     fn names_from_files_cannot_fake_lines() {
         assert_eq!(one_line("a\nb\u{1b}[2J → c"), "a\\nb\\u{1b}[2J → c");
+    }
+
+    #[test]
+    fn lines_stay_lines() {
+        assert_eq!(escaped_lines("a\n\tb\r\nc\u{1b}[2J\n"), "a\n\\tb\\r\nc\\u{1b}[2J\n");
     }
 
     #[test]

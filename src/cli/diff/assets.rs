@@ -13,7 +13,7 @@ use super::asset_text;
 use super::report::{AssetReport, FrameReport, Report};
 use super::result_files::ResultFiles;
 use crate::cli::warnings::report_warnings;
-use crate::progress::{escaped_json, print_output};
+use crate::progress::{print_json, print_output};
 
 /// Compares, prints, and returns whether all images are within the limits and no content is lost.
 pub(super) fn run(args: &DiffArgs) -> Result<bool> {
@@ -55,7 +55,7 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     if args.json {
         let [actual, reference] = pair.facts();
         report.asset = Some(AssetReport { losses, changes: &difference.changes, actual, reference });
-        print_output(&escaped_json(&report.json()?));
+        print_json(&report.json()?);
     } else {
         print_output(&asset_text::text(&report, difference, &losses));
     }

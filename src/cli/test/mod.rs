@@ -20,7 +20,9 @@ use super::fail_on::FailOnOption;
 use super::signals;
 use super::suite_options::SuiteOption;
 use super::summary::counted;
-use crate::progress::{SuiteProgress, one_line, print_note, print_output, print_warning};
+use crate::progress::{
+    SuiteProgress, escaped_json, one_line, print_json, print_note, print_output, print_warning,
+};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Result};
 use rayframe::image_file::write_atomically;
@@ -156,15 +158,15 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
         print_warning(&format!("verdicts cannot be kept for the next run: {error}"));
     }
     let files_written = args.files.write(&suite, &result, fail_on);
-    let json = report::json(&suite, &result, &page, (fail_on, args.selection.shard()))?;
-    let text = if args.json {
-        json.clone()
-    } else {
-        text::text(&result, &page, &args.suite.shown(), args.text_style())
-    };
+    let json = escaped_json(&report::json(&suite, &result, &page, (fail_on, args.selection.shard()))?);
     // Print the result before errors of writing files end the run.
-    if !text.is_empty() {
-        print_output(&text);
+    if args.json {
+        print_json(&json);
+    } else {
+        let text = text::text(&result, &page, &args.suite.shown(), args.text_style());
+        if !text.is_empty() {
+            print_output(&text);
+        }
     }
     write_report(&suite::report_page(&suite, result, &command(args, &suite), !suite::is_ci()), &page)?;
     write_atomically(&folder.join(suite::RESULT_FILE), json.as_bytes())?;

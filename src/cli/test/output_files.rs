@@ -8,7 +8,7 @@ use super::annotations::{code_quality, github_commands};
 use super::junit::junit_xml;
 use crate::cli::findings::findings_of_suite;
 use crate::cli::markdown::{MarkdownSummary, write_summary};
-use crate::progress::print_raw;
+use crate::progress::{escaped_lines, print_raw};
 use rayframe::error::Result;
 use rayframe::image_file::{OutputKind, check_output, probe_folder, write_atomically};
 use rayframe::regression::suite::{Suite, suite_title};
@@ -69,7 +69,7 @@ impl OutputFiles {
             write_atomically(file, code_quality(&findings)?.as_bytes())?;
         }
         if self.github_annotations {
-            print_raw(&github_commands(&findings));
+            print_raw(&escaped_lines(&github_commands(&findings)));
         }
         Ok(())
     }

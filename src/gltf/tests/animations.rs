@@ -30,7 +30,6 @@ fn keyframes_of_each_interpolation_are_read() {
 #[test]
 fn wrong_keys_are_errors() {
     for (document, expected) in [
-        (clip("scale", "LINEAR", &[0.0, 0.0], "VEC3", &[1.0; 6]), "must increase"),
         (clip("scale", "LINEAR", &[1.0, 0.5], "VEC3", &[1.0; 6]), "must increase"),
         (clip("scale", "LINEAR", &[-1.0, 0.5], "VEC3", &[1.0; 6]), "before time 0"),
         (clip("scale", "LINEAR", &[0.0, f32::NAN], "VEC3", &[1.0; 6]), "not a number"),
@@ -90,6 +89,16 @@ fn animated_nodes_cannot_have_matrices() {
     let mut document = clip("scale", "LINEAR", &[0.0], "VEC3", &[1.0; 3]);
     document.json["nodes"][0]["matrix"] = json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
     assert!(document.error(65).contains("has a matrix"));
+}
+
+#[test]
+fn keys_of_one_time_are_a_sudden_change_and_a_warning() {
+    let scene = clip("scale", "LINEAR", &[0.0, 1.0, 1.0, 2.0], "VEC3", &[1.0; 12]).import().unwrap();
+    assert_eq!(scene.animations[0].channels[0].keyframes.times_seconds, [0.0, 1.0, 1.0, 2.0]);
+    let [warning] = &scene.warnings[..] else { panic!("{:?}", scene.warnings) };
+    assert!(warning.message.starts_with("keyframe 1 has the time of the next"), "{warning}");
+    let backwards = clip("scale", "LINEAR", &[0.0, 1.0, 1.0, 0.5], "VEC3", &[1.0; 12]);
+    assert!(backwards.error(65).contains("keyframe 2 is after the next"));
 }
 
 #[test]

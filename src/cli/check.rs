@@ -13,10 +13,11 @@ use serde::Serialize;
 use crate::progress::{one_line, print_json, print_output};
 use rayframe::error::{Error, Result};
 use rayframe::regression::{is_sequence, sequence_files};
+use rayframe::sequence::ListedFile;
 
 use super::summary::counted;
 use checked_file::{CheckedFile, FileStatus};
-use listed::{Listed, ListedFile};
+use listed::Listed;
 use verdict::of_file;
 
 /// Options of `rayframe check`.

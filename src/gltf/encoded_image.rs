@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use super::accessor::Data;
 use super::context::Context;
 use super::resources::Resources;
+use super::uri;
 use crate::error::Result;
 use crate::image_file::{
     ImageFormat, ImageHeader, decompression_bomb, image_format, image_header, png_decompression_bomb,
@@ -38,7 +39,7 @@ pub(super) fn fetch<'a>(
         (None, None) => return Err(context.invalid(pointer, "has neither a uri nor a bufferView")),
         (Some(_), Some(_)) => return Err(context.invalid(pointer, "has both a uri and a bufferView")),
     };
-    let file_name = image.uri.as_ref().filter(|uri| !uri.starts_with("data:"));
+    let file_name = image.uri.as_ref().filter(|uri| !uri::is_data(uri));
     let name = image.name.clone().or_else(|| file_name.cloned());
     let quoted = in_quotes(name.as_deref());
     match image_format(&bytes) {

@@ -83,8 +83,11 @@ impl<'s> Resources<'s> {
             if let Some(content) = &content {
                 let promised = buffer.byte_length.0;
                 if promised > content.len() as u64 {
+                    let file = buffer.uri.as_deref().filter(|uri| !uri::is_data(uri));
+                    let data =
+                        file.map_or_else(|| "its data".to_owned(), |file| format!("the file \"{file}\""));
                     let message = format!(
-                        "is {promised} bytes long, but its data has only {}; the file is truncated",
+                        "is {promised} bytes long, but {data} has only {}; it is truncated",
                         content.len()
                     );
                     return Err(context.invalid(format!("{pointer}/byteLength"), message));

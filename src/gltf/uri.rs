@@ -36,6 +36,11 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
         .with_decode_allow_trailing_bits(true),
 );
 
+/// Whether a URI holds its data itself.
+pub(super) fn is_data(uri: &str) -> bool {
+    uri.get(.."data:".len()).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
+}
+
 /// Parses `uri`.
 pub(super) fn parse(uri: &str) -> Result<Uri, UriError> {
     match scheme(uri) {

@@ -6,10 +6,9 @@ use std::io::{self, BufReader};
 use std::path::Path;
 
 use rayframe::image_file::{ExrIntegrity, inspect_exr, inspect_png, verify_exr};
-use rayframe::sequence::sha256_of_file;
+use rayframe::sequence::{ListedFile, sha256_of_file};
 
 use super::checked_file::FileStatus;
-use super::listed::ListedFile;
 
 /// The status of the file at `path`, and a message. `listed` is its entry in the manifest.
 pub(super) fn of_file(path: &Path, listed: Option<&ListedFile>) -> (FileStatus, String) {

@@ -45,6 +45,20 @@ fn relative(path: &str) -> Vec<std::path::Component<'_>> {
 }
 
 #[test]
+fn a_short_file_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let document = Document::triangle();
+    std::fs::write(folder.path().join("a.bin"), &document.bytes[..20]).unwrap();
+    let mut json = document.to_json();
+    json["buffers"][0]["uri"] = json!("a.bin");
+    let scene = folder.path().join("scene.gltf");
+    std::fs::write(&scene, json.to_string()).unwrap();
+    let text = error_text(import(&scene, &ImportOptions::default()), 65);
+    assert!(text.contains("scene.gltf: /buffers/0/byteLength: is "), "{text}");
+    assert!(text.contains("but the file \"a.bin\" has only 20"), "{text}");
+}
+
+#[test]
 fn data_uris_are_decoded_tolerantly() {
     for uri in [
         "data:;base64,AQIDBA==",

@@ -14,7 +14,9 @@ use crate::targets::scene_files::SEPARATOR;
 use crate::verdict::must;
 
 pub(crate) use files::{archives, exrs, hdrs, image_pairs, jpegs, ktx2s, pngs, tiles, webps};
-pub(crate) use texts::{approvals, camera_paths, definitions, patterns, rendered, shards, shots, suites};
+pub(crate) use texts::{
+    approvals, camera_paths, definitions, manifests, patterns, rendered, shards, shots, suites,
+};
 
 /// Largest scene that is a seed, bytes: small inputs run fast.
 const MAX_SCENE: usize = 24_000;

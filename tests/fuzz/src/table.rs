@@ -23,7 +23,7 @@ const fn entry(name: &'static str, run: fn(&[u8]), mutation: Mutation, seeds: fn
 
 /// All targets.
 #[rustfmt::skip]
-pub const TARGETS: [Target; 24] = [
+pub const TARGETS: [Target; 25] = [
     entry("glb", scene_files::glb, Mutation::BinaryScene, seeds::binary_scenes),
     entry("gltf", scene_files::gltf, Mutation::JsonWithResources, seeds::scenes_with_resources),
     entry("draco", decoders::draco, Mutation::Bytes, seeds::draco),
@@ -43,6 +43,7 @@ pub const TARGETS: [Target; 24] = [
     entry("rendered", text_files::rendered, Mutation::Json, seeds::rendered),
     entry("archive", text_files::archive, Mutation::Bytes, seeds::archives),
     entry("shard", text_files::shard, Mutation::Json, seeds::shards),
+    entry("manifest", text_files::manifest, Mutation::Json, seeds::manifests),
     entry("render", render::render, Mutation::OptionsAndJson, seeds::renders),
     entry("bvh", bvh::bvh, Mutation::Bytes, seeds::triangles),
     entry("split", bvh::split, Mutation::Bytes, seeds::triangles),

@@ -75,6 +75,16 @@ pub(crate) fn shards() -> Vec<Seed> {
     vec![seed("empty", empty), seed("one", one)]
 }
 
+/// A manifest with a written frame, one with a path that is not Unicode, and one that was not rendered.
+pub(crate) fn manifests() -> Vec<Seed> {
+    let hash = "0123456789abcdef".repeat(4);
+    let text = format!(
+        r#"{{"schema": 1, "software": "rayframe", "frames": [{{"frame": 1, "status": "written", "render_hash": "{hash}", "files": [{{"path": "out/a.0001.exr", "bytes": 1234, "sha256": "{hash}"}}]}},
+        {{"frame": 2, "status": "kept", "files": [{{"path": "out/?", "path_percent": "out%2F%FF", "sha256": null}}]}}, {{"frame": -3, "status": "not_rendered", "files": []}}]}}"#
+    );
+    vec![seed("frames", text)]
+}
+
 /// Keys of a camera path.
 pub(crate) fn camera_paths() -> Vec<Seed> {
     let text = "interpolation = \"smooth\"\nloop = true\n\n[[key]]\ntime = 0\nposition = [4, 2, 6]\nlook_at = [0, 1, 0]\n\n\

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use rayframe::gltf::ImageLoading;
 use rayframe::regression::suite::{RenderedReport, RunOptions, Suite, merge_reports, read_approvals};
+use rayframe::sequence::Manifest;
 use rayframe::settings::{FrameSpec, OutputPattern, Settings};
 use rayframe::shot::{ShotSettings, check_shot, resolve};
 
@@ -67,6 +68,14 @@ pub(crate) fn shard(input: &[u8]) {
     let reports = [report.parent().unwrap_or(Path::new("")).to_owned()];
     if let Some(suite) = accepted(Suite::read(&file)) {
         accepted(merge_reports(&suite, &reports, &RunOptions::default()));
+    }
+}
+
+/// The manifest of a delivery.
+pub(crate) fn manifest(input: &[u8]) {
+    if let Some(manifest) = accepted(Manifest::read(&scratch::file("manifest.json", input))) {
+        let is_lower = |digits: &String| !digits.bytes().any(|byte| byte.is_ascii_uppercase());
+        assert!(manifest.files.iter().filter_map(|file| file.sha256.as_ref()).all(is_lower));
     }
 }
 

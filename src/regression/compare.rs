@@ -50,8 +50,7 @@ pub fn compare(actual: &Image, reference: &Image, limits: &Limits) -> Comparison
 
 /// Whether all values have the same bits, all are finite, and the scenes have the same content.
 pub(super) fn are_identical_and_finite(actual: &Image, reference: &Image) -> bool {
-    actual.encoding == reference.encoding
-        && are_identical(actual, reference)
+    are_identical(actual, reference)
         && actual.scene.content_changes(&reference.scene).is_empty()
         && mismatches(actual, reference).is_empty()
 }

@@ -41,7 +41,7 @@ pub fn pixel_hash(image: &Image) -> String {
     })
 }
 
-/// Whether all bits are equal. A NaN equals a NaN of the same bits.
+/// Whether all bits and their encoding are equal. A NaN equals a NaN of the same bits.
 pub fn are_identical(a: &Image, b: &Image) -> bool {
     let same_samples = |a: &Samples, b: &Samples| match (a.floats(), b.floats()) {
         (Some(a), Some(b)) => {
@@ -50,7 +50,7 @@ pub fn are_identical(a: &Image, b: &Image) -> bool {
         (None, None) => a == b,
         _ => false,
     };
-    (a.display_window, a.data_window) == (b.display_window, b.data_window)
+    (a.display_window, a.data_window, a.encoding) == (b.display_window, b.data_window, b.encoding)
         && a.channels.len() == b.channels.len()
         && a.channels
             .iter()

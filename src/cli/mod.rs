@@ -78,6 +78,7 @@ pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitStatus {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let command = arguments.get(1).cloned();
     let panic_place = note_panics();
+    signals::end_failed_allocations();
     let ran = catch_unwind(AssertUnwindSafe(|| {
         let cli = match Cli::try_parse_from(arguments) {
             Ok(cli) => cli,

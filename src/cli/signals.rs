@@ -1,4 +1,5 @@
-//! Signals: SIGINT and SIGTERM cancel the run, a second one ends the program at once. SIGXFSZ becomes a write error.
+//! Signals: SIGINT and SIGTERM cancel the run, a second one ends the program at once. SIGXFSZ becomes a write error, and SIGABRT, which
+//! failed allocations raise, an exit code.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -7,6 +8,21 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
 use rayframe::cancel::CancelFlag;
+
+/// Exit code of an allocation that fails, as of memory limits.
+#[cfg(unix)]
+const NO_MEMORY: i32 = 77;
+
+/// Gives failed allocations an exit code. The standard library prints their size and aborts; nothing else here does, but a panic
+/// during the unwinding of another and an overflow of the stack, which print what they are.
+pub(super) fn end_failed_allocations() {
+    #[cfg(unix)]
+    {
+        let always = Arc::new(AtomicBool::new(true));
+        // Without the handler the program ends by the signal.
+        let _ = flag::register_conditional_shutdown(signal_hook::consts::SIGABRT, NO_MEMORY, always);
+    }
+}
 
 /// The signal that was caught, if any.
 #[derive(Clone, Debug, Default)]

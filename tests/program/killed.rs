@@ -215,6 +215,23 @@ fn a_file_size_limit_is_a_failed_write() {
     assert_eq!(whole_frames(&limited, &whole), 0);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_refused_allocation_has_an_exit_code_and_leaves_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let limited = folder.path().join("limited");
+    // The film alone has 576 MB.
+    let mut shell = Command::new("sh");
+    shell.args(["-c", "ulimit -v 400000; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_rayframe")]);
+    shell.arg("render").arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/demo/whitted_1980.gltf"));
+    shell.args(["-r", "6000x6000", "-f", "0", "--samples", "1", "--max-memory", "64G", "-t", "2", "-o"]);
+    let output = shell.arg(limited.join("a.exr")).env_remove("RUST_BACKTRACE").output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(77), "{said}");
+    assert_eq!(said.lines().filter(|line| line.starts_with("memory allocation of ")).count(), 1, "{said}");
+    assert!(names(&limited).iter().all(|name| is_lock(name)), "{:?}", names(&limited));
+}
+
 /// A mounted memory file system; dropping it unmounts.
 #[cfg(target_os = "linux")]
 struct SmallDisk<'a>(&'a Path);

@@ -27,7 +27,7 @@ use super::{
     Summary, TreeReport,
 };
 
-/// Number of films: one is traced, one is written.
+/// Most films: one is traced, one is written.
 const FILMS: usize = 2;
 
 /// Receiver of events, called from several threads.
@@ -90,7 +90,7 @@ fn render_and_write(run: &Run<'_>) -> Summary {
     let Run { job, plan, cancel, stop, look, on_event } = run;
     let (results, received_results) = channel();
     let (free_films, films) = channel();
-    for _ in 0..FILMS {
+    for _ in 0..FILMS.min(plan.remaining()) {
         let _ = free_films.send(FrameTracer::empty_film(job));
     }
     let (writer_lives, writer_ended) = channel::<()>();

@@ -1,8 +1,9 @@
 //! Estimates of the memory of a run, before anything is allocated.
 //!
-//! A run needs most while it imports the scene, while it frames it, or while it renders. The estimate is the largest of the three and
-//! what the program itself takes. `tests/oracles/memory_estimates.py` compares it with the resident size of renders. The system's
-//! allocator keeps some of what is freed, and how well a file compresses is not known before, so estimates and sizes differ by up to a third.
+//! A run needs most while it imports the scene or while it renders. The estimate is the larger of the two and what the program itself
+//! takes; what an automatic camera needs in between is checked apart. `tests/oracles/memory_estimates.py` compares estimates with the
+//! resident sizes of renders. They differ by up to a third: the system's allocator keeps some of what is freed, and nobody knows before
+//! how well a file compresses.
 
 mod pixels;
 mod surfaces;
@@ -14,7 +15,7 @@ use crate::error::{Error, Result, over_limit};
 use crate::frame::transmits;
 use crate::framing::kept_bytes;
 use crate::render::{PathFrame, tile_count};
-use crate::scene::SelectedCamera;
+use crate::scene::{Scene, SelectedCamera, Selection};
 
 pub use pixels::PixelMemory;
 use surfaces::{BYTES_A_SPLIT_REFERENCE, Motion, PosedCounts};
@@ -35,18 +36,15 @@ const BYTES_A_PREVIEW_PIXEL: u128 = 8;
 const BYTES_A_PLATE_PIXEL: u128 = 64;
 /// A pixel of an environment image: its decoded file, or its mip levels, sampling tables and the image without its peaks (24 either way).
 const BYTES_AN_ENVIRONMENT_PIXEL: u128 = 24;
-/// Irradiance and prefiltered images of an environment image.
-const BYTES_OF_ENVIRONMENT: u128 = 10_000_000;
+/// Irradiance and prefiltered images of an environment image: bytes for each of its pixels, up to their largest size.
+const BYTES_A_PREFILTERED_PIXEL: u128 = 20;
+const MOST_PREFILTERED_BYTES: u128 = 10_000_000;
 
 /// Upper estimate of the bytes that `job` needs without splits: those get what is left.
 fn estimated_bytes(job: &SequenceJob) -> u128 {
     let counts = PosedCounts::of(&job.scene, &job.selection.roots);
     let memory = job.scene.memory;
-    // An automatic camera looks at all poses.
-    let is_framed = job.selection.camera == SelectedCamera::Auto;
-    let moves = !job.selection.clips.is_empty();
-    let framing = if is_framed { counts.pose_bytes() + kept_bytes(counts.triangles, moves) } else { 0 };
-    let rendering = u128::from(memory.kept_bytes) + framing.max(frame_bytes(job, counts));
+    let rendering = u128::from(memory.kept_bytes) + frame_bytes(job, counts);
     BYTES_OF_PROCESS + rendering.max(memory.import_bytes.into())
 }
 
@@ -86,10 +84,9 @@ fn tile_bytes(job: &SequenceJob) -> u128 {
 
 /// Bytes of environment images.
 fn environment_bytes(job: &SequenceJob) -> u128 {
-    match job.environment.pixel_count() {
-        0 => 0,
-        pixels => BYTES_OF_ENVIRONMENT + pixels as u128 * BYTES_AN_ENVIRONMENT_PIXEL,
-    }
+    let pixels = job.environment.pixel_count() as u128;
+    let prefiltered = (pixels * BYTES_A_PREFILTERED_PIXEL).min(MOST_PREFILTERED_BYTES);
+    prefiltered + pixels * BYTES_AN_ENVIRONMENT_PIXEL
 }
 
 /// References per triangle that splitting may make: those of the job, or fewer where its memory is short.
@@ -115,6 +112,28 @@ pub fn check_image_memory(scene: &Path, image: &PixelMemory<'_>, max_memory_byte
     let message =
         format!("{width}x{height} pixels need about {size}; render a smaller image or raise `max_memory`");
     Err(Error::refused(scene, "", message))
+}
+
+/// Refuses a selection whose automatic camera needs more than `max_memory_bytes` to look at all poses.
+///
+/// # Errors
+/// [`Error::Refused`], which names the file of the scene.
+pub fn check_framing_memory(scene: &Scene, selection: &Selection, max_memory_bytes: u64) -> Result<()> {
+    if selection.camera != SelectedCamera::Auto {
+        return Ok(());
+    }
+    let counts = PosedCounts::of(scene, &selection.roots);
+    let kept = kept_bytes(counts.triangles, !selection.clips.is_empty());
+    let needed = BYTES_OF_PROCESS + u128::from(scene.memory.kept_bytes) + counts.pose_bytes() + kept;
+    if needed <= u128::from(max_memory_bytes) {
+        return Ok(());
+    }
+    let size = over_limit(needed, max_memory_bytes.into());
+    let message = format!(
+        "the automatic camera looks at {} triangles at many times, which needs about {size}; choose a camera or raise `max_memory`",
+        counts.triangles
+    );
+    Err(Error::refused(&scene.path, "", message))
 }
 
 /// Refuses a job that needs more memory than its limit, or has more triangles than ids.

@@ -40,7 +40,7 @@ pub use exposure::exposure_ev;
 pub use frame_loop::run;
 pub(crate) use frame_tracer::FrameTracer;
 pub use job::{SequenceJob, duration_seconds, triangle_count};
-pub use memory::{PixelMemory, check_image_memory};
+pub use memory::{PixelMemory, check_framing_memory, check_image_memory};
 pub use plan::{Plan, PlannedFrame, ReplacedFile};
 pub use plates::Plates;
 pub use render_hash::render_hash;

@@ -17,7 +17,7 @@ use crate::scene::{
 };
 use crate::sequence::{
     ExistingFiles, PixelMemory, Plan, Plates, SequenceJob, SequenceOutputs, SharedExposure, Shutter,
-    check_image_memory,
+    check_framing_memory, check_image_memory,
 };
 use crate::settings::{BackgroundSource, DenoiserKind, GroundKind, SettingValues, parse, suggest};
 
@@ -206,6 +206,7 @@ fn resolve_sequences(
             environments.load(&request, &scene, &lit, max_memory_bytes)?;
         let (width, height) = outline.render.resolution;
         let aspect_ratio = width as f32 / height as f32;
+        check_framing_memory(&scene, &outline.selection, max_memory_bytes)?;
         let ResolvedCamera { selection, rule } =
             resolve_camera(&scene, outline.selection.clone(), &outline.view, aspect_ratio);
         let mut sequence = sequence_job(shot, Arc::clone(&scene), &outline, selection, environment);

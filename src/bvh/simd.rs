@@ -57,6 +57,15 @@ impl SimdLevel {
     }
 }
 
+/// The level for code of eight lanes, which AVX-512 does not make faster: AVX2 where `level` has it.
+pub(super) fn with_eight_lanes(level: Level) -> Level {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(avx2) = level.as_avx2() {
+        return Level::Avx2(avx2);
+    }
+    level
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -16,3 +16,4 @@ pub use ground::ground_below;
 pub use interior::is_interior;
 pub use orbit::NamedView;
 pub use resolve::{CameraRule, ResolvedCamera, framed_nodes, resolve_camera};
+pub(crate) use subject::kept_bytes;

@@ -36,6 +36,13 @@ const TRIANGLES_PER_TASK: usize = 8192;
 /// Number of triangles whose positions are ranked.
 const SAMPLED_TRIANGLES: usize = 65_536;
 
+/// Bytes of the triangles that [`Subject`] keeps of a scene of this size.
+pub(crate) fn kept_bytes(triangles: u64, moves: bool) -> u128 {
+    let kept = u128::from(triangles) * TIMES as u128;
+    let bytes = size_of::<Triangle>() + size_of::<TriangleFlags>();
+    if moves && kept <= KEPT_TRIANGLES as u128 { kept * bytes as u128 } else { 0 }
+}
+
 /// The triangles of the scene at one time, by triangle id, with their flags.
 struct PosedTriangles {
     triangles: Vec<Triangle>,

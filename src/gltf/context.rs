@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use crate::error::{Error, Result, Warning, over_limit, readable_bytes};
+use crate::scene::SceneMemory;
 
 /// State of one import.
 #[derive(Debug)]
@@ -12,6 +13,8 @@ pub(super) struct Context<'a> {
     pub(super) path: &'a Path,
     limit_bytes: u64,
     used_bytes: u64,
+    /// Most bytes in use so far, and those that stay with the scene.
+    memory: SceneMemory,
     warnings: Vec<Warning>,
     warned: BTreeSet<String>,
     /// Whether animations can change material properties. Then material extensions without an initial effect must be kept.
@@ -24,6 +27,7 @@ impl<'a> Context<'a> {
             path,
             limit_bytes,
             used_bytes: 0,
+            memory: SceneMemory::default(),
             warnings: Vec::new(),
             warned: BTreeSet::new(),
             animates_properties: false,
@@ -60,7 +64,23 @@ impl<'a> Context<'a> {
             return Err(self.too_large(total, pointer));
         }
         self.used_bytes = total;
+        self.memory.import_bytes = self.memory.import_bytes.max(total);
         Ok(())
+    }
+
+    /// Counts memory that is reserved and stays with the scene.
+    pub(super) fn keep(&mut self, bytes: u64) {
+        self.memory.kept_bytes = self.memory.kept_bytes.saturating_add(bytes);
+    }
+
+    /// Counts all memory reserved since `used_before` as staying with the scene.
+    pub(super) fn keep_since(&mut self, used_before: u64) {
+        self.keep(self.used_bytes.saturating_sub(used_before));
+    }
+
+    /// Memory of the scene so far.
+    pub(super) fn memory(&self) -> SceneMemory {
+        self.memory
     }
 
     /// Reserves memory for `count` values and allocates an empty list with that capacity. Returns an error rather than

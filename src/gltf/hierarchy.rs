@@ -105,7 +105,7 @@ pub(super) fn import_scenes(
 
 /// Refuses scenes with more triangles, instances included, than ids or memory can hold.
 pub(super) fn check_size(
-    context: &mut Context,
+    context: &Context,
     nodes: &[Node],
     node_order: &[NodeIndex],
     scenes: &[SceneRoots],
@@ -124,8 +124,14 @@ pub(super) fn check_size(
         let message = format!("has {triangles} triangles, more than 32-bit ids can number; split the scene");
         return Err(context.refused(format!("/scenes/{scene}"), message));
     }
+    // Posing follows the import, so its memory is none of the import's.
     let (scene, bytes) = largest(posed_bytes);
-    context.charge(bytes, &format!("/scenes/{scene}"))
+    if bytes > context.remaining_bytes() {
+        return Err(
+            context.too_large(context.used_bytes().saturating_add(bytes), &format!("/scenes/{scene}"))
+        );
+    }
+    Ok(())
 }
 
 /// For every node the sum of `per_mesh` over its own mesh and the meshes below it, each instance counted.

@@ -28,7 +28,10 @@ pub(super) fn import(
     }
     let stored = encoded.iter().map(stored_image).collect();
     if loading != ImageLoading::Headers {
-        image_budget::check(context, &encoded, textures)?;
+        let kept = image_budget::count(context, &encoded, textures)?;
+        if loading == ImageLoading::Budget {
+            context.charge(kept, "")?;
+        }
     }
     if loading != ImageLoading::Texels {
         return Ok((encoded.into_iter().map(without_texels).collect(), stored));

@@ -64,7 +64,9 @@ fn import_mesh(
         };
         let used_before = context.used_bytes();
         let imported = import_primitive(context, data, materials, primitive, &raw)?;
-        context.release_temporaries(used_before, imported.as_ref().map_or(0, kept_bytes));
+        let kept = imported.as_ref().map_or(0, kept_bytes);
+        context.release_temporaries(used_before, kept);
+        context.keep(kept);
         primitives.extend(imported);
     }
     let target_count = primitives.first().map_or(0, |first: &Primitive| first.targets.len());

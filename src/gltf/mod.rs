@@ -135,6 +135,7 @@ fn import_file(
     let meshes = mesh::import(&mut context, &data, &materials)?;
     let variants = variants::import(&context, &document)?;
     let lights = light::import(&context, &document)?;
+    let used_before = context.used_bytes();
     let image_lights = image_light::import(&mut context, &data, &mut resources)?;
     let cameras = camera::import(&mut context, &document)?;
     let skins = skin::import(&mut context, &data)?;
@@ -142,6 +143,7 @@ fn import_file(
     let hierarchy = node::import(&mut context, &data, &meshes, &skins, light_counts)?;
     let targets = AnimationTargets { nodes: &hierarchy.nodes, meshes: &meshes };
     let (animations, ignored_channels) = animation::import(&mut context, &data, &targets)?;
+    context.keep_since(used_before);
 
     let unused_textures = document.root.textures.len().saturating_sub(textures.textures.len());
     let file_bytes = resources.file_bytes().saturating_add(file.bytes.len() as u64);
@@ -171,6 +173,7 @@ fn import_file(
         extensions_used: document.root.extensions_used.clone(),
         extensions_required: document.root.extensions_required.clone(),
         storage,
+        memory: context.memory(),
         warnings: context.into_warnings(),
     })
 }

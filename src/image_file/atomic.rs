@@ -6,7 +6,7 @@
 //! so that another machine or container on the same file system never takes a live temporary for a dead one.
 
 use std::ffi::{OsStr, OsString};
-use std::fs::{self, File, Permissions};
+use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -125,7 +125,7 @@ fn create_temporary(path: &Path) -> Result<NamedTempFile> {
     builder.prefix(&prefix).rand_bytes(RANDOM_CHARACTERS).suffix(".tmp");
     // The system applies the umask, as to every other file. Otherwise only the owner could read the file.
     #[cfg(unix)]
-    builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
+    builder.permissions(<fs::Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
     builder.tempfile_in(folder_of(path)).map_err(|error| Error::CannotCreate {
         path: path.to_owned(),
         message: format!("the file cannot be created: {}; choose another place", without_path(&error)),

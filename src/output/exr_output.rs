@@ -89,6 +89,12 @@ impl ExrOutput {
     pub fn bytes_a_pixel(&self) -> u64 {
         self.aovs.as_slice().iter().map(|aov| aov.bytes_a_pixel()).sum()
     }
+
+    /// Bytes a pixel over the channels of `aov` as they are stored, before compression.
+    pub fn stored_bytes_a_pixel(&self, aov: Aov) -> u64 {
+        let halves = aov.is_light() && self.samples == LightSamples::Half;
+        aov.bytes_a_pixel() / if halves { 2 } else { 1 }
+    }
 }
 
 #[cfg(test)]

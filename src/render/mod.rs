@@ -34,3 +34,4 @@ pub use pixel_centers::{AdjacentFrames, render_pixel_centers};
 pub use sample_plan::ShutterSample;
 pub use settings::RenderSettings;
 pub use statistics::RenderStatistics;
+pub(crate) use tile_grid::tile_count;

@@ -19,6 +19,12 @@ pub(super) fn tiles(window: PixelWindow) -> Vec<PixelWindow> {
         .collect()
 }
 
+/// Number of tiles of a window.
+pub(crate) fn tile_count(window: PixelWindow) -> usize {
+    let count = |low: u32, high: u32| high.div_ceil(TILE_SIZE).saturating_sub(low / TILE_SIZE) as usize;
+    count(window.x0, window.x1) * count(window.y0, window.y1)
+}
+
 /// The pixels of a tile in Morton order, which visits aligned squares of every size one after the other.
 pub(super) fn pixels_in_morton_order(tile: PixelWindow) -> impl Iterator<Item = (u32, u32)> {
     let corner = (tile.x0 / TILE_SIZE * TILE_SIZE, tile.y0 / TILE_SIZE * TILE_SIZE);
@@ -54,6 +60,7 @@ mod tests {
                 count += tile.width() * tile.height();
             }
             assert_eq!(count, window.width() * window.height());
+            assert_eq!(tiles(window).len(), tile_count(window));
         }
     }
 

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use super::{
     Animation, AnimationIndex, Camera, CameraIndex, FileStorage, Image, ImageLight, ImageLightIndex,
-    ImageMips, Light, LightIndex, Material, Mesh, Node, NodeIndex, Skin, Texture, TextureIndex, Variant,
+    ImageMips, Light, LightIndex, Material, Mesh, Node, NodeIndex, SceneMemory, Skin, Texture, TextureIndex,
+    Variant,
 };
 use crate::error::Warning;
 
@@ -69,6 +70,8 @@ pub struct Scene {
     pub extensions_required: Vec<String>,
     /// How the file stores its content.
     pub storage: FileStorage,
+    /// Memory of the content.
+    pub memory: SceneMemory,
     /// Features of the file that are not honoured.
     pub warnings: Vec<Warning>,
 }

@@ -20,6 +20,7 @@ mod index;
 mod light;
 mod material;
 mod material_extensions;
+mod memory;
 mod mesh;
 mod mip_maps;
 mod node;
@@ -60,6 +61,7 @@ pub use material::{AlphaMode, Material, Transmission, Volume};
 pub use material_extensions::{
     Anisotropy, ClearCoat, DiffuseTransmission, Glossiness, Iridescence, Sheen, Specular,
 };
+pub use memory::SceneMemory;
 pub use mesh::{Mesh, MorphTarget, Primitive, SkinInfluences};
 pub use mip_maps::{ImageMips, MipLevel, mip_levels};
 pub(crate) use mip_maps::{mip_bytes, mip_working_bytes};

@@ -28,7 +28,7 @@ use super::{
     Summary, TreeReport,
 };
 
-/// Number of films: one is traced, one is written.
+/// Most films: one is traced, one is written.
 const FILMS: usize = 2;
 
 /// Pause between two looks at frames that other runs render.
@@ -94,7 +94,7 @@ fn render_and_write(run: &Run<'_>) -> Summary {
     let Run { job, plan, cancel, stop, look, on_event } = run;
     let (results, received_results) = channel();
     let (free_films, films) = channel();
-    for _ in 0..FILMS {
+    for _ in 0..FILMS.min(plan.remaining()) {
         let _ = free_films.send(FrameTracer::empty_film(job));
     }
     let (writer_lives, writer_ended) = channel::<()>();

@@ -1,67 +1,92 @@
 //! Estimates of the memory of a run, before anything is allocated.
+//!
+//! A run needs most while it imports the scene or while it renders. The estimate is the larger of the two and what the program itself
+//! takes; what an automatic camera needs in between is checked apart. `tests/oracles/memory_estimates.py` compares estimates with the
+//! resident sizes of renders. They differ by up to a third: the system's allocator keeps some of what is freed, and nobody knows before
+//! how well a file compresses.
+
+mod pixels;
+mod surfaces;
 
 use std::path::Path;
 
 use crate::bvh::MAX_TRIANGLES;
 use crate::error::{Error, Result, over_limit};
-use crate::film::{
-    AovFlags, CoverageSample, ExactSum, GuideSample, GuideSums, LightPasses, LightSums, NoiseSample,
-    PixelCenterSample, PixelMoments, PixelSums, PixelWindow, SumFlags,
-};
-use crate::output::ExrOutput;
-use crate::render::PathFrame;
+use crate::frame::transmits;
+use crate::framing::kept_bytes;
+use crate::render::{PathFrame, tile_count};
+use crate::scene::{Scene, SelectedCamera, Selection};
 
+pub use pixels::PixelMemory;
+use surfaces::{BYTES_A_SPLIT_REFERENCE, Motion, PosedCounts};
+
+use super::SequenceJob;
 use super::job::triangle_count;
-use super::{SequenceJob, Shutter};
 
-/// The program, its tables and threads before the first frame.
-const BYTES_OF_PROCESS: u128 = 14_000_000;
-/// A pixel of a film, which takes tiles as they end.
-const BYTES_A_FILM_PIXEL: u128 = 16;
-/// A pixel of the file being written: halves before and after compression (8 bytes each).
-const BYTES_A_FILE_PIXEL: u128 = 16;
+/// The program and its tables before the first frame.
+const BYTES_OF_PROCESS: u128 = 13_400_000;
+/// A tile that a thread traces: its samples, rays and hits.
+const BYTES_A_TILE: u128 = 700_000;
+/// The same where surfaces transmit light, so that rays branch.
+const BYTES_A_BRANCHING_TILE: u128 = 2_500_000;
 /// A pixel of the preview being written, before and after compression (4 each).
 const BYTES_A_PREVIEW_PIXEL: u128 = 8;
-/// A pixel of the further film that sums shutter samples.
-const BYTES_A_TIME_PIXEL: u128 = 16;
 /// A pixel of the plates behind the film being traced and the film being written (16 each), of the latter over its plate (16), and of
 /// its channels without the plate before and after compression (8 each).
 const BYTES_A_PLATE_PIXEL: u128 = 64;
-/// Copies of the exact sums of a frame: its own, and in checkpoints and files of sample ranges those of the frame being written, the channels
-/// and the encoded file.
-const SUM_COPIES: u128 = 4;
-/// A pixel of denoising: guides of two films (24 each), noisy colours of two films (12), their channels (24), three images for the denoiser (12
-/// each) and one of its files (12).
-const BYTES_A_DENOISED_PIXEL: u128 = 2 * 24 + 2 * 12 + 24 + 3 * 12 + 12;
-/// Instances that cover a pixel: most pixels have one or two, edges and foliage more.
-const SHARES_A_PIXEL: usize = 4;
-/// A posed triangle of this frame and of the previous one: corners, flags and attributes; and its leaf's data for refitting.
-const BYTES_A_TRIANGLE: u128 = 2 * 40 + 100 + 30;
-/// A posed triangle in the adjacent frames, where motion vectors are recorded.
-const BYTES_A_MOVING_TRIANGLE: u128 = 2 * (40 + 50);
-/// A reference: its box (32), keys and scratch of the sort (24), a node and an index of the binary tree (68), a slot (40), its share
-/// of wide nodes before and after they are joined (50), lists of leaves (6).
-const BYTES_A_REFERENCE: u128 = 220;
-/// A reference that splitting adds: as above, and its box in the lists of parts (64).
-const BYTES_A_SPLIT_REFERENCE: u128 = BYTES_A_REFERENCE + 64;
+/// A pixel of an environment image: its decoded file, or its mip levels, sampling tables and the image without its peaks (24 either way).
+const BYTES_AN_ENVIRONMENT_PIXEL: u128 = 24;
+/// Irradiance and prefiltered images of an environment image: bytes for each of its pixels, up to their largest size.
+const BYTES_A_PREFILTERED_PIXEL: u128 = 20;
+const MOST_PREFILTERED_BYTES: u128 = 10_000_000;
 
-/// Upper estimate of the bytes that the frames of `job` need besides the scene, without splits: those get what is left.
+/// Upper estimate of the bytes that `job` needs without splits: those get what is left.
 fn estimated_bytes(job: &SequenceJob) -> u128 {
-    let triangles = u128::from(triangle_count(&job.scene, &job.selection.roots));
-    let motion = if job.exr.aov_flags().centers { BYTES_A_MOVING_TRIANGLE } else { 0 };
+    let counts = PosedCounts::of(&job.scene, &job.selection.roots);
+    let memory = job.scene.memory;
+    let rendering = u128::from(memory.kept_bytes) + frame_bytes(job, counts);
+    BYTES_OF_PROCESS + rendering.max(memory.import_bytes.into())
+}
+
+/// Bytes that the frames need besides the scene.
+fn frame_bytes(job: &SequenceJob, counts: PosedCounts) -> u128 {
     let window = job.render.window;
     let pixels = u128::from(window.width()) * u128::from(window.height());
     let plate =
         job.plates.as_ref().map_or(0, |plates| plates.working_bytes(window) + pixels * BYTES_A_PLATE_PIXEL);
     let preview = if job.preview { pixels * BYTES_A_PREVIEW_PIXEL } else { 0 };
-    let sums = PathFrame::sum_flags(job.render.integrator, &job.render.path, job.render.aovs);
-    // A frame is traced while the one before is written.
-    let films = job.frames.len().clamp(1, 2) as u128;
-    BYTES_OF_PROCESS
-        + pixel_bytes((window, films), job.shutter, &job.exr, sums)
+    let has_next = job.frames.len() > 1;
+    let image = PixelMemory {
+        window,
+        shutter: job.shutter,
+        exr: &job.exr,
+        sums: PathFrame::sum_flags(job.render.integrator, &job.render.path, job.render.aovs),
+        stores_sums: job.checkpoint || job.render.path.sample_range.is_some(),
+    };
+    let motion = Motion {
+        moves: !job.selection.clips.is_empty() && (has_next || job.shutter.time_samples > 1),
+        is_recorded: job.exr.aov_flags().centers,
+    };
+    image.bytes(has_next)
         + preview
         + plate
-        + triangles * (BYTES_A_TRIANGLE + motion + BYTES_A_REFERENCE)
+        + tile_bytes(job)
+        + environment_bytes(job)
+        + counts.frame_bytes(motion)
+}
+
+/// Bytes of the tiles that are traced at a time.
+fn tile_bytes(job: &SequenceJob) -> u128 {
+    let tiles = tile_count(job.render.window).min(rayon::current_num_threads());
+    let bytes = if job.scene.materials.iter().any(transmits) { BYTES_A_BRANCHING_TILE } else { BYTES_A_TILE };
+    tiles as u128 * bytes
+}
+
+/// Bytes of environment images.
+fn environment_bytes(job: &SequenceJob) -> u128 {
+    let pixels = job.environment.pixel_count() as u128;
+    let prefiltered = (pixels * BYTES_A_PREFILTERED_PIXEL).min(MOST_PREFILTERED_BYTES);
+    prefiltered + pixels * BYTES_AN_ENVIRONMENT_PIXEL
 }
 
 /// References per triangle that splitting may make: those of the job, or fewer where its memory is short.
@@ -72,88 +97,43 @@ pub(super) fn reference_budget(job: &SequenceJob) -> f32 {
     f64::from(job.build.reference_budget).min(affordable) as f32
 }
 
-fn pixel_bytes(
-    (window, films): (PixelWindow, u128),
-    shutter: Shutter,
-    exr: &ExrOutput,
-    sums: Option<SumFlags>,
-) -> u128 {
-    let aovs = exr.aov_flags();
-    // Channels of AOVs, before and after compression.
-    let channels = 2 * u128::from(exr.bytes_a_pixel() - ExrOutput::default().bytes_a_pixel());
-    let mut bytes_a_pixel = BYTES_A_FILE_PIXEL + films * (BYTES_A_FILM_PIXEL + aov_bytes(aovs)) + channels;
-    if let Some(sums) = sums {
-        if sums.guides {
-            bytes_a_pixel += BYTES_A_DENOISED_PIXEL;
-        }
-        bytes_a_pixel += SUM_COPIES * sum_bytes(sums);
-    } else if shutter.time_samples > 1 {
-        bytes_a_pixel += BYTES_A_TIME_PIXEL + aov_bytes(AovFlags { centers: false, ..aovs });
-    }
-    u128::from(window.width()) * u128::from(window.height()) * bytes_a_pixel
-}
-
-/// Bytes of the AOVs of one pixel of a film.
-fn aov_bytes(aovs: AovFlags) -> u128 {
-    let mut bytes = 0;
-    if aovs.light {
-        bytes += size_of::<LightPasses>();
-    }
-    if aovs.noise {
-        bytes += size_of::<NoiseSample>();
-    }
-    if aovs.guides {
-        bytes += size_of::<GuideSample>();
-    }
-    if aovs.centers {
-        bytes += size_of::<PixelCenterSample>();
-    }
-    if aovs.coverage {
-        bytes += size_of::<CoverageSample>() + SHARES_A_PIXEL * size_of::<(u32, f32)>();
-    }
-    bytes as u128
-}
-
-/// Bytes of the exact sums of one pixel.
-fn sum_bytes(sums: SumFlags) -> u128 {
-    let mut bytes = size_of::<PixelSums>() + 1;
-    if sums.moments {
-        bytes += size_of::<PixelMoments>();
-    }
-    if sums.light {
-        bytes += size_of::<LightSums>();
-    }
-    if sums.guides {
-        bytes += size_of::<GuideSums>();
-    }
-    if sums.coverage {
-        bytes += size_of::<Vec<(u32, ExactSum)>>() + SHARES_A_PIXEL * size_of::<(u32, ExactSum)>();
-    }
-    bytes as u128
-}
-
-/// Refuses an image whose pixels alone need more than `max_memory_bytes`, before the scene is loaded. `sums` are those of paths.
+/// Refuses an image whose pixels alone need more than `max_memory_bytes`, before the scene is loaded.
 ///
 /// # Errors
 /// [`Error::Refused`], which names the file `scene`.
-pub fn check_image_memory(
-    scene: &Path,
-    window: PixelWindow,
-    shutter: Shutter,
-    exr: &ExrOutput,
-    sums: Option<SumFlags>,
-    max_memory_bytes: u64,
-) -> Result<()> {
+pub fn check_image_memory(scene: &Path, image: &PixelMemory<'_>, max_memory_bytes: u64) -> Result<()> {
     // The frames are counted when the scene is loaded.
-    let needed = pixel_bytes((window, 1), shutter, exr, sums);
+    let needed = image.bytes(false);
     if needed <= u128::from(max_memory_bytes) {
         return Ok(());
     }
-    let (width, height) = window.size();
+    let (width, height) = image.window.size();
     let size = over_limit(needed, max_memory_bytes.into());
     let message =
         format!("{width}x{height} pixels need about {size}; render a smaller image or raise `max_memory`");
     Err(Error::refused(scene, "", message))
+}
+
+/// Refuses a selection whose automatic camera needs more than `max_memory_bytes` to look at all poses.
+///
+/// # Errors
+/// [`Error::Refused`], which names the file of the scene.
+pub fn check_framing_memory(scene: &Scene, selection: &Selection, max_memory_bytes: u64) -> Result<()> {
+    if selection.camera != SelectedCamera::Auto {
+        return Ok(());
+    }
+    let counts = PosedCounts::of(scene, &selection.roots);
+    let kept = kept_bytes(counts.triangles, !selection.clips.is_empty());
+    let needed = BYTES_OF_PROCESS + u128::from(scene.memory.kept_bytes) + counts.pose_bytes() + kept;
+    if needed <= u128::from(max_memory_bytes) {
+        return Ok(());
+    }
+    let size = over_limit(needed, max_memory_bytes.into());
+    let message = format!(
+        "the automatic camera looks at {} triangles at many times, which needs about {size}; choose a camera or raise `max_memory`",
+        counts.triangles
+    );
+    Err(Error::refused(&scene.path, "", message))
 }
 
 /// Refuses a job that needs more memory than its limit, or has more triangles than ids.

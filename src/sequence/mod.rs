@@ -45,6 +45,7 @@ pub(crate) use frame_tracer::FrameTracer;
 pub use job::{SequenceJob, duration_seconds, triangle_count};
 pub use manifest::{ListedFile, Manifest};
 pub use memory::check_image_memory;
+pub use memory::{PixelMemory, check_framing_memory, check_image_memory};
 pub use plan::{Plan, PlannedFrame, ReplacedFile};
 pub use plates::Plates;
 pub use render_hash::render_hash;

@@ -16,7 +16,8 @@ use crate::scene::{
     mark_shadow_catching_node,
 };
 use crate::sequence::{
-    ExistingFiles, Plan, Plates, SequenceJob, SequenceOutputs, SharedExposure, Shutter, check_image_memory,
+    ExistingFiles, PixelMemory, Plan, Plates, SequenceJob, SequenceOutputs, SharedExposure, Shutter,
+    check_framing_memory, check_image_memory,
 };
 use crate::settings::{BackgroundSource, DenoiserKind, GroundKind, SettingValues, parse, suggest};
 
@@ -110,18 +111,18 @@ fn check_image(shot: &ShotSettings) -> Result<()> {
     let values = &shot.values;
     match known_window(values)? {
         Some(window) => {
-            let limit = max_memory_bytes(values);
-            {
-                let exr = exr_output(values);
-                let aovs = exr.aov_flags();
-                let guides = aovs.guides || values.denoise != DenoiserKind::None;
-                let sums = PathFrame::sum_flags(
-                    values.integrator,
-                    &path_settings(values)?,
-                    AovFlags { guides, ..aovs },
-                );
-                check_image_memory(&shot.scene, window, shutter(values), &exr, sums, limit)
-            }
+            let exr = exr_output(values);
+            let path = path_settings(values)?;
+            let aovs = exr.aov_flags();
+            let guides = aovs.guides || values.denoise != DenoiserKind::None;
+            let image = PixelMemory {
+                window,
+                shutter: shutter(values),
+                exr: &exr,
+                sums: PathFrame::sum_flags(values.integrator, &path, AovFlags { guides, ..aovs }),
+                stores_sums: values.checkpoint || path.sample_range.is_some(),
+            };
+            check_image_memory(&shot.scene, &image, max_memory_bytes(values))
         }
         None => Ok(()),
     }
@@ -205,6 +206,7 @@ fn resolve_sequences(
             environments.load(&request, &scene, &lit, max_memory_bytes)?;
         let (width, height) = outline.render.resolution;
         let aspect_ratio = width as f32 / height as f32;
+        check_framing_memory(&scene, &outline.selection, max_memory_bytes)?;
         let ResolvedCamera { selection, rule } =
             resolve_camera(&scene, outline.selection.clone(), &outline.view, aspect_ratio);
         let mut sequence = sequence_job(shot, Arc::clone(&scene), &outline, selection, environment);

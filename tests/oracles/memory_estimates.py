@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """Compares the memory that `rayframe render` estimates with the peak that it uses.
 
-    python3 tests/oracles/memory_estimates.py RAYFRAME [SCENE…] [--resolutions 512x512,2048x1024] [--limit 1.3]
+    python3 tests/oracles/memory_estimates.py RAYFRAME [SCENE…] [--resolutions 64x64,512x512,2048x1024] [--limit 1.3] [--options OPTIONS]
 
 The estimate of a render is the smallest `--max-memory` that `--dry-run` accepts, found by bisection. The peak is the largest
 resident size of the process (`ru_maxrss`), with everything in it. Without scenes, twenty of this repository are taken. Prints a line
-for each scene, split, set of AOVs and resolution, and ends with 1 where a ratio of the two lies beyond the limit.
+for each scene, split, set of AOVs and resolution, and ends with 1 where a ratio of the two lies beyond the limit. `--options` are
+further options of all renders, such as "--integrator path" or "-f 0-3".
 """
 
 import argparse
@@ -16,7 +17,7 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FOLDERS = ["bvh", "geometry", "environment", "texture", "skin", "morph", "path", "showcase", "storage", "material"]
+FOLDERS = ["bvh", "geometry", "environment", "texture", "skin", "morph", "path", "light", "showcase", "storage", "material"]
 SPLITS = ["auto", "off"]
 AOVS = ["beauty", "all"]
 
@@ -54,8 +55,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("rayframe")
     parser.add_argument("scenes", nargs="*", type=pathlib.Path)
-    parser.add_argument("--resolutions", default="512x512,2048x1024")
+    parser.add_argument("--resolutions", default="64x64,512x512,2048x1024")
     parser.add_argument("--limit", type=float, default=1.3)
+    parser.add_argument("--options", type=str.split, default=[])
     arguments = parser.parse_args()
     worst, beyond, count = 1.0, 0, 0
     print(f"{'scene':<40} {'split':<5} {'AOVs':<7} {'resolution':<10} {'estimate':>9} {'peak':>9} {'ratio':>6}")
@@ -64,8 +66,11 @@ def main():
             for split in SPLITS:
                 for aovs in AOVS:
                     with tempfile.TemporaryDirectory() as folder:
-                        command = [arguments.rayframe, "render", str(scene), "-f", "0", "-r", resolution, "--samples", "1"]
-                        command += ["--split", split, "--aovs", aovs, "-o", f"{folder}/a.exr", "--progress", "none"]
+                        command = [arguments.rayframe, "render", str(scene), "-r", resolution]
+                        command += arguments.options
+                        for option, value in (("-f", "0"), ("--samples", "1")):
+                            command += [] if option in arguments.options else [option, value]
+                        command += ["--split", split, "--aovs", aovs, "-o", f"{folder}/a.####.exr", "--progress", "none"]
                         estimated = estimate(command)
                         code, peak = run(command)
                     name = f"{scene.parent.name}/{scene.name}"

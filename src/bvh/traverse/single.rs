@@ -9,6 +9,7 @@ use fearless_simd::{Level, Simd, dispatch, f32x8, prelude::*};
 use super::lane_ray::LaneRay;
 use super::stack::{Pending, Stack};
 use super::visitor::{Candidate, LeafIntersector, TriangleSlot, Visitor};
+use crate::bvh::simd::with_eight_lanes;
 use crate::bvh::statistics::TraversalCounters;
 use crate::bvh::wide_tree::{Leaf, NO_CHILD, Triangles, WIDTH};
 
@@ -19,8 +20,7 @@ pub(crate) fn traverse<V: Visitor>(
     visitor: &mut V,
     counters: &mut TraversalCounters,
 ) {
-    let level = level.as_avx2().map_or(level, Level::Avx2);
-    dispatch!(level, simd => traverse_lanes(simd, leaves, visitor, counters));
+    dispatch!(with_eight_lanes(level), simd => traverse_lanes(simd, leaves, visitor, counters));
 }
 
 #[inline(always)]

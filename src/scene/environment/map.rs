@@ -148,6 +148,11 @@ impl EnvironmentMap {
         Self { animated_rotation: Some(rotation), ..self.clone() }
     }
 
+    /// Pixels of the image.
+    pub(super) fn pixel_count(&self) -> usize {
+        self.tables.filtered.image().pixels.len()
+    }
+
     /// Whether clips animate the rotation.
     pub(super) fn is_animated(&self) -> bool {
         self.animated_rotation.is_some()

@@ -1,0 +1,79 @@
+//! Memory of posed surfaces and their BVH.
+
+use crate::bvh::TriangleFlags;
+use crate::frame::{MeshInstance, PosedVertex};
+use crate::geometry::Triangle;
+use crate::scene::{NodeIndex, Scene};
+
+/// A posed triangle besides its corners: flags and instance.
+const BYTES_A_TAG: u128 = (size_of::<TriangleFlags>() + size_of::<u32>()) as u128;
+/// A reference: its box (32), keys and scratch of the sort (24), a node and an index of the binary tree (68), a slot (40), its share
+/// of wide nodes before and after they are joined (40), lists of leaves (6).
+const BYTES_A_REFERENCE: u128 = 210;
+/// A reference that splitting adds: as above, and its box in the lists of parts (64).
+pub(super) const BYTES_A_SPLIT_REFERENCE: u128 = BYTES_A_REFERENCE + 64;
+/// A leaf's data for refitting, for each reference.
+const BYTES_A_REFITTED_REFERENCE: u128 = 30;
+
+/// Numbers of what is posed, each instance counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct PosedCounts {
+    pub(super) triangles: u64,
+    pub(super) vertices: u64,
+    pub(super) instances: u64,
+}
+
+/// What of a sequence poses its surfaces anew.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Motion {
+    /// The surfaces move between frames or shutter samples.
+    pub(super) moves: bool,
+    /// The frames before and after are posed, for motion vectors.
+    pub(super) is_recorded: bool,
+}
+
+impl PosedCounts {
+    /// Counts what is below `roots`.
+    pub(super) fn of(scene: &Scene, roots: &[NodeIndex]) -> Self {
+        let mut counts = Self::default();
+        for node in scene.nodes_below(roots) {
+            let Some(node) = scene.nodes.get(node.index()) else { continue };
+            let Some(mesh) = node.mesh.and_then(|mesh| scene.meshes.get(mesh.index())) else { continue };
+            let instances = node.instances.as_ref().map_or(1, |instances| instances.len() as u64);
+            counts.triangles += mesh.triangle_count() as u64 * instances;
+            counts.vertices += mesh.vertex_count() as u64 * instances;
+            counts.instances += mesh.primitives.len() as u64 * instances;
+        }
+        counts
+    }
+
+    /// Bytes of one pose.
+    pub(super) fn pose_bytes(self) -> u128 {
+        u128::from(self.triangles) * (size_of::<Triangle>() as u128 + BYTES_A_TAG)
+            + u128::from(self.vertices) * size_of::<PosedVertex>() as u128
+            + u128::from(self.instances) * size_of::<MeshInstance>() as u128
+    }
+
+    /// Bytes of the poses of a frame, and of its BVH without splits.
+    pub(super) fn frame_bytes(self, motion: Motion) -> u128 {
+        let poses = 1 + u128::from(motion.moves) + if motion.is_recorded { 2 } else { 0 };
+        let refitting = if motion.moves { BYTES_A_REFITTED_REFERENCE } else { 0 };
+        poses * self.pose_bytes() + u128::from(self.triangles) * (BYTES_A_REFERENCE + refitting)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moving_surfaces_have_two_poses_and_motion_vectors_two_more() {
+        let counts = PosedCounts { triangles: 10, vertices: 7, instances: 0 };
+        let pose = 10 * (36 + 1 + 4) + 7 * 40;
+        assert_eq!(counts.pose_bytes(), pose);
+        let bytes = |moves, is_recorded| counts.frame_bytes(Motion { moves, is_recorded });
+        assert_eq!(bytes(false, false), pose + 10 * 210);
+        assert_eq!(bytes(true, false), 2 * pose + 10 * 240);
+        assert_eq!(bytes(true, true), 4 * pose + 10 * 240);
+    }
+}

@@ -11,6 +11,7 @@ use crate::film::{
 use crate::output::ExrOutput;
 use crate::render::PathFrame;
 
+use super::bands::{band_rows, rows_of, whole_frame_setting};
 use super::job::triangle_count;
 use super::{SequenceJob, Shutter};
 
@@ -46,17 +47,20 @@ const BYTES_A_REFERENCE: u128 = 220;
 const BYTES_A_SPLIT_REFERENCE: u128 = BYTES_A_REFERENCE + 64;
 
 /// Upper estimate of the bytes that the frames of `job` need besides the scene, without splits: those get what is left.
-fn estimated_bytes(job: &SequenceJob) -> u128 {
+fn frame_bytes(job: &SequenceJob) -> u128 {
+    // A frame is traced while the one before is written.
+    estimated_bytes(job, (job.render.window, job.frames.len().clamp(1, 2) as u128))
+}
+
+/// The same where `films` of the pixels of `window` are in memory at a time: those of a frame, or of a band of it.
+pub(super) fn estimated_bytes(job: &SequenceJob, (window, films): (PixelWindow, u128)) -> u128 {
     let triangles = u128::from(triangle_count(&job.scene, &job.selection.roots));
     let motion = if job.exr.aov_flags().centers { BYTES_A_MOVING_TRIANGLE } else { 0 };
-    let window = job.render.window;
     let pixels = u128::from(window.width()) * u128::from(window.height());
     let plate =
         job.plates.as_ref().map_or(0, |plates| plates.working_bytes(window) + pixels * BYTES_A_PLATE_PIXEL);
     let preview = if job.preview { pixels * BYTES_A_PREVIEW_PIXEL } else { 0 };
     let sums = PathFrame::sum_flags(job.render.integrator, &job.render.path, job.render.aovs);
-    // A frame is traced while the one before is written.
-    let films = job.frames.len().clamp(1, 2) as u128;
     BYTES_OF_PROCESS
         + pixel_bytes((window, films), job.shutter, &job.exr, sums)
         + preview
@@ -66,7 +70,14 @@ fn estimated_bytes(job: &SequenceJob) -> u128 {
 
 /// References per triangle that splitting may make: those of the job, or fewer where its memory is short.
 pub(super) fn reference_budget(job: &SequenceJob) -> f32 {
-    let free = u128::from(job.max_memory_bytes).saturating_sub(estimated_bytes(job));
+    let limit = u128::from(job.max_memory_bytes);
+    let mut needed = frame_bytes(job);
+    if needed > limit
+        && let Some(rows) = band_rows(job)
+    {
+        needed = estimated_bytes(job, (rows_of(job.render.window, rows), 1));
+    }
+    let free = limit.saturating_sub(needed);
     let triangles = triangle_count(&job.scene, &job.selection.roots).max(1);
     let affordable = 1.0 + free as f64 / (triangles as f64 * BYTES_A_SPLIT_REFERENCE as f64);
     f64::from(job.build.reference_budget).min(affordable) as f32
@@ -132,7 +143,7 @@ fn sum_bytes(sums: SumFlags) -> u128 {
     bytes as u128
 }
 
-/// Refuses an image whose pixels alone need more than `max_memory_bytes`, before the scene is loaded. `sums` are those of paths.
+/// Refuses an image whose pixels in `window` alone need more than `max_memory_bytes`, before the scene is loaded. `sums` are those of paths.
 ///
 /// # Errors
 /// [`Error::Refused`], which names the file `scene`.
@@ -156,8 +167,9 @@ pub fn check_image_memory(
     Err(Error::refused(scene, "", message))
 }
 
-/// Refuses a job that needs more memory than its limit, or has more triangles than ids.
-pub(super) fn check(job: &SequenceJob) -> Result<()> {
+/// Refuses a job that needs more memory than its limit, or has more triangles than ids. Returns the rows of bands where whole frames need
+/// more, and bands do not.
+pub(super) fn check(job: &SequenceJob) -> Result<Option<u32>> {
     let refuse = |message| Err(Error::refused(&job.scene.path, "", message));
     let triangles = triangle_count(&job.scene, &job.selection.roots);
     if triangles > MAX_TRIANGLES as u64 {
@@ -165,13 +177,19 @@ pub(super) fn check(job: &SequenceJob) -> Result<()> {
             "{triangles} triangles are more than the {MAX_TRIANGLES} that a scene can have"
         ));
     }
-    let needed = estimated_bytes(job);
-    if needed > u128::from(job.max_memory_bytes) {
-        let (width, height) = job.render.resolution;
-        return refuse(format!(
-            "{width}x{height} pixels and {triangles} triangles need about {}; render a smaller image or raise `max_memory`",
-            over_limit(needed, job.max_memory_bytes.into())
-        ));
+    let needed = frame_bytes(job);
+    if needed <= u128::from(job.max_memory_bytes) {
+        return Ok(None);
     }
-    Ok(())
+    let whole_frames = match (band_rows(job), whole_frame_setting(job)) {
+        (Some(rows), None) => return Ok(Some(rows)),
+        // Bands would need less.
+        (Some(_), Some((setting, why))) => format!(" or leave out `{setting}`: {why}"),
+        (None, _) => String::new(),
+    };
+    let (width, height) = job.render.resolution;
+    refuse(format!(
+        "{width}x{height} pixels and {triangles} triangles need about {}; render a smaller image, raise `max_memory`{whole_frames}",
+        over_limit(needed, job.max_memory_bytes.into())
+    ))
 }

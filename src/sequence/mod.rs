@@ -4,6 +4,8 @@
 //! renders. Progress leaves as [`SequenceEvent`]s; nothing is printed here.
 
 mod assemble;
+mod banded_frame;
+mod bands;
 mod checkpoint;
 mod collisions;
 mod event;

@@ -18,7 +18,9 @@ pub(super) fn plan_text(settings: &Settings, sequences: &[(&RenderJob, &Plan)]) 
     for (job, plan) in sequences {
         let label = Some(job.outline.label()).filter(|label| !label.is_empty());
         lines.extend(label.map(|label| format!("# {}", one_line(&label))));
-        lines.extend(plan.frames.iter().map(|frame| format!("# {}", one_line(&frame_text(frame)))));
+        let bands = plan.band_rows.map_or_else(String::new, |rows| format!(" in bands of {rows} rows"));
+        let line = |frame| format!("# {}{bands}", one_line(&frame_text(frame)));
+        lines.extend(plan.frames.iter().map(line));
     }
     lines.join("\n")
 }
@@ -27,7 +29,7 @@ pub(super) fn plan_text(settings: &Settings, sequences: &[(&RenderJob, &Plan)]) 
 pub(super) fn plan_json(settings: &Settings, sequences: &[(&RenderJob, &Plan)]) -> String {
     let mut frames = Vec::new();
     for (job, plan) in sequences {
-        frames.extend(plan.frames.iter().map(|frame| frame_json(&job.outline, frame)));
+        frames.extend(plan.frames.iter().map(|frame| frame_json(&job.outline, plan, frame)));
     }
     let scene = sequences.first().map(|(job, _)| job.sequence.scene.path.to_string_lossy());
     json!({
@@ -40,7 +42,7 @@ pub(super) fn plan_json(settings: &Settings, sequences: &[(&RenderJob, &Plan)]) 
     .to_string()
 }
 
-fn frame_json(outline: &SequenceOutline, frame: &PlannedFrame) -> Value {
+fn frame_json(outline: &SequenceOutline, plan: &Plan, frame: &PlannedFrame) -> Value {
     let mut line = json!({
         "frame": frame.frame,
         "time_seconds": frame.time_seconds,
@@ -51,6 +53,9 @@ fn frame_json(outline: &SequenceOutline, frame: &PlannedFrame) -> Value {
         if let Some(name) = name {
             line[key] = json!(name);
         }
+    }
+    if let Some(rows) = plan.band_rows {
+        line["band_rows"] = json!(rows);
     }
     line
 }

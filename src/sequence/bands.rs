@@ -6,45 +6,36 @@
 use crate::film::PixelWindow;
 use crate::output::{ExrBandFiles, ExrOutput};
 
-use super::memory::estimated_bytes;
 use super::{OutputFormat, SequenceJob};
 
 /// Rows that tiles are aligned to.
 const ROWS_OF_TILES: u32 = 32;
 
-/// The setting of `job` that needs whole frames in memory, and why; `None` where frames can be rendered in bands.
-pub(super) fn whole_frame_setting(job: &SequenceJob) -> Option<(&'static str, &'static str)> {
+/// What rules out bands in `job`, to be read after "without"; `None` where its frames can be rendered in bands.
+pub(super) fn whole_frame_setting(job: &SequenceJob) -> Option<&'static str> {
     let outputs = &job.sequence_outputs;
+    let makes_sheet = outputs.contact_sheet.is_some() || outputs.is_on_common_sheet;
     let settings = [
-        (job.output.format() != OutputFormat::Exr, "output", "only EXR files are written in bands of rows"),
-        (job.preview, "preview", "previews are made of whole frames"),
-        (outputs.movie.is_some(), "movie", "movies are made of whole frames"),
-        (outputs.contact_sheet.is_some(), "contact_sheet", "contact sheets are made of whole frames"),
-        (outputs.is_on_common_sheet, "contact_sheet", "contact sheets are made of whole frames"),
-        (outputs.shows_frames, "show", "whole frames are shown"),
-        (job.denoiser.is_some(), "denoise", "whole frames are denoised"),
-        (job.plates.is_some(), "background", "plates are put behind whole frames"),
-        (job.checkpoint, "checkpoint", "checkpoints hold whole frames"),
-        (job.render.path.time_limit_seconds.is_some(), "time_limit", "the time is that of whole frames"),
+        (job.output.format() != OutputFormat::Exr, "an `output` of another format than EXR"),
+        (job.preview, "`preview`"),
+        (outputs.movie.is_some(), "`movie`"),
+        (makes_sheet, "`contact_sheet`"),
+        (outputs.shows_frames, "`show`"),
+        (job.denoiser.is_some(), "`denoise`"),
+        (job.plates.is_some(), "a plate as `background`"),
+        (job.checkpoint, "`checkpoint`"),
+        (job.render.path.time_limit_seconds.is_some(), "`time_limit`"),
     ];
-    settings.into_iter().find(|(is_set, ..)| *is_set).map(|(_, setting, why)| (setting, why))
+    settings.into_iter().find(|(is_set, _)| *is_set).map(|(_, setting)| setting)
 }
 
-/// Rows of the bands of a job that has the scene, the program and one band at a time in its memory. `None` where even the lowest band is
-/// too large.
-pub(super) fn band_rows(job: &SequenceJob) -> Option<u32> {
-    let lowest = least_rows(&job.exr);
-    let bytes = |rows: u32| estimated_bytes(job, (rows_of(job.render.window, rows), 1));
-    let free = u128::from(job.max_memory_bytes).checked_sub(bytes(0))?;
-    let each = bytes(lowest).saturating_sub(bytes(0)).max(1);
-    // Higher bands gain little; splits may take the rest.
-    let count = if each > free / 2 { free / each } else { free / 2 / each };
-    let rows = u32::try_from(count).unwrap_or(u32::MAX).saturating_mul(lowest);
-    (rows > 0).then(|| rows.min(job.render.window.height().next_multiple_of(lowest)))
+/// The lowest band that a window can have.
+pub fn lowest_band(window: PixelWindow, exr: &ExrOutput) -> PixelWindow {
+    rows_of(window, least_rows(exr))
 }
 
 /// Rows of the lowest band: whole tiles, and whole chunks of all files.
-fn least_rows(exr: &ExrOutput) -> u32 {
+pub(super) fn least_rows(exr: &ExrOutput) -> u32 {
     ExrBandFiles::rows_of_chunks(exr).max(ROWS_OF_TILES)
 }
 

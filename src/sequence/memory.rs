@@ -11,7 +11,7 @@ use crate::film::{
 use crate::output::ExrOutput;
 use crate::render::PathFrame;
 
-use super::bands::{band_rows, rows_of, whole_frame_setting};
+use super::bands::{least_rows, rows_of, whole_frame_setting};
 use super::job::triangle_count;
 use super::{SequenceJob, Shutter};
 
@@ -66,6 +66,19 @@ pub(super) fn estimated_bytes(job: &SequenceJob, (window, films): (PixelWindow, 
         + preview
         + plate
         + triangles * (BYTES_A_TRIANGLE + motion + BYTES_A_REFERENCE)
+}
+
+/// Rows of the bands of a job that has the scene, the program and one band at a time in its memory. `None` where even the lowest band is
+/// too large.
+fn band_rows(job: &SequenceJob) -> Option<u32> {
+    let lowest = least_rows(&job.exr);
+    let bytes = |rows: u32| estimated_bytes(job, (rows_of(job.render.window, rows), 1));
+    let free = u128::from(job.max_memory_bytes).checked_sub(bytes(0))?;
+    let each = bytes(lowest).saturating_sub(bytes(0)).max(1);
+    // Higher bands gain little; splits may take the rest.
+    let count = if each > free / 2 { free / each } else { free / 2 / each };
+    let rows = u32::try_from(count).unwrap_or(u32::MAX).saturating_mul(lowest);
+    (rows > 0).then(|| rows.min(job.render.window.height().next_multiple_of(lowest)))
 }
 
 /// References per triangle that splitting may make: those of the job, or fewer where its memory is short.
@@ -143,7 +156,7 @@ fn sum_bytes(sums: SumFlags) -> u128 {
     bytes as u128
 }
 
-/// Refuses an image whose pixels in `window` alone need more than `max_memory_bytes`, before the scene is loaded. `sums` are those of paths.
+/// Refuses an image whose pixels alone need more than `max_memory_bytes`, before the scene is loaded. `sums` are those of paths.
 ///
 /// # Errors
 /// [`Error::Refused`], which names the file `scene`.
@@ -177,19 +190,30 @@ pub(super) fn check(job: &SequenceJob) -> Result<Option<u32>> {
             "{triangles} triangles are more than the {MAX_TRIANGLES} that a scene can have"
         ));
     }
+    let Err(refused) = check_whole_frames(job) else { return Ok(None) };
+    match (band_rows(job), whole_frame_setting(job), refused) {
+        (Some(rows), None, _) => Ok(Some(rows)),
+        (Some(_), Some(setting), Error::Refused { message, .. }) => {
+            refuse(format!("{message}; without {setting} it is rendered in bands of rows, which fit"))
+        }
+        (.., refused) => Err(refused),
+    }
+}
+
+/// Refuses a job whose frames need more memory than its limit where they are rendered at once.
+///
+/// # Errors
+/// [`Error::Refused`], which names the file of the scene.
+pub fn check_whole_frames(job: &SequenceJob) -> Result<()> {
     let needed = frame_bytes(job);
     if needed <= u128::from(job.max_memory_bytes) {
-        return Ok(None);
+        return Ok(());
     }
-    let whole_frames = match (band_rows(job), whole_frame_setting(job)) {
-        (Some(rows), None) => return Ok(Some(rows)),
-        // Bands would need less.
-        (Some(_), Some((setting, why))) => format!(" or leave out `{setting}`: {why}"),
-        (None, _) => String::new(),
-    };
+    let triangles = triangle_count(&job.scene, &job.selection.roots);
     let (width, height) = job.render.resolution;
-    refuse(format!(
-        "{width}x{height} pixels and {triangles} triangles need about {}; render a smaller image, raise `max_memory`{whole_frames}",
-        over_limit(needed, job.max_memory_bytes.into())
-    ))
+    let size = over_limit(needed, job.max_memory_bytes.into());
+    let message = format!(
+        "{width}x{height} pixels and {triangles} triangles need about {size}; render a smaller image or raise `max_memory`"
+    );
+    Err(Error::refused(&job.scene.path, "", message))
 }

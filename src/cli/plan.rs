@@ -18,9 +18,11 @@ pub(super) fn plan_text(settings: &Settings, sequences: &[(&RenderJob, &Plan)]) 
     for (job, plan) in sequences {
         let label = Some(job.outline.label()).filter(|label| !label.is_empty());
         lines.extend(label.map(|label| format!("# {}", one_line(&label))));
-        let bands = plan.band_rows.map_or_else(String::new, |rows| format!(" in bands of {rows} rows"));
-        let line = |frame| format!("# {}{bands}", one_line(&frame_text(frame)));
-        lines.extend(plan.frames.iter().map(line));
+        let bands = |rows: u32| format!(" in bands of {rows} rows");
+        lines.extend(plan.frames.iter().map(|frame| {
+            let bands = band_rows(plan, frame).map(bands).unwrap_or_default();
+            format!("# {}{bands}", one_line(&frame_text(frame)))
+        }));
     }
     lines.join("\n")
 }
@@ -54,10 +56,15 @@ fn frame_json(outline: &SequenceOutline, plan: &Plan, frame: &PlannedFrame) -> V
             line[key] = json!(name);
         }
     }
-    if let Some(rows) = plan.band_rows {
+    if let Some(rows) = band_rows(plan, frame) {
         line["band_rows"] = json!(rows);
     }
     line
+}
+
+/// Rows of the bands of a frame that is rendered in bands.
+fn band_rows(plan: &Plan, frame: &PlannedFrame) -> Option<u32> {
+    plan.band_rows.filter(|_| !frame.is_done)
 }
 
 fn frame_text(frame: &PlannedFrame) -> String {

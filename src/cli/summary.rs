@@ -28,14 +28,15 @@ pub(super) fn summary(job: &SequenceJob, camera: CameraRule, environment: &str) 
     )
 }
 
-/// `frames are rendered in bands of 512 rows, as whole ones need more memory than --max-memory`; `None` where they fit.
+/// `frames are rendered in bands of 512 rows, as whole ones need more memory than --max-memory`; `None` where they fit or none
+/// is rendered.
 pub(super) fn rendered_in_bands(plan: &Plan) -> Option<String> {
     let text = |rows| {
         format!(
             "frames are rendered in bands of {rows} rows, as whole ones need more memory than --max-memory"
         )
     };
-    plan.band_rows.map(text)
+    plan.band_rows.filter(|_| plan.remaining() > 0).map(text)
 }
 
 /// `frames 84-100 lie after the animation's end (82) and show its last pose`; `None` where none do or nothing moves.

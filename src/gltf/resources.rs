@@ -135,7 +135,7 @@ impl<'s> Resources<'s> {
             }
             Error::Refused { .. } => {
                 let length = std::fs::metadata(&path).map_or(0, |metadata| metadata.len());
-                let needed = u128::from(used_bytes) + u128::from(length);
+                let needed = u128::from(used_bytes).saturating_add(length.into());
                 let message = format!(
                     "\"{}\" and what is read before it need about {}; raise `max_memory`",
                     relative.display(),

@@ -131,7 +131,7 @@ impl ExrBands {
         let rows_of_chunks = self.layout.encoding.compression.scan_lines_per_block();
         let is_next = (window.x0, window.x1) == (whole.x0, whole.x1)
             && first_row == self.offsets.len() * rows_of_chunks
-            && (window.height() as usize).is_multiple_of(rows_of_chunks) | (window.y1 == whole.y1);
+            && ((window.height() as usize).is_multiple_of(rows_of_chunks) || window.y1 == whole.y1);
         if !is_next || without_samples(&band.channels) != self.layout.channels {
             return Err(internal("a band does not continue the image"));
         }

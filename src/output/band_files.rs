@@ -51,15 +51,14 @@ impl ExrBandFiles {
     pub fn write(&mut self, film: &Film, attributes: &FrameAttributes, ids: &InstanceIds) -> Result<()> {
         for BandFile { path, aovs, bands } in &mut self.files {
             let image = aovs_image(film, &self.output, aovs, ids)?;
-            let bands = match bands {
-                Some(bands) => bands,
-                None => {
-                    let attributes = attributes_of_file(attributes.clone(), aovs, ids);
-                    let compression = self.output.compression_of(aovs);
-                    bands.insert(ExrBands::begin(path, self.window, &image, compression, &attributes)?)
-                }
+            let begun = if let Some(begun) = bands {
+                begun
+            } else {
+                let attributes = attributes_of_file(attributes.clone(), aovs, ids);
+                let compression = self.output.compression_of(aovs);
+                bands.insert(ExrBands::begin(path, self.window, &image, compression, &attributes)?)
             };
-            bands.write(image)?;
+            begun.write(image)?;
         }
         Ok(())
     }

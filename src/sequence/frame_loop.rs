@@ -245,7 +245,7 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
             BandedFrame::render(job, &mut self.tracer, (planned, rows), exposure_ev, &on_progress)?;
         self.warn(planned, &statistics, || lit)?;
         let seconds = Phases { trace: statistics.rays.trace_seconds, ..statistics.phases };
-        Ok(self.traced(planned, (started, seconds), &statistics, FrameFiles::Bands(frame)))
+        Ok(self.traced(planned, (started, seconds), &statistics, FrameFiles::Bands(Box::new(frame))))
     }
 
     /// A traced frame for the writer.

@@ -59,7 +59,7 @@ pub(super) enum FrameFiles {
     /// They are being encoded in memory.
     InMemory(Receiver<Result<EncodedFrame>>),
     /// They are written but for their ends.
-    Bands(BandedFrame),
+    Bands(Box<BandedFrame>),
 }
 
 /// What was written of a frame.
@@ -204,7 +204,7 @@ impl Writer<'_> {
         let writing = Instant::now();
         let written = match files {
             FrameFiles::InMemory(encoded) => self.write_encoded(planned, &encoded)?,
-            FrameFiles::Bands(bands) => self.finish_bands(planned, bands)?,
+            FrameFiles::Bands(bands) => self.finish_bands(planned, *bands)?,
         };
         if let Some(checkpoint) = Checkpoint::of(self.job, planned) {
             checkpoint.remove();

@@ -43,7 +43,8 @@ impl BandedFrame {
         let mut files =
             ExrBandFiles::new(settings.window, &job.exr, planned.path.clone(), &planned.aov_paths);
         let mut statistics = FrameStatistics { is_reused: true, ..FrameStatistics::default() };
-        let (mut lit, mut seconds, mut attributes) = (LitPixels::default(), 0.0, None);
+        let (mut lit, mut seconds) = (LitPixels::default(), 0.0);
+        let (mut attributes, mut film_of_band_before) = (None, None);
         for window in bands(settings.window, rows) {
             let before = f64::from(window.y0 - settings.window.y0);
             let on_band = |progress: FrameProgress| {
@@ -51,7 +52,10 @@ impl BandedFrame {
                 let share = (rows / f64::from(settings.window.height())) as f32;
                 on_progress(FrameProgress { share, path: None });
             };
-            let mut film = Film::with_aovs(settings.resolution, window, settings.aovs);
+            // Bands of one height share a film.
+            let used = film_of_band_before.take().filter(|film: &Film| film.window.size() == window.size());
+            let new = || Film::with_aovs(settings.resolution, window, settings.aovs);
+            let mut film = used.map_or_else(new, |film| Film { window, ..film });
             statistics.add(&tracer.render(planned.frame, &mut film, None, &on_band)?);
             lit.add(&LitPixels::of(&film, exposure_ev));
 
@@ -61,6 +65,7 @@ impl BandedFrame {
             stamp(attributes, job, &statistics);
             files.write(&film, attributes, &tracer.instance_ids())?;
             seconds += writing.elapsed().as_secs_f64();
+            film_of_band_before = Some(film);
         }
         let Some(attributes) = attributes else {
             return Err(Error::Internal { message: "a frame has no rows".to_owned() });

@@ -136,7 +136,8 @@ impl Renderer {
     ///
     /// # Errors
     /// [`Error::Setting`](crate::Error::Setting) for settings that make no sense for the scene, errors of loading the
-    /// environment, and with the setting `strict` the first warning.
+    /// environment, [`Error::Refused`](crate::Error::Refused) where the frame needs more memory than the limit, and with the setting
+    /// `strict` the first warning.
     pub fn frame(&self, frame: i64) -> Result<RenderedFrame> {
         // The frames that are set may have no plates.
         let mut renderer = self.clone();

@@ -18,7 +18,11 @@ pub(super) fn plan_text(settings: &Settings, sequences: &[(&RenderJob, &Plan)]) 
     for (job, plan) in sequences {
         let label = Some(job.outline.label()).filter(|label| !label.is_empty());
         lines.extend(label.map(|label| format!("# {}", one_line(&label))));
-        lines.extend(plan.frames.iter().map(|frame| format!("# {}", one_line(&frame_text(frame)))));
+        let bands = |rows: u32| format!(" in bands of {rows} rows");
+        lines.extend(plan.frames.iter().map(|frame| {
+            let bands = band_rows(plan, frame).map(bands).unwrap_or_default();
+            format!("# {}{bands}", one_line(&frame_text(frame)))
+        }));
     }
     lines.join("\n")
 }
@@ -27,7 +31,7 @@ pub(super) fn plan_text(settings: &Settings, sequences: &[(&RenderJob, &Plan)]) 
 pub(super) fn plan_json(settings: &Settings, sequences: &[(&RenderJob, &Plan)]) -> String {
     let mut frames = Vec::new();
     for (job, plan) in sequences {
-        frames.extend(plan.frames.iter().map(|frame| frame_json(&job.outline, frame)));
+        frames.extend(plan.frames.iter().map(|frame| frame_json(&job.outline, plan, frame)));
     }
     let scene = sequences.first().map(|(job, _)| job.sequence.scene.path.to_string_lossy());
     json!({
@@ -40,7 +44,7 @@ pub(super) fn plan_json(settings: &Settings, sequences: &[(&RenderJob, &Plan)]) 
     .to_string()
 }
 
-fn frame_json(outline: &SequenceOutline, frame: &PlannedFrame) -> Value {
+fn frame_json(outline: &SequenceOutline, plan: &Plan, frame: &PlannedFrame) -> Value {
     let mut line = json!({
         "frame": frame.frame,
         "time_seconds": frame.time_seconds,
@@ -52,7 +56,15 @@ fn frame_json(outline: &SequenceOutline, frame: &PlannedFrame) -> Value {
             line[key] = json!(name);
         }
     }
+    if let Some(rows) = band_rows(plan, frame) {
+        line["band_rows"] = json!(rows);
+    }
     line
+}
+
+/// Rows of the bands of a frame that is rendered in bands.
+fn band_rows(plan: &Plan, frame: &PlannedFrame) -> Option<u32> {
+    plan.band_rows.filter(|_| !frame.is_done)
 }
 
 fn frame_text(frame: &PlannedFrame) -> String {

@@ -32,7 +32,7 @@ use super::outcome::{finish, tell_failure_text};
 use super::plan::{plan_json, plan_text};
 use super::render_options::{NamedShot, RenderOptions, message};
 use super::signals::{self, CaughtSignal};
-use super::summary::{after_the_end, frames_beside_the_movie, summary};
+use super::summary::{after_the_end, frames_beside_the_movie, rendered_in_bands, summary};
 use super::warnings::report_warnings;
 use common_sheets::CommonSheets;
 use sequence::replacing_text;
@@ -232,7 +232,7 @@ impl Session {
     ) -> std::result::Result<(), Stop> {
         let mut is_complete = true;
         for (job, plan) in planned {
-            print_summary(job, args);
+            print_summary(job, plan, args);
             let part = self.is_many.then_some(self.part);
             self.ends_at_once.store(false, Ordering::Relaxed);
             let outcome = perform(job, plan, args, part, &self.cancel);
@@ -343,8 +343,8 @@ fn warn_about_files(planned: &[(&RenderJob, &Plan)]) {
 }
 
 fn print_plan(shot: &ShotSettings, jobs: &[RenderJob], planned: &[(&RenderJob, &Plan)]) {
-    for job in jobs {
-        print_summary(job, &shot.values);
+    for (job, plan) in planned {
+        print_summary(job, plan, &shot.values);
     }
     let settings = resolved_settings(shot, jobs);
     match shot.values.progress {
@@ -353,10 +353,14 @@ fn print_plan(shot: &ShotSettings, jobs: &[RenderJob], planned: &[(&RenderJob, &
     }
 }
 
-fn print_summary(job: &RenderJob, args: &SettingValues) {
+fn print_summary(job: &RenderJob, plan: &Plan, args: &SettingValues) {
     if !args.quiet {
         print_note(&summary(&job.sequence, job.camera, &job.environment));
-        let notes = [after_the_end(&job.sequence), frames_beside_the_movie(&job.sequence, args)];
+        let notes = [
+            after_the_end(&job.sequence),
+            frames_beside_the_movie(&job.sequence, args),
+            rendered_in_bands(plan),
+        ];
         notes.iter().flatten().for_each(|note| print_note(note));
     }
 }

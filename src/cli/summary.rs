@@ -2,7 +2,7 @@
 
 use rayframe::framing::CameraRule;
 use rayframe::scene::{Scene, SelectedCamera, Selection};
-use rayframe::sequence::{SequenceJob, duration_seconds, frames_text, triangle_count};
+use rayframe::sequence::{Plan, SequenceJob, duration_seconds, frames_text, triangle_count};
 use rayframe::settings::SettingValues;
 
 use super::camera_text::camera_text;
@@ -26,6 +26,17 @@ pub(super) fn summary(job: &SequenceJob, camera: CameraRule, environment: &str) 
         camera_text(&job.scene, &job.selection, camera),
         counted(triangle_count(&job.scene, &job.selection.roots), "triangle"),
     )
+}
+
+/// `frames are rendered in bands of 512 rows, as whole ones need more memory than --max-memory`; `None` where they fit or none
+/// is rendered.
+pub(super) fn rendered_in_bands(plan: &Plan) -> Option<String> {
+    let text = |rows| {
+        format!(
+            "frames are rendered in bands of {rows} rows, as whole ones need more memory than --max-memory"
+        )
+    };
+    plan.band_rows.filter(|_| plan.remaining() > 0).map(text)
 }
 
 /// `frames 84-100 lie after the animation's end (82) and show its last pose`; `None` where none do or nothing moves.

@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::context::Context;
-use crate::error::{Error, Result, over_limit};
+use crate::error::{Error, Result, over_limit, readable_bytes};
 
 const GLB_MAGIC: &[u8; 4] = b"glTF";
 const GLB_HEADER_BYTES: usize = 12;
@@ -41,7 +41,16 @@ impl SceneFile {
 
 /// Reads and splits the scene file of this import.
 pub(super) fn read(context: &mut Context) -> Result<SceneFile> {
-    let bytes = read_regular(context, context.path, "", MAX_FILE_BYTES)?;
+    let length = std::fs::metadata(context.path).map_or(0, |metadata| metadata.len());
+    if length > MAX_FILE_BYTES {
+        let [length, most] = [length, MAX_FILE_BYTES].map(|bytes| readable_bytes(bytes.into()));
+        let message = format!(
+            "the file has {length}, and a scene file has at most {most}, as a GLB states its length in 32 bits; move its data to \
+             .bin files beside a .gltf file"
+        );
+        return Err(context.invalid("", message));
+    }
+    let bytes = read_regular(context, context.path, "", context.limit_bytes().min(MAX_FILE_BYTES))?;
     split(context, bytes)
 }
 

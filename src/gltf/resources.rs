@@ -13,7 +13,7 @@ use super::context::Context;
 use super::document::Document;
 use super::meshopt;
 use super::uri::{self, Uri, UriError};
-use crate::error::{Error, Result, readable_bytes};
+use crate::error::{Error, Result, over_limit};
 
 /// Scene files of this many bytes are hashed by a thread of their own, while they are imported.
 const LARGE_FILE_BYTES: usize = 1 << 20;
@@ -131,19 +131,21 @@ impl<'s> Resources<'s> {
                 format!("\"{}\" leads outside the scene's folder; copy the file into it", relative.display());
             return Err(context.refused(pointer, message));
         }
-        let limit_bytes = context.remaining_bytes();
+        let (limit_bytes, used_bytes) = (context.remaining_bytes(), context.used_bytes());
         read_regular(context, &path, pointer, limit_bytes).map_err(|error| match error {
             Error::Missing { path, source, .. } => {
                 Error::Missing { path, pointer: format!("{}#{pointer}", context.path.display()), source }
             }
-            Error::Refused { .. } => context.refused(
-                pointer,
-                format!(
-                    "\"{}\" is too large, {} of memory are left; raise `max_memory`",
+            Error::Refused { .. } => {
+                let length = std::fs::metadata(&path).map_or(0, |metadata| metadata.len());
+                let needed = u128::from(used_bytes).saturating_add(length.into());
+                let message = format!(
+                    "\"{}\" and what is read before it need about {}; raise `max_memory`",
                     relative.display(),
-                    readable_bytes(limit_bytes.into())
-                ),
-            ),
+                    over_limit(needed, context.limit_bytes().into())
+                );
+                context.refused(pointer, message)
+            }
             other => other,
         })
     }

@@ -8,7 +8,7 @@ use super::{
     ExrCompression, FrameAttributes, decode_exr, decode_png_values, encode_exr, read_environment,
     write_atomically,
 };
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, over_limit};
 use crate::image::{BEAUTY, Channel, ColorEncoding, Image, Samples, half_from_f32, layer_of};
 
 /// Most memory that a decoded image may take.
@@ -30,7 +30,13 @@ impl Image {
     /// # Errors
     /// Those of [`Image::read`].
     pub fn read_within(path: &Path, max_memory_bytes: u64) -> Result<Self> {
-        Self::decode_within(path, &std::fs::read(path).map_err(Error::missing(path))?, max_memory_bytes)
+        let missing = Error::missing(path);
+        let length = std::fs::metadata(path).map_err(missing)?.len();
+        if length > max_memory_bytes {
+            let size = over_limit(length.into(), max_memory_bytes.into());
+            return Err(Error::refused(path, "", format!("the file has {size}; raise `max_memory`")));
+        }
+        Self::decode_within(path, &std::fs::read(path).map_err(missing)?, max_memory_bytes)
     }
 
     /// Decodes `bytes` as [`Image::read`] does; errors name `path`.
@@ -108,6 +114,19 @@ mod tests {
     use crate::image::{PixelWindow, RenderedScene};
 
     const WINDOW: PixelWindow = PixelWindow { x0: 3, y0: 1, x1: 5, y1: 2 };
+
+    #[test]
+    fn files_beyond_the_limit_are_not_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        Image::from_rgba((8, 8), ColorEncoding::Linear, &[[0.5; 4]; 64]).write(&path).unwrap();
+        assert!(Image::read_within(&path, 3_000_000).is_ok());
+        // A hole behind the image.
+        std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(4_000_000).unwrap();
+        let error = Image::read_within(&path, 3_000_000).unwrap_err();
+        let message = "the file has 4.0 MB, more than the limit of 3.0 MB; raise `max_memory`";
+        assert!(error.exit_code() == 77 && error.to_string().ends_with(message), "{error}");
+    }
 
     #[test]
     fn damaged_windows_cost_no_memory() {

@@ -52,6 +52,11 @@ impl Replacement {
         self.0.path()
     }
 
+    /// The file, open for reading and writing.
+    pub(super) fn file(&mut self) -> &mut File {
+        self.0.as_file_mut()
+    }
+
     /// Opens it for writing.
     pub(super) fn reopen(&self, path: &Path) -> Result<File> {
         self.0.reopen().map_err(|source| Error::WriteFailed { path: path.to_owned(), source })

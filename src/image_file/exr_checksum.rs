@@ -66,7 +66,7 @@ fn end_of_file(error: io::Error) -> io::Result<()> {
 }
 
 /// The position of the checksum's digits. `None` where the header has no such attribute.
-fn checksum_position(file: &mut (impl BufRead + Seek)) -> io::Result<Option<u64>> {
+pub(super) fn checksum_position(file: &mut (impl BufRead + Seek)) -> io::Result<Option<u64>> {
     file.seek(SeekFrom::Start(START_BYTES))?;
     loop {
         let name = text(file)?;

@@ -44,7 +44,7 @@ pub fn encode_exr(
     let mut bytes = Vec::new();
     write_compressing_in_parallel(&image, &mut bytes).map_err(|error| internal(&error.to_string()))?;
     sort_attributes(&mut bytes)
-        .and_then(|()| seal(&mut bytes))
+        .and_then(|_| seal(&mut bytes))
         .ok_or_else(|| internal("the encoder wrote a header that cannot be parsed"))?;
     Ok(bytes)
 }
@@ -56,7 +56,7 @@ pub(super) fn exr_channels(channels: Vec<Channel>) -> AnyChannels<FlatSamples> {
 }
 
 /// Refuses images that the encoder would panic over or write wrongly.
-fn check_channels(image: &Image) -> Result<()> {
+pub(super) fn check_channels(image: &Image) -> Result<()> {
     if image.channels.is_empty() {
         return Err(internal("the image has no channels"));
     }
@@ -103,10 +103,10 @@ pub(super) fn write_compressing_in_parallel<'a, Layers: WritableLayers<'a>>(
     })
 }
 
-/// Sorts the attributes of the only header by name, as OpenEXR's own library writes them.
+/// Sorts the attributes of the only header by name, as OpenEXR's own library writes them. Returns the position behind the header.
 ///
 /// `None` when the header cannot be parsed.
-pub(super) fn sort_attributes(bytes: &mut [u8]) -> Option<()> {
+pub(super) fn sort_attributes(bytes: &mut [u8]) -> Option<usize> {
     const AFTER_MAGIC_AND_VERSION: usize = 8;
     let mut attributes = Vec::new();
     let mut start = AFTER_MAGIC_AND_VERSION;
@@ -119,7 +119,7 @@ pub(super) fn sort_attributes(bytes: &mut [u8]) -> Option<()> {
     attributes.sort();
     let sorted = attributes.concat();
     bytes[AFTER_MAGIC_AND_VERSION..start].copy_from_slice(&sorted);
-    Some(())
+    Some(start + 1)
 }
 
 /// End of the attribute at `start`: name, zero, type, zero, four bytes of size, value.
@@ -131,7 +131,7 @@ fn attribute_end(bytes: &[u8], start: usize) -> Option<usize> {
     (end < bytes.len()).then_some(end)
 }
 
-fn internal(message: &str) -> Error {
+pub(super) fn internal(message: &str) -> Error {
     Error::Internal { message: format!("the EXR file could not be encoded: {message}") }
 }
 

@@ -9,6 +9,7 @@ mod display;
 mod environment_read;
 mod existing_output;
 mod exr_attributes;
+mod exr_bands;
 mod exr_checksum;
 mod exr_chunks;
 mod exr_compression;
@@ -39,6 +40,7 @@ pub use existing_output::{
     CONTACT_SHEET, FLIP_MAP, HEAT_MAP, OutputKind, PAGE_MARK, SUMMARY_MARK, check_output, is_marked_png,
 };
 pub use exr_attributes::{FrameAttributes, RunStamp, SAMPLE_RANGE};
+pub use exr_bands::{ExrBands, WrittenExr};
 pub use exr_checksum::{ExrIntegrity, verify_exr};
 pub use exr_compression::ExrCompression;
 pub use exr_header::{ExrHeader, ExrSampleType, SUM_LAYER, SharedAttributes};

@@ -57,7 +57,12 @@ pub fn exr_image(film: &Film, output: &ExrOutput, instances: &InstanceIds) -> Re
     aovs_image(film, output, output.aovs.as_slice(), instances)
 }
 
-fn aovs_image(film: &Film, output: &ExrOutput, aovs: &[Aov], instances: &InstanceIds) -> Result<Image> {
+pub(super) fn aovs_image(
+    film: &Film,
+    output: &ExrOutput,
+    aovs: &[Aov],
+    instances: &InstanceIds,
+) -> Result<Image> {
     let mut channels = film.sums.as_deref().map(sum_channels).unwrap_or_default();
     for &aov in aovs {
         channels.extend(aov_channels(aov, film, output.samples, instances)?);
@@ -67,15 +72,24 @@ fn aovs_image(film: &Film, output: &ExrOutput, aovs: &[Aov], instances: &Instanc
 
 fn aovs_file(
     film: &Film,
-    mut attributes: FrameAttributes,
+    attributes: FrameAttributes,
     output: &ExrOutput,
     aovs: &[Aov],
     instances: &InstanceIds,
 ) -> Result<Vec<u8>> {
+    let image = aovs_image(film, output, aovs, instances)?;
+    encode_exr(image, output.compression_of(aovs), &attributes_of_file(attributes, aovs, instances))
+}
+
+/// The attributes of a file of `aovs`: those of the frame, and those of its Cryptomattes.
+pub(super) fn attributes_of_file(
+    mut attributes: FrameAttributes,
+    aovs: &[Aov],
+    instances: &InstanceIds,
+) -> FrameAttributes {
     let mattes = aovs.iter().filter_map(|&aov| instances.matte(aov));
     attributes.texts.extend(mattes.flat_map(Matte::attributes));
-    let image = aovs_image(film, output, aovs, instances)?;
-    encode_exr(image, output.compression_of(aovs), &attributes)
+    attributes
 }
 
 fn image(film: &Film, channels: Vec<Channel>) -> Image {

@@ -4,6 +4,7 @@
 
 mod aov;
 mod attributes;
+mod band_files;
 mod bitmap_font;
 mod channels;
 mod contact_sheet;
@@ -18,6 +19,7 @@ mod sum_channels;
 
 pub use aov::{Aov, AovSet};
 pub use attributes::{SOFTWARE, frame_attributes, ndc_from_camera};
+pub use band_files::ExrBandFiles;
 pub use channels::summed_channels;
 pub use channels::{DEPTH_WITHOUT_HIT, SCENE_CHANNELS};
 pub use contact_sheet::ContactSheet;

@@ -3,21 +3,22 @@
 //! It exists before the first frame, is replaced atomically as frames end, and holds nothing that differs between two equal
 //! runs. `schema/manifest.schema.json` describes it.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use serde_json::{Value, json};
-use sha2::{Digest as _, Sha256};
+use serde::Serialize;
 
 use rayframe::error::Result;
 use rayframe::image_file::write_atomically;
 use rayframe::output::SOFTWARE;
-use rayframe::sequence::{FrameReport, Plan, PlannedFrame, SequenceEvent, SequenceJob, hex};
+use rayframe::sequence::{FrameReport, Plan, PlannedFrame, SequenceEvent, SequenceJob, sha256_of_file};
 use rayframe::shot::RenderJob;
 
-use super::percent_path::add_percent_path;
+use super::percent_path::percent_path;
+use super::pretty_json::pretty_json;
 
 const SCHEMA: u32 = 1;
 /// Shortest time between two updates, so that long manifests do not delay short frames.
@@ -36,9 +37,63 @@ pub(crate) struct Manifest<'a> {
 
 #[derive(Debug, Default)]
 struct State {
-    /// Results of ended frames, merged over their planned entries.
-    ended: BTreeMap<i64, Value>,
+    /// Results of ended frames.
+    ended: BTreeMap<i64, EndedFrame>,
     updated: Option<Instant>,
+}
+
+/// The file, its keys in the order of the alphabet.
+#[derive(Serialize)]
+struct ManifestFile<'a> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    camera: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    clip: Option<&'a str>,
+    complete: bool,
+    crop: [u32; 4],
+    fps: String,
+    frames: Vec<FrameEntry<'a>>,
+    resolution: [u32; 2],
+    scene: Cow<'a, str>,
+    schema: u32,
+    software: &'static str,
+}
+
+/// Entry of a frame.
+#[derive(Serialize)]
+struct FrameEntry<'a> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<&'a FrameError>,
+    files: &'a [FileEntry],
+    frame: i64,
+    render_hash: &'a str,
+    status: &'static str,
+    time_seconds: f64,
+}
+
+/// Result of a frame.
+#[derive(Debug)]
+struct EndedFrame {
+    status: &'static str,
+    files: Vec<FileEntry>,
+    error: Option<FrameError>,
+}
+
+#[derive(Debug, Serialize)]
+struct FrameError {
+    code: u8,
+    message: String,
+}
+
+/// Entry of a file, with its hash and length unless it could not be read.
+#[derive(Debug, Serialize)]
+struct FileEntry {
+    bytes: Option<u64>,
+    path: String,
+    /// Where the path is not Unicode.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    path_percent: Option<String>,
+    sha256: Option<String>,
 }
 
 impl<'a> Manifest<'a> {
@@ -56,8 +111,9 @@ impl<'a> Manifest<'a> {
             SequenceEvent::FrameKept(frame) => Some((frame.frame, kept(frame))),
             SequenceEvent::FrameWritten(report) => Some((report.frame, self.written(report))),
             SequenceEvent::FrameFailed(frame, error) => {
-                let error = json!({"code": error.exit_code(), "message": error.to_string()});
-                Some((frame.frame, json!({"status": "failed", "error": error})))
+                let error = FrameError { code: error.exit_code(), message: error.to_string() };
+                let ended = EndedFrame { status: "failed", files: Vec::new(), error: Some(error) };
+                Some((frame.frame, ended))
             }
             _ => return,
         };
@@ -78,70 +134,60 @@ impl<'a> Manifest<'a> {
     }
 
     fn write_state(&self, state: &State) -> Result<()> {
-        let frames: Vec<_> = self.plan.frames.iter().map(|frame| frame_json(frame, state)).collect();
-        let exists = |frame: &Value| frame["status"] == "written" || frame["status"] == "kept";
+        let frames: Vec<_> = self.plan.frames.iter().map(|frame| entry(frame, state)).collect();
         let (job, window) = (self.job, self.job.render.window);
-        let mut manifest = json!({
-            "schema": SCHEMA,
-            "software": SOFTWARE,
-            "scene": job.scene.path.to_string_lossy(),
-            "resolution": [job.render.resolution.0, job.render.resolution.1],
-            "crop": [window.x0, window.y0, window.x1, window.y1],
-            "fps": job.rate.to_string(),
-            "complete": frames.iter().all(exists),
-            "frames": frames,
-        });
-        for (key, name) in [("clip", self.clip), ("camera", self.camera)] {
-            if let Some(name) = name {
-                manifest[key] = json!(name);
-            }
-        }
-        write_atomically(self.path, format!("{manifest:#}\n").as_bytes())
+        let manifest = ManifestFile {
+            camera: self.camera,
+            clip: self.clip,
+            complete: frames.iter().all(|frame| matches!(frame.status, "written" | "kept")),
+            crop: [window.x0, window.y0, window.x1, window.y1],
+            fps: job.rate.to_string(),
+            frames,
+            resolution: [job.render.resolution.0, job.render.resolution.1],
+            scene: job.scene.path.to_string_lossy(),
+            schema: SCHEMA,
+            software: SOFTWARE,
+        };
+        write_atomically(self.path, &pretty_json(&manifest)?)
     }
 
-    fn written(&self, report: &FrameReport) -> Value {
-        let mut files = vec![file_json(&report.path, Some((&report.sha256, report.bytes)))];
-        let aovs = report.aov_files.iter();
-        files.extend(aovs.map(|aov| file_json(&aov.path, Some((&aov.sha256, aov.bytes)))));
+    fn written(&self, report: &FrameReport) -> EndedFrame {
+        let entry = |path, sha256: &str, bytes| FileEntry::new(path, Some((sha256.to_owned(), bytes)));
+        let mut files = vec![entry(&report.path, &report.sha256, report.bytes as u64)];
+        files.extend(report.aov_files.iter().map(|aov| entry(&aov.path, &aov.sha256, aov.bytes as u64)));
         let planned = self.plan.frames.iter().find(|planned| planned.frame == report.frame);
-        files.extend(planned.and_then(|planned| planned.preview_path.as_ref()).map(file_on_disk));
-        json!({"status": "written", "files": files})
+        files.extend(planned.and_then(|planned| planned.preview_path.as_deref()).map(FileEntry::of_disk));
+        EndedFrame { status: "written", files, error: None }
     }
 }
 
-/// Entry of a kept frame, with its files on disk.
-fn kept(frame: &PlannedFrame) -> Value {
-    let paths = std::iter::once(&frame.path).chain(&frame.aov_paths).chain(&frame.preview_path);
-    json!({"status": "kept", "files": paths.map(file_on_disk).collect::<Vec<_>>()})
+/// A kept frame, with its files on disk.
+fn kept(frame: &PlannedFrame) -> EndedFrame {
+    EndedFrame { status: "kept", files: frame.paths().map(FileEntry::of_disk).collect(), error: None }
 }
 
-fn frame_json(frame: &PlannedFrame, state: &State) -> Value {
-    let mut entry = json!({
-        "frame": frame.frame,
-        "time_seconds": frame.time_seconds,
-        "render_hash": frame.render_hash,
-        "status": "not_rendered",
-        "files": [],
-    });
-    for (key, value) in state.ended.get(&frame.frame).and_then(Value::as_object).into_iter().flatten() {
-        entry[key] = value.clone();
+/// Entry of a planned frame.
+fn entry<'a>(frame: &'a PlannedFrame, state: &'a State) -> FrameEntry<'a> {
+    let ended = state.ended.get(&frame.frame);
+    FrameEntry {
+        error: ended.and_then(|ended| ended.error.as_ref()),
+        files: ended.map_or(&[], |ended| &ended.files),
+        frame: frame.frame,
+        render_hash: &frame.render_hash,
+        status: ended.map_or("not_rendered", |ended| ended.status),
+        time_seconds: frame.time_seconds,
     }
-    entry
 }
 
-fn file_on_disk(path: &PathBuf) -> Value {
-    let content = std::fs::read(path).ok();
-    let facts = content.map(|content| (hex(&Sha256::digest(&content)), content.len()));
-    file_json(path, facts.as_ref().map(|(sha256, bytes)| (sha256.as_str(), *bytes)))
-}
+impl FileEntry {
+    fn new(path: &Path, facts: Option<(String, u64)>) -> Self {
+        let (sha256, bytes) = facts.unzip();
+        Self { bytes, path: path.to_string_lossy().into_owned(), path_percent: percent_path(path), sha256 }
+    }
 
-/// Entry of a file, with its hash and length unless it could not be read.
-fn file_json(path: &Path, facts: Option<(&str, usize)>) -> Value {
-    let mut file = json!({
-        "path": path.to_string_lossy(),
-        "sha256": facts.map(|(sha256, _)| sha256),
-        "bytes": facts.map(|(_, bytes)| bytes),
-    });
-    add_percent_path(&mut file, "path_percent", path);
-    file
+    /// A file as it is.
+    fn of_disk(path: &Path) -> Self {
+        let length = || std::fs::metadata(path).ok().map(|metadata| metadata.len());
+        Self::new(path, sha256_of_file(path).ok().zip(length()))
+    }
 }

@@ -12,6 +12,7 @@ mod openjd;
 mod option_names;
 mod percent_path;
 mod plain;
+mod pretty_json;
 mod print;
 mod reported;
 mod reporter;
@@ -24,6 +25,7 @@ mod verbosity;
 pub(crate) use manifest::Manifest;
 pub(crate) use openjd::print_openjd_failure;
 pub(crate) use option_names::option_names;
+pub(crate) use pretty_json::pretty_json;
 pub(crate) use print::{
     escaped_json, escaped_lines, misleads, one_line, print_error, print_json, print_note, print_output,
     print_raw, print_warning,

@@ -9,7 +9,7 @@ use crate::film::Film;
 use crate::image::Image;
 use crate::image_file::{FrameAttributes, write_atomically};
 use crate::output::{ExrOutput, InstanceIds, exr_files, exr_image, png_file};
-use crate::sequence::{FrameTracer, SequenceJob, exposure_ev, render_hash};
+use crate::sequence::{FrameTracer, SequenceJob, check_whole_frames, exposure_ev, render_hash};
 
 /// A rendered frame in memory: linear colour, alpha and AOVs.
 #[derive(Clone, Debug)]
@@ -26,6 +26,7 @@ pub struct RenderedFrame {
 
 impl RenderedFrame {
     pub(crate) fn render(job: Arc<SequenceJob>, frame: i64, cancel: &CancelFlag) -> Result<Self> {
+        check_whole_frames(&job)?;
         let mut film = FrameTracer::empty_film(&job);
         let mut tracer = FrameTracer::new(&job, cancel);
         tracer.render(frame, &mut film, None, &|_| ())?;

@@ -15,14 +15,15 @@ use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::output::{PreviewLook, run_stamp};
 
+use super::banded_frame::{BandedFrame, BandedResult};
 use super::checkpoint::Checkpoint;
 use super::exposure::exposure_ev;
 use super::frame_claim::{Claimed, FrameClaim};
 use super::frame_tracer::{FrameStatistics, FrameTracer};
-use super::frame_warnings::{FrameWarnings, depth_warning};
+use super::frame_warnings::{FrameWarnings, LitPixels, depth_warning};
 use super::movie_output::MovieOutput;
 use super::panic::catch_panic;
-use super::writer::{FrameEncoder, LoopResult, TracedFrame, Writer, receive_while_working};
+use super::writer::{FrameEncoder, FrameFiles, LoopResult, TracedFrame, Writer, receive_while_working};
 use super::{
     Exposure, FailedFrame, OutputFormat, Phases, Plan, PlannedFrame, RayReport, SequenceEvent, SequenceJob,
     Summary, TreeReport,
@@ -94,7 +95,9 @@ fn render_and_write(run: &Run<'_>) -> Summary {
     let Run { job, plan, cancel, stop, look, on_event } = run;
     let (results, received_results) = channel();
     let (free_films, films) = channel();
-    for _ in 0..FILMS.min(plan.remaining()) {
+    // Bands have films of their own.
+    let films_needed = if plan.band_rows.is_none() { FILMS.min(plan.remaining()) } else { 0 };
+    for _ in 0..films_needed {
         let _ = free_films.send(FrameTracer::empty_film(job));
     }
     let (writer_lives, writer_ended) = channel::<()>();
@@ -119,6 +122,7 @@ fn render_and_write(run: &Run<'_>) -> Summary {
                 results,
                 films,
                 film: None,
+                band_rows: plan.band_rows,
                 look: look.unwrap_or(job.look(0.0)),
                 tracer: FrameTracer::new(job, stop),
                 warnings: FrameWarnings::default(),
@@ -145,6 +149,8 @@ struct FrameLoop<'a, 's, 'p> {
     films: Receiver<Film>,
     /// The film of the current frame.
     film: Option<Film>,
+    /// Rows of the bands that frames are rendered in.
+    band_rows: Option<u32>,
     look: PreviewLook,
     tracer: FrameTracer<'a>,
     warnings: FrameWarnings,
@@ -213,6 +219,9 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         };
         (self.on_event)(SequenceEvent::FrameStarted(planned));
         let started = Instant::now();
+        if let Some(rows) = self.band_rows {
+            return self.banded_frame((planned, claim), rows, started).map(Some);
+        }
         let mut seconds = Phases::default();
 
         // Wait until the frame before the previous one is written.
@@ -231,8 +240,7 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
                 return Err(error);
             }
         };
-        let FrameStatistics { tree, rays, is_reused, phases } = rendered;
-        seconds = Phases { wait: seconds.wait, trace: rays.trace_seconds, ..phases };
+        seconds = Phases { wait: seconds.wait, trace: rendered.rays.trace_seconds, ..rendered.phases };
 
         // Hand over to the writer.
         let mut attributes = self.tracer.attributes(planned.frame, &planned.render_hash);
@@ -241,16 +249,47 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         }
         let format = self.job.output.format();
         let (exr, look, instance_ids) = (&self.job.exr, self.look, self.tracer.instance_ids());
-        Ok(Some(LoopResult::Traced(Box::new(TracedFrame {
+        let encoder = FrameEncoder { planned, film, attributes, look, format, exr, instance_ids };
+        let files = FrameFiles::InMemory(encoder.spawn(self.pool));
+        Ok(Some(self.traced((planned, claim), (started, seconds), &rendered, files)))
+    }
+
+    /// Renders a frame in bands of `rows`.
+    fn banded_frame(
+        &mut self,
+        (planned, claim): (&'a PlannedFrame, FrameClaim),
+        rows: u32,
+        started: Instant,
+    ) -> Result<LoopResult<'a>> {
+        let on_event = self.on_event;
+        let on_progress = |progress| on_event(SequenceEvent::FrameProgress(planned, progress));
+        let (job, exposure_ev) = (self.job, self.look.exposure_ev);
+        let BandedResult { frame, statistics, lit } =
+            BandedFrame::render(job, &mut self.tracer, (planned, rows), exposure_ev, &on_progress)?;
+        self.warn(planned, &statistics, || lit)?;
+        let seconds = Phases { trace: statistics.rays.trace_seconds, ..statistics.phases };
+        let files = FrameFiles::Bands(Box::new(frame));
+        Ok(self.traced((planned, claim), (started, seconds), &statistics, files))
+    }
+
+    /// A traced frame for the writer.
+    fn traced(
+        &self,
+        (planned, claim): (&'a PlannedFrame, FrameClaim),
+        (started, seconds): (Instant, Phases),
+        FrameStatistics { tree, rays, is_reused, .. }: &FrameStatistics,
+        files: FrameFiles,
+    ) -> LoopResult<'a> {
+        let tree = TreeReport::new(tree, self.job.build.builder, *is_reused);
+        LoopResult::Traced(Box::new(TracedFrame {
             planned,
             claim,
             started,
             seconds,
-            tree: TreeReport::new(&tree, self.job.build.builder, is_reused),
-            rays: RayReport::new(&rays),
-            encoded: FrameEncoder { planned, film, attributes, look, format, exr, instance_ids }
-                .spawn(self.pool),
-        }))))
+            tree,
+            rays: RayReport::new(rays),
+            files,
+        }))
     }
 
     /// Renders a frame and sends its warnings.
@@ -259,12 +298,24 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         let on_progress = |progress| on_event(SequenceEvent::FrameProgress(planned, progress));
         let checkpoint = Checkpoint::of(self.job, planned);
         let rendered = self.tracer.render(planned.frame, film, checkpoint.as_ref(), &on_progress)?;
-        let warnings = self.warnings.of_frame(self.job, planned, &rendered.tree, &rendered.rays)?;
-        let hint = self.warnings.studio_hint(self.job, film, &rendered.rays, self.look.exposure_ev);
+        let exposure_ev = self.look.exposure_ev;
+        self.warn(planned, &rendered, || LitPixels::of(film, exposure_ev))?;
+        Ok(rendered)
+    }
+
+    /// Sends the warnings of a traced frame.
+    fn warn(
+        &mut self,
+        planned: &PlannedFrame,
+        FrameStatistics { tree, rays, .. }: &FrameStatistics,
+        lit: impl FnOnce() -> LitPixels,
+    ) -> Result<()> {
+        let warnings = self.warnings.of_frame(self.job, planned, tree, rays)?;
+        let hint = self.warnings.studio_hint(self.job, rays, lit);
         for warning in warnings.iter().chain(&hint) {
             (self.on_event)(SequenceEvent::Warned(warning));
         }
-        Ok(rendered)
+        Ok(())
     }
 }
 

@@ -10,7 +10,9 @@ use crate::film::{AovFlags, Film};
 use crate::image::{PartHashes, Plate, SceneContent};
 use crate::image_file::{FrameAttributes, SAMPLE_RANGE};
 use crate::output::{InstanceIds, frame_attributes};
-use crate::render::{Integrator, PathFrame, RenderStatistics, SceneView, ShutterSample, render_frame_into};
+use crate::render::{
+    Integrator, PathFrame, RenderSettings, RenderStatistics, SceneView, ShutterSample, render_frame_into,
+};
 
 use super::checkpoint::Checkpoint;
 use super::pass_clock::PassClock;
@@ -67,6 +69,16 @@ pub(crate) struct FrameStatistics {
     pub(crate) phases: Phases,
 }
 
+impl FrameStatistics {
+    /// Adds another band of the same frame.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.tree = other.tree;
+        self.rays.add(&other.rays);
+        self.is_reused &= other.is_reused;
+        self.phases.add(&other.phases);
+    }
+}
+
 impl<'a> FrameTracer<'a> {
     pub(crate) fn new(job: &'a SequenceJob, cancel: &'a CancelFlag) -> Self {
         Self {
@@ -92,7 +104,8 @@ impl<'a> FrameTracer<'a> {
         Film::with_aovs(settings.resolution, settings.window, settings.aovs)
     }
 
-    /// Renders a frame into `film`: the mean of its shutter samples, then the pixel centres. Passes of paths are kept in `checkpoint`.
+    /// Renders the window of `film` of a frame: the mean of its shutter samples, then the pixel centres. Passes of paths are kept in
+    /// `checkpoint`.
     /// `on_progress` is called from worker threads.
     pub(crate) fn render(
         &mut self,
@@ -134,7 +147,8 @@ impl<'a> FrameTracer<'a> {
             let rays = if index == 0 {
                 self.trace(film, sample, on_progress)?
             } else {
-                let mut scratch = self.scratch.take().unwrap_or_else(|| {
+                let scratch = self.scratch.take().filter(|scratch| scratch.window == film.window);
+                let mut scratch = scratch.unwrap_or_else(|| {
                     let summed = AovFlags { centers: false, ..film.aovs.flags() };
                     Film::with_aovs(film.resolution, film.window, summed)
                 });
@@ -159,7 +173,7 @@ impl<'a> FrameTracer<'a> {
         checkpoint: Option<&Checkpoint<'_>>,
         on_progress: OnProgress<'_>,
     ) -> Result<FrameStatistics> {
-        let (job, cancel, settings) = (self.job, self.cancel, &self.job.render);
+        let (job, cancel, settings) = (self.job, self.cancel, &self.settings_of(film));
         let count = times.len() as u32;
         let stored = checkpoint.and_then(|checkpoint| checkpoint.load(settings, count));
         let new = || (PathFrame::new(settings, count), RenderStatistics::default());
@@ -247,7 +261,13 @@ impl<'a> FrameTracer<'a> {
             let share = (sample.index as f32 + share) / sample.count as f32;
             on_progress(FrameProgress { share, path: None });
         };
-        Ok(render_frame_into(film, &self.view()?, &self.job.render, sample, self.cancel, &on_share)?)
+        let settings = self.settings_of(film);
+        Ok(render_frame_into(film, &self.view()?, &settings, sample, self.cancel, &on_share)?)
+    }
+
+    /// The settings of the job for the window of `film`.
+    fn settings_of(&self, film: &Film) -> RenderSettings {
+        RenderSettings { window: film.window, ..self.job.render.clone() }
     }
 
     /// EXR attributes of a frame, without a stamp.

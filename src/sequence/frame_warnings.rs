@@ -87,23 +87,21 @@ impl FrameWarnings {
         Ok(warnings)
     }
 
-    /// Hint at the studio, once, where the file's own lights leave most of what the camera sees black at an exposure.
+    /// Hint at the studio, once, where the file's own lights leave most of what the camera sees black. `lit` counts the frame's pixels.
     pub(super) fn studio_hint(
         &mut self,
         job: &SequenceJob,
-        film: &Film,
         rays: &RenderStatistics,
-        exposure_ev: f32,
+        lit: impl FnOnce() -> LitPixels,
     ) -> Option<Warning> {
         let is_lit_by_file = job.is_environment_default && matches!(job.environment, Environment::None);
         if self.hinted_at_studio || !is_lit_by_file || rays.integrator.camera_hits == 0 {
             return None;
         }
         // Without an environment the background is black as well, so lit pixels show surfaces.
-        let black = BLACK / exposure_scale(exposure_ev);
-        let lit = film.pixels.iter().filter(|[r, g, b, _]| luminance(Vec3::new(*r, *g, *b)) > black).count();
         let surface_share = rays.integrator.camera_hits as f64 / rays.integrator.camera_rays as f64;
-        let black_share = 1.0 - lit as f64 / (film.pixels.len() as f64 * surface_share);
+        let LitPixels { lit, all } = lit();
+        let black_share = 1.0 - lit as f64 / (all as f64 * surface_share);
         self.hinted_at_studio = black_share > 0.5;
         let percent = (black_share * 100.0) as u32;
         self.hinted_at_studio.then(|| {
@@ -112,6 +110,28 @@ impl FrameWarnings {
                  `env_intensity` scales it"
             ))
         })
+    }
+}
+
+/// Pixels of a frame that are not black.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct LitPixels {
+    lit: usize,
+    all: usize,
+}
+
+impl LitPixels {
+    /// Counts the pixels of a film at an exposure.
+    pub(super) fn of(film: &Film, exposure_ev: f32) -> Self {
+        let black = BLACK / exposure_scale(exposure_ev);
+        let is_lit = |[r, g, b, _]: &&[f32; 4]| luminance(Vec3::new(*r, *g, *b)) > black;
+        Self { lit: film.pixels.iter().filter(is_lit).count(), all: film.pixels.len() }
+    }
+
+    /// Adds those of another band.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.lit += other.lit;
+        self.all += other.all;
     }
 }
 

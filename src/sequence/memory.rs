@@ -12,6 +12,7 @@ use std::path::Path;
 
 use crate::bvh::MAX_TRIANGLES;
 use crate::error::{Error, Result, over_limit};
+use crate::film::PixelWindow;
 use crate::frame::transmits;
 use crate::framing::kept_bytes;
 use crate::render::{PathFrame, tile_count};
@@ -21,6 +22,7 @@ pub use pixels::PixelMemory;
 use surfaces::{BYTES_A_SPLIT_REFERENCE, Motion, PosedCounts};
 
 use super::SequenceJob;
+use super::bands::{least_rows, rows_of, whole_frame_setting};
 use super::job::triangle_count;
 
 /// The program and its tables before the first frame.
@@ -40,22 +42,24 @@ const BYTES_AN_ENVIRONMENT_PIXEL: u128 = 24;
 const BYTES_A_PREFILTERED_PIXEL: u128 = 20;
 const MOST_PREFILTERED_BYTES: u128 = 10_000_000;
 
-/// Upper estimate of the bytes that `job` needs without splits: those get what is left.
+/// Upper estimate of the bytes that `job` needs without splits where its frames are rendered at once. Splits get what is left.
 fn estimated_bytes(job: &SequenceJob) -> u128 {
-    let counts = PosedCounts::of(&job.scene, &job.selection.roots);
-    let memory = job.scene.memory;
-    let rendering = u128::from(memory.kept_bytes) + frame_bytes(job, counts);
-    BYTES_OF_PROCESS + rendering.max(memory.import_bytes.into())
+    bytes_with_pixels(job, job.render.window, job.frames.len() > 1)
+}
+
+/// The same where the pixels of `window` are in memory, those of a frame or a band of it; `has_next` where the next ones are, too.
+fn bytes_with_pixels(job: &SequenceJob, window: PixelWindow, has_next: bool) -> u128 {
+    let rendering = u128::from(job.scene.memory.kept_bytes) + frame_bytes(job, window, has_next);
+    BYTES_OF_PROCESS + rendering.max(job.scene.memory.import_bytes.into())
 }
 
 /// Bytes that the frames need besides the scene.
-fn frame_bytes(job: &SequenceJob, counts: PosedCounts) -> u128 {
-    let window = job.render.window;
+fn frame_bytes(job: &SequenceJob, window: PixelWindow, has_next: bool) -> u128 {
+    let counts = PosedCounts::of(&job.scene, &job.selection.roots);
     let pixels = u128::from(window.width()) * u128::from(window.height());
     let plate =
         job.plates.as_ref().map_or(0, |plates| plates.working_bytes(window) + pixels * BYTES_A_PLATE_PIXEL);
     let preview = if job.preview { pixels * BYTES_A_PREVIEW_PIXEL } else { 0 };
-    let has_next = job.frames.len() > 1;
     let image = PixelMemory {
         window,
         shutter: job.shutter,
@@ -64,20 +68,20 @@ fn frame_bytes(job: &SequenceJob, counts: PosedCounts) -> u128 {
         stores_sums: job.checkpoint || job.render.path.sample_range.is_some(),
     };
     let motion = Motion {
-        moves: !job.selection.clips.is_empty() && (has_next || job.shutter.time_samples > 1),
+        moves: !job.selection.clips.is_empty() && (job.frames.len() > 1 || job.shutter.time_samples > 1),
         is_recorded: job.exr.aov_flags().centers,
     };
     image.bytes(has_next)
         + preview
         + plate
-        + tile_bytes(job)
+        + tile_bytes(job, window)
         + environment_bytes(job)
         + counts.frame_bytes(motion)
 }
 
 /// Bytes of the tiles that are traced at a time.
-fn tile_bytes(job: &SequenceJob) -> u128 {
-    let tiles = tile_count(job.render.window).min(rayon::current_num_threads());
+fn tile_bytes(job: &SequenceJob, window: PixelWindow) -> u128 {
+    let tiles = tile_count(window).min(rayon::current_num_threads());
     let bytes = if job.scene.materials.iter().any(transmits) { BYTES_A_BRANCHING_TILE } else { BYTES_A_TILE };
     tiles as u128 * bytes
 }
@@ -89,9 +93,32 @@ fn environment_bytes(job: &SequenceJob) -> u128 {
     prefiltered + pixels * BYTES_AN_ENVIRONMENT_PIXEL
 }
 
+/// Rows of the bands of a job that has the scene, the program and one band at a time in its memory. `None` where even the lowest band is
+/// too large.
+fn band_rows(job: &SequenceJob) -> Option<u32> {
+    let lowest = least_rows(&job.exr);
+    let bytes = |rows: u32| frame_bytes(job, rows_of(job.render.window, rows), false);
+    let memory = job.scene.memory;
+    let others =
+        BYTES_OF_PROCESS + (u128::from(memory.kept_bytes) + bytes(0)).max(memory.import_bytes.into());
+    let free = u128::from(job.max_memory_bytes).checked_sub(others)?;
+    let each = bytes(lowest).saturating_sub(bytes(0)).max(1);
+    // Higher bands gain little; splits may take the rest.
+    let count = if each > free / 2 { free / each } else { free / 2 / each };
+    let rows = u32::try_from(count).unwrap_or(u32::MAX).saturating_mul(lowest);
+    (rows > 0).then(|| rows.min(job.render.window.height().next_multiple_of(lowest)))
+}
+
 /// References per triangle that splitting may make: those of the job, or fewer where its memory is short.
 pub(super) fn reference_budget(job: &SequenceJob) -> f32 {
-    let free = u128::from(job.max_memory_bytes).saturating_sub(estimated_bytes(job));
+    let limit = u128::from(job.max_memory_bytes);
+    let mut needed = estimated_bytes(job);
+    if needed > limit
+        && let Some(rows) = band_rows(job)
+    {
+        needed = bytes_with_pixels(job, rows_of(job.render.window, rows), false);
+    }
+    let free = limit.saturating_sub(needed);
     let triangles = triangle_count(&job.scene, &job.selection.roots).max(1);
     let affordable = 1.0 + free as f64 / (triangles as f64 * BYTES_A_SPLIT_REFERENCE as f64);
     f64::from(job.build.reference_budget).min(affordable) as f32
@@ -136,8 +163,9 @@ pub fn check_framing_memory(scene: &Scene, selection: &Selection, max_memory_byt
     Err(Error::refused(&scene.path, "", message))
 }
 
-/// Refuses a job that needs more memory than its limit, or has more triangles than ids.
-pub(super) fn check(job: &SequenceJob) -> Result<()> {
+/// Refuses a job that needs more memory than its limit, or has more triangles than ids. Returns the rows of bands where whole frames need
+/// more, and bands do not.
+pub(super) fn check(job: &SequenceJob) -> Result<Option<u32>> {
     let refuse = |message| Err(Error::refused(&job.scene.path, "", message));
     let triangles = triangle_count(&job.scene, &job.selection.roots);
     if triangles > MAX_TRIANGLES as u64 {
@@ -145,13 +173,30 @@ pub(super) fn check(job: &SequenceJob) -> Result<()> {
             "{triangles} triangles are more than the {MAX_TRIANGLES} that a scene can have"
         ));
     }
-    let needed = estimated_bytes(job);
-    if needed > u128::from(job.max_memory_bytes) {
-        let (width, height) = job.render.resolution;
-        return refuse(format!(
-            "{width}x{height} pixels and {triangles} triangles need about {}; render a smaller image or raise `max_memory`",
-            over_limit(needed, job.max_memory_bytes.into())
-        ));
+    let Err(refused) = check_whole_frames(job) else { return Ok(None) };
+    match (band_rows(job), whole_frame_setting(job), refused) {
+        (Some(rows), None, _) => Ok(Some(rows)),
+        (Some(_), Some(setting), Error::Refused { message, .. }) => {
+            refuse(format!("{message}; without {setting} it is rendered in bands of rows, which fit"))
+        }
+        (.., refused) => Err(refused),
     }
-    Ok(())
+}
+
+/// Refuses a job whose frames need more memory than its limit where they are rendered at once.
+///
+/// # Errors
+/// [`Error::Refused`], which names the file of the scene.
+pub fn check_whole_frames(job: &SequenceJob) -> Result<()> {
+    let needed = estimated_bytes(job);
+    if needed <= u128::from(job.max_memory_bytes) {
+        return Ok(());
+    }
+    let triangles = triangle_count(&job.scene, &job.selection.roots);
+    let (width, height) = job.render.resolution;
+    let size = over_limit(needed, job.max_memory_bytes.into());
+    let message = format!(
+        "{width}x{height} pixels and {triangles} triangles need about {size}; render a smaller image or raise `max_memory`"
+    );
+    Err(Error::refused(&job.scene.path, "", message))
 }

@@ -4,6 +4,8 @@
 //! renders. Progress leaves as [`SequenceEvent`]s; nothing is printed here.
 
 mod assemble;
+mod banded_frame;
+mod bands;
 mod checkpoint;
 mod collisions;
 mod event;
@@ -37,6 +39,7 @@ mod writer;
 
 pub use crate::sha256::{hex, sha256_of_file};
 pub use assemble::{display_frame, write_sequence_outputs};
+pub use bands::lowest_band;
 pub use collisions::canonical;
 pub use event::{FrameProgress, SequenceEvent};
 pub use exposure::exposure_ev;
@@ -44,8 +47,7 @@ pub use frame_loop::run;
 pub(crate) use frame_tracer::FrameTracer;
 pub use job::{SequenceJob, duration_seconds, triangle_count};
 pub use manifest::{ListedFile, Manifest};
-pub use memory::check_image_memory;
-pub use memory::{PixelMemory, check_framing_memory, check_image_memory};
+pub use memory::{PixelMemory, check_framing_memory, check_image_memory, check_whole_frames};
 pub use plan::{Plan, PlannedFrame, ReplacedFile};
 pub use plates::Plates;
 pub use render_hash::render_hash;

@@ -57,6 +57,9 @@ pub struct Plan {
     pub replaced: Vec<ReplacedFile>,
     /// Whether frames have checkpoints beside them.
     pub keeps_checkpoints: bool,
+    /// Rows of the bands that frames are rendered in, where a whole frame needs more memory than the limit. A multiple of 256 fits every
+    /// compression.
+    pub band_rows: Option<u32>,
 }
 
 /// An existing file that the run replaces by other content.
@@ -75,7 +78,7 @@ impl Plan {
     /// [`Error::Setting`] when frames would share a name or a file has an unknown ending, [`Error::Refused`] when memory does not suffice, and
     /// [`Error::CannotCreate`] when a file with other content has a frame's name.
     pub fn new(job: &SequenceJob) -> Result<Self> {
-        Self::check(job)?;
+        let band_rows = Self::check(job)?;
         let planned: Vec<_> = job.frames.par_iter().map(|&frame| plan_frame(job, frame)).collect();
         let (mut frames, in_the_way): (Vec<_>, Vec<_>) = planned.into_iter().unzip();
         let mut replaced: Vec<_> = in_the_way.into_iter().flatten().collect();
@@ -90,17 +93,19 @@ impl Plan {
         if job.existing == ExistingFiles::Protect {
             refuse_to_replace(&replaced)?;
         }
-        Ok(Self { frames, replaced, keeps_checkpoints: job.checkpoint })
+        Ok(Self { frames, replaced, keeps_checkpoints: job.checkpoint, band_rows })
     }
 
-    /// The checks of [`Plan::new`] that need neither the camera nor the environment nor existing files.
+    /// The checks of [`Plan::new`] that need neither the camera nor the environment nor existing files. Returns the rows of bands, where the
+    /// memory does not suffice for whole frames.
     ///
     /// # Errors
     /// Those of [`Plan::new`] but the last.
-    pub fn check(job: &SequenceJob) -> Result<()> {
+    pub fn check(job: &SequenceJob) -> Result<Option<u32>> {
         job.sequence_outputs.check(job.render.window.size())?;
-        memory::check(job)?;
-        check_names(job)
+        let band_rows = memory::check(job)?;
+        check_names(job)?;
+        Ok(band_rows)
     }
 
     /// Creates the folders, checks that files can be written there, and removes temporary files of ended runs.

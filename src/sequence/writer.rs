@@ -15,10 +15,11 @@ use sha2::{Digest as _, Sha256};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::image_file::{DisplayImage, FrameAttributes, encode_png, write_atomically};
+use crate::image_file::{DisplayImage, FrameAttributes, WrittenExr, encode_png, write_atomically};
 use crate::output::{ExrFiles, ExrOutput, InstanceIds, PreviewLook, display_image, exr_files, png_file};
 use crate::sha256::hex;
 
+use super::banded_frame::BandedFrame;
 use super::checkpoint::Checkpoint;
 use super::frame_claim::FrameClaim;
 use super::frame_tracer::FrameTracer;
@@ -53,7 +54,24 @@ pub(super) struct TracedFrame<'a> {
     pub(super) seconds: Phases,
     pub(super) tree: TreeReport,
     pub(super) rays: RayReport,
-    pub(super) encoded: Receiver<Result<EncodedFrame>>,
+    pub(super) files: FrameFiles,
+}
+
+/// The files of a traced frame.
+pub(super) enum FrameFiles {
+    /// They are being encoded in memory.
+    InMemory(Receiver<Result<EncodedFrame>>),
+    /// They are written but for their ends.
+    Bands(Box<BandedFrame>),
+}
+
+/// What was written of a frame.
+struct WrittenFrame {
+    sha256: String,
+    bytes: usize,
+    aov_files: Vec<AovFileReport>,
+    /// Seconds of encoding and writing before the writer.
+    seconds: f64,
 }
 
 /// Input of the encoding of a frame's files.
@@ -185,7 +203,40 @@ impl Writer<'_> {
 
     /// Writes a frame's files, the main file last: where it exists, all of them do.
     fn write(&mut self, frame: Box<TracedFrame<'_>>, last_completed: Option<Instant>) -> Result<FrameReport> {
-        let TracedFrame { planned, claim: _claim, started, mut seconds, tree, rays, encoded } = *frame;
+        let TracedFrame { planned, claim: _claim, started, mut seconds, tree, rays, files } = *frame;
+        let writing = Instant::now();
+        let written = match files {
+            FrameFiles::InMemory(encoded) => self.write_encoded(planned, &encoded)?,
+            FrameFiles::Bands(bands) => self.finish_bands(planned, *bands)?,
+        };
+        if let Some(checkpoint) = Checkpoint::of(self.job, planned) {
+            checkpoint.remove();
+        }
+
+        seconds.write = written.seconds + writing.elapsed().as_secs_f64();
+        seconds.total = started.elapsed().as_secs_f64();
+        seconds.period =
+            last_completed.map_or(seconds.total, |last| last.elapsed().as_secs_f64().min(seconds.total));
+        Ok(FrameReport {
+            frame: planned.frame,
+            time_seconds: planned.time_seconds,
+            path: planned.path.clone(),
+            sha256: written.sha256,
+            bytes: written.bytes,
+            aov_files: written.aov_files,
+            seconds,
+            tree,
+            rays,
+            peak_memory_bytes: peak_memory_bytes(),
+        })
+    }
+
+    /// Waits for the encoder and writes its files.
+    fn write_encoded(
+        &mut self,
+        planned: &PlannedFrame,
+        encoded: &Receiver<Result<EncodedFrame>>,
+    ) -> Result<WrittenFrame> {
         let encoded = encoded.recv().unwrap_or_else(|_| {
             Err(Error::Internal {
                 message: format!("frame {}: the encoder ended without a result", planned.frame),
@@ -199,7 +250,6 @@ impl Writer<'_> {
                 return Err(error);
             }
         };
-        let writing = Instant::now();
         let written = self.cancel.check().map_err(Error::from).and_then(|()| {
             catch_panic(planned.frame, || {
                 if let (Some(movie), Some(image)) = (&mut self.movie, &image) {
@@ -216,26 +266,27 @@ impl Writer<'_> {
         });
         let _ = self.free_films.send(film);
         written?;
-        if let Some(checkpoint) = Checkpoint::of(self.job, planned) {
-            checkpoint.remove();
-        }
-
-        seconds.write = encode_seconds + writing.elapsed().as_secs_f64();
-        seconds.total = started.elapsed().as_secs_f64();
-        seconds.period =
-            last_completed.map_or(seconds.total, |last| last.elapsed().as_secs_f64().min(seconds.total));
-        Ok(FrameReport {
-            frame: planned.frame,
-            time_seconds: planned.time_seconds,
-            path: planned.path.clone(),
+        Ok(WrittenFrame {
             sha256,
             bytes: image.map_or(files.main.len(), |image| image.pixels.as_flattened().len()),
             aov_files: aov_reports(planned, &files.aovs),
-            seconds,
-            tree,
-            rays,
-            peak_memory_bytes: peak_memory_bytes(),
+            seconds: encode_seconds,
         })
+    }
+
+    /// Completes the files of a frame that is rendered in bands.
+    fn finish_bands(&self, planned: &PlannedFrame, bands: BandedFrame) -> Result<WrittenFrame> {
+        let (main, aovs, seconds) = catch_panic(planned.frame, || bands.finish(self.cancel))?;
+        let Some(WrittenExr { sha256, bytes }) = main else {
+            return Err(Error::Internal { message: format!("frame {}: no band was written", planned.frame) });
+        };
+        let report = |(path, WrittenExr { sha256, bytes }): (&PathBuf, WrittenExr)| AovFileReport {
+            path: path.clone(),
+            sha256,
+            bytes,
+        };
+        let aov_files = planned.aov_paths.iter().zip(aovs).map(report).collect();
+        Ok(WrittenFrame { sha256, bytes, aov_files, seconds })
     }
 
     /// Writes the preview of a kept frame from its file.

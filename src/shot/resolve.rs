@@ -17,7 +17,7 @@ use crate::scene::{
 };
 use crate::sequence::{
     ExistingFiles, PixelMemory, Plan, Plates, SequenceJob, SequenceOutputs, SharedExposure, Shutter,
-    check_framing_memory, check_image_memory,
+    check_framing_memory, check_image_memory, lowest_band,
 };
 use crate::settings::{BackgroundSource, DenoiserKind, GroundKind, SettingValues, parse, suggest};
 
@@ -100,32 +100,31 @@ fn check_scene(shot: &ShotSettings, scene: Arc<Scene>) -> Result<ShotOutline> {
 /// Loads the scene of a shot.
 ///
 /// # Errors
-/// Those of the import, and [`Error::Refused`] where the image or the scene needs more memory than the limit.
+/// Those of the import, and [`Error::Refused`] where a band of the image or the scene needs more memory than the limit.
 pub(crate) fn load_scene(shot: &ShotSettings, images: ImageLoading) -> Result<Scene> {
     check_image(shot).map_err(|error| shot.settings.locate(error))?;
     gltf::import(&shot.scene, &ImportOptions { max_memory_bytes: max_memory_bytes(&shot.values), images })
 }
 
-/// Refuses an image that needs too much memory, where its size does not depend on the scene.
+/// Refuses an image that needs too much memory even in bands of rows, where its size does not depend on the scene.
 fn check_image(shot: &ShotSettings) -> Result<()> {
     let values = &shot.values;
-    match known_window(values)? {
-        Some(window) => {
-            let exr = exr_output(values);
-            let path = path_settings(values)?;
-            let aovs = exr.aov_flags();
-            let guides = aovs.guides || values.denoise != DenoiserKind::None;
-            let image = PixelMemory {
-                window,
-                shutter: shutter(values),
-                exr: &exr,
-                sums: PathFrame::sum_flags(values.integrator, &path, AovFlags { guides, ..aovs }),
-                stores_sums: values.checkpoint || path.sample_range.is_some(),
-            };
-            check_image_memory(&shot.scene, &image, max_memory_bytes(values))
-        }
-        None => Ok(()),
-    }
+    let Some(window) = known_window(values)? else { return Ok(()) };
+    let exr = exr_output(values);
+    let path = path_settings(values)?;
+    let aovs = exr.aov_flags();
+    let guides = aovs.guides || values.denoise != DenoiserKind::None;
+    let image = PixelMemory {
+        window,
+        shutter: shutter(values),
+        exr: &exr,
+        sums: PathFrame::sum_flags(values.integrator, &path, AovFlags { guides, ..aovs }),
+        stores_sums: values.checkpoint || path.sample_range.is_some(),
+    };
+    let check =
+        |window| check_image_memory(&shot.scene, &PixelMemory { window, ..image }, max_memory_bytes(values));
+    // Whether bands are possible is known when the scene is loaded.
+    check(lowest_band(window, &exr)).or_else(|_| check(window))
 }
 
 /// Loads the environment of a shot whose scene is loaded, and resolves its settings against both.

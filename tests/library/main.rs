@@ -1,6 +1,7 @@
 //! Tests of the library through its public interface, one subject a module.
 
 mod aovs;
+mod bands;
 mod bvh;
 mod colors;
 mod conformance;

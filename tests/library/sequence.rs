@@ -170,12 +170,15 @@ fn invalid_jobs_fail_before_the_first_frame() {
     let folder = tempfile::tempdir().unwrap();
     assert_eq!(Plan::new(&job(folder.path(), "a.exr", &[1, 2])).unwrap_err().exit_code(), 2);
     let mut too_large = job(folder.path(), "a.exr", &[1]);
+    // Checkpoints hold whole frames, so that bands of rows are ruled out.
+    too_large.checkpoint = true;
     too_large.render.resolution = (65536, 65536);
     too_large.render.window = PixelWindow::full(65536, 65536);
     let error = Plan::new(&too_large).unwrap_err();
     assert_eq!(error.exit_code(), 77);
     // 2³² pixels of 32 bytes against 2³⁰ bytes.
     assert!(error.to_string().contains("137.5 GB, more than the limit of 1.1 GB"), "{error}");
+    assert!(error.to_string().contains("without `checkpoint` it is rendered in bands of rows"), "{error}");
     // Amounts below a gigabyte are printed in megabytes.
     too_large.render.resolution = (1000, 1000);
     too_large.render.window = PixelWindow::full(1000, 1000);

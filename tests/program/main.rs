@@ -4,6 +4,7 @@
 
 mod aovs;
 mod bad_input;
+mod bands;
 mod camera_paths;
 mod check;
 mod cli;

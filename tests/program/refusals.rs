@@ -62,7 +62,7 @@ const REFUSALS: [(&[&str], i32, &str); 41] = [
     (&["good.gltf", "-o", "/proc/rayframe/a.exr"], 73, "/proc/rayframe"),
     (&["good.gltf", "--manifest", "taken.exr"], 73, "taken.exr"),
     // Limits.
-    (&["good.gltf", "-r", "65536x65536", "--max-memory", "1G"], 77, "--max-memory"),
+    (&["good.gltf", "-r", "65536x65536", "--max-memory", "1G", "--preview", "png"], 77, "--max-memory"),
     (&["outside.gltf"], 77, "outside.gltf: "),
 ];
 

@@ -1,17 +1,18 @@
 //! Rendering of one planned sequence: its frames with progress output, and the files beside them.
 
+use std::borrow::Cow;
 use std::path::Path;
 
-use serde_json::json;
+use serde::Serialize;
 
-use crate::progress::{Manifest, Part, ReportedSequence, Reporter, Verbosity};
+use crate::progress::{Manifest, Part, ReportedSequence, Reporter, Verbosity, pretty_json};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::Result;
 use rayframe::image_file::{
     OutputKind, check_output, probe_folder, remove_stale_temporaries, write_atomically,
 };
 use rayframe::output::SOFTWARE;
-use rayframe::sequence::{self, Plan, ReplacedFile, RunLock, SequenceJob, Summary};
+use rayframe::sequence::{self, FailedFrame, FrameReport, Plan, ReplacedFile, RunLock, SequenceJob, Summary};
 use rayframe::settings::SettingValues;
 use rayframe::shot::RenderJob;
 
@@ -107,36 +108,54 @@ pub(super) fn replacing_text(replaced: &[ReplacedFile]) -> Option<String> {
     })
 }
 
+/// The file of `--stats`.
+#[derive(Serialize)]
+struct Statistics<'a> {
+    schema: u32,
+    software: &'static str,
+    scene: Cow<'a, str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    clip: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    camera: Option<&'a str>,
+    resolution: [u32; 2],
+    samples: u32,
+    threads: usize,
+    seconds: f64,
+    interrupted: bool,
+    frames: &'a [FrameReport],
+    kept: &'a [i64],
+    failed: Vec<FailedEntry>,
+}
+
+#[derive(Serialize)]
+struct FailedEntry {
+    frame: i64,
+    code: u8,
+    message: String,
+}
+
 fn write_statistics(path: &Path, job: &RenderJob, summary: &Summary) -> Result<()> {
-    let failed: Vec<_> = summary
-        .failed
-        .iter()
-        .map(|failed| {
-            json!({
-                "frame": failed.frame,
-                "code": failed.error.exit_code(),
-                "message": failed.error.to_string(),
-            })
-        })
-        .collect();
-    let (width, height) = job.sequence.render.resolution;
-    let mut statistics = json!({
-        "schema": 2,
-        "software": SOFTWARE,
-        "scene": job.sequence.scene.path.to_string_lossy(),
-        "resolution": [width, height],
-        "samples": job.sequence.render.samples,
-        "threads": rayon::current_num_threads(),
-        "seconds": summary.seconds,
-        "interrupted": summary.is_interrupted,
-        "frames": summary.written,
-        "kept": summary.kept,
-        "failed": failed,
+    let failed = summary.failed.iter().map(|FailedFrame { frame, error }| FailedEntry {
+        frame: *frame,
+        code: error.exit_code(),
+        message: error.to_string(),
     });
-    for (key, name) in [("clip", &job.outline.clip), ("camera", &job.outline.camera)] {
-        if let Some(name) = name {
-            statistics[key] = json!(name);
-        }
-    }
-    write_atomically(path, format!("{statistics:#}\n").as_bytes())
+    let (width, height) = job.sequence.render.resolution;
+    let statistics = Statistics {
+        schema: 2,
+        software: SOFTWARE,
+        scene: job.sequence.scene.path.to_string_lossy(),
+        clip: job.outline.clip.as_deref(),
+        camera: job.outline.camera.as_deref(),
+        resolution: [width, height],
+        samples: job.sequence.render.samples,
+        threads: rayon::current_num_threads(),
+        seconds: summary.seconds,
+        interrupted: summary.is_interrupted,
+        frames: &summary.written,
+        kept: &summary.kept,
+        failed: failed.collect(),
+    };
+    write_atomically(path, &pretty_json(&statistics)?)
 }

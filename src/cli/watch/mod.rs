@@ -18,7 +18,7 @@ use crate::progress::{print_error, print_note};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Result, Warning};
 use rayframe::image_file::{inspect_exr, inspect_png, write_atomically};
-use rayframe::sequence::{ExistingFiles, OutputFormat, OutputPattern, Plan, SequenceJob};
+use rayframe::sequence::{ExistingFiles, OutputFormat, OutputPattern, Plan, SequenceJob, check_whole_frames};
 
 use super::exit_status::{ExitStatus, exit_status};
 use super::render::{check_others, other_files, perform, prepare};
@@ -110,6 +110,8 @@ impl Watch<'_> {
         }
         resolved.sequence.existing = ExistingFiles::Overwrite;
         let RenderJob { sequence: job, choices, warnings, camera, environment, inputs, .. } = &resolved;
+        // The coarse image is one at once.
+        check_whole_frames(job)?;
         let plan = Plan::new(job)?;
         let others = other_files(&resolved);
         plan.check_collisions(&others, inputs)?;

@@ -8,7 +8,8 @@ use crate::cancel::{CancelFlag, Cancelled};
 use crate::error::{Error, Result};
 use crate::render::PathSettings;
 use crate::sequence::{
-    ExistingFiles, OutputPattern, Plan, SequenceJob, SequenceOutputs, Summary, run as run_sequence,
+    ExistingFiles, OutputPattern, Plan, SequenceJob, SequenceOutputs, Summary, check_whole_frames,
+    run as run_sequence,
 };
 
 /// The rendered frames of a shot. Dropping it removes the files.
@@ -30,6 +31,8 @@ pub(super) fn render_shot(job: SequenceJob, cancel: &CancelFlag) -> Result<Rende
         message: format!("a temporary folder cannot be created: {source}"),
     })?;
     let job = reference_job(job, folder.path())?;
+    // Whole images are compared.
+    check_whole_frames(&job)?;
     let plan = Plan::new(&job)?;
     plan.prepare()?;
     let summary = run_sequence(&job, &plan, cancel, &|_| {});

@@ -1,6 +1,7 @@
 //! Bad input: one line with the location, the exit code of its kind, and no files.
 
 mod content;
+mod large_files;
 mod outputs;
 mod paths;
 mod stage;

@@ -1,0 +1,51 @@
+//! Bands of rows, in which a frame is rendered that does not fit into memory at once.
+//!
+//! A band is a crop of the frame, whose pixels do not depend on the others. The scene is posed and its BVH built once; a band is traced,
+//! encoded and written to the frame's temporary file before the next one. The files have the bytes of a frame that is rendered at once.
+
+use crate::film::PixelWindow;
+use crate::output::{ExrBandFiles, ExrOutput};
+
+use super::{OutputFormat, SequenceJob};
+
+/// Rows that tiles are aligned to.
+const ROWS_OF_TILES: u32 = 32;
+
+/// What rules out bands in `job`, to be read after "without"; `None` where its frames can be rendered in bands.
+pub(super) fn whole_frame_setting(job: &SequenceJob) -> Option<&'static str> {
+    let outputs = &job.sequence_outputs;
+    let makes_sheet = outputs.contact_sheet.is_some() || outputs.is_on_common_sheet;
+    let settings = [
+        (job.output.format() != OutputFormat::Exr, "an `output` of another format than EXR"),
+        (job.preview, "`preview`"),
+        (outputs.movie.is_some(), "`movie`"),
+        (makes_sheet, "`contact_sheet`"),
+        (outputs.shows_frames, "`show`"),
+        (job.denoiser.is_some(), "`denoise`"),
+        (job.plates.is_some(), "a plate as `background`"),
+        (job.checkpoint, "`checkpoint`"),
+        (job.render.path.time_limit_seconds.is_some(), "`time_limit`"),
+    ];
+    settings.into_iter().find(|(is_set, _)| *is_set).map(|(_, setting)| setting)
+}
+
+/// The lowest band that a window can have.
+pub fn lowest_band(window: PixelWindow, exr: &ExrOutput) -> PixelWindow {
+    rows_of(window, least_rows(exr))
+}
+
+/// Rows of the lowest band: whole tiles, and whole chunks of all files.
+pub(super) fn least_rows(exr: &ExrOutput) -> u32 {
+    ExrBandFiles::rows_of_chunks(exr).max(ROWS_OF_TILES)
+}
+
+/// The first `rows` of a window.
+pub(super) fn rows_of(window: PixelWindow, rows: u32) -> PixelWindow {
+    PixelWindow { y1: window.y0.saturating_add(rows).min(window.y1), ..window }
+}
+
+/// The bands of a window, from top to bottom.
+pub(super) fn bands(window: PixelWindow, rows: u32) -> impl Iterator<Item = PixelWindow> {
+    let starts = (window.y0..window.y1).step_by(rows.max(1) as usize);
+    starts.map(move |y0| rows_of(PixelWindow { y0, ..window }, rows))
+}

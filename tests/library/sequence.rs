@@ -10,10 +10,10 @@ use rayframe::bvh::{BuilderKind, Split};
 use rayframe::cancel::CancelFlag;
 use rayframe::film::PixelWindow;
 use rayframe::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, PixelFilter};
-use rayframe::scene::{Environment, Scene, SelectedCamera};
+use rayframe::scene::{Environment, NodeIndex, Scene, SceneMemory, SelectedCamera, Selection};
 use rayframe::sequence::{
     ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, SequenceEvent, SequenceJob, Shutter, Summary,
-    render_hash, run,
+    check_framing_memory, render_hash, run,
 };
 
 /// A job that renders an empty scene in a constant environment to `folder/name`.
@@ -188,6 +188,30 @@ fn invalid_jobs_fail_before_the_first_frame() {
     std::fs::write(folder.path().join("file"), "").unwrap();
     assert_eq!(render(&job(folder.path(), "file/a.exr", &[1])).unwrap_err().exit_code(), 73);
     assert_eq!(names(folder.path()), ["file"]);
+}
+
+#[test]
+fn estimates_count_the_scene_and_the_looks_of_an_automatic_camera() {
+    let folder = tempfile::tempdir().unwrap();
+    let with = |memory: SceneMemory| {
+        let scene = Scene { path: PathBuf::from("empty.gltf"), memory, ..Scene::default() };
+        let mut job = sequence_job(scene, SelectedCamera::Auto, (40, 30), &folder.path().join("a.exr"));
+        job.max_memory_bytes = 1 << 30;
+        job
+    };
+    let fits = |memory| Plan::new(&with(memory)).is_ok();
+    let gigabyte = 1 << 30;
+    assert!(fits(SceneMemory { kept_bytes: gigabyte / 2, import_bytes: gigabyte / 2 }));
+    // Neither the import nor what it leaves may exceed the limit.
+    assert!(!fits(SceneMemory { kept_bytes: 0, import_bytes: gigabyte }));
+    assert!(!fits(SceneMemory { kept_bytes: gigabyte, import_bytes: 0 }));
+
+    let job = with(SceneMemory { kept_bytes: gigabyte, import_bytes: 0 });
+    let error = check_framing_memory(&job.scene, &job.selection, gigabyte).unwrap_err();
+    assert_eq!(error.exit_code(), 77);
+    assert!(error.to_string().contains("choose a camera"), "{error}");
+    let named = Selection { camera: SelectedCamera::Node(NodeIndex(0)), ..job.selection.clone() };
+    assert!(check_framing_memory(&job.scene, &named, gigabyte).is_ok());
 }
 
 #[test]

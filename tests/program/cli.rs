@@ -1,7 +1,8 @@
 //! Exit codes and messages that need no scene, or none but an empty one.
 
-use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
+#[cfg(target_os = "linux")]
+use std::{path::Path, process::Stdio};
 
 use rayframe::bvh::SimdLevel;
 

@@ -62,24 +62,22 @@ fn a_contact_sheet_goes_with_a_movie() {
     assert_eq!(names(folder.path()), ["a.webp", "s.png"]);
 }
 
+#[cfg(unix)]
 #[test]
 fn a_movie_that_cannot_be_finished_leaves_nothing() {
+    use std::os::unix::fs::PermissionsExt as _;
     let folder = tempfile::tempdir().unwrap();
     // An encoder that ends at once.
     let tools = tempfile::tempdir().unwrap();
     let fake = tools.path().join("ffmpeg");
     std::fs::write(&fake, "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\necho no codec >&2\nexit 1\n").unwrap();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt as _;
-        std::fs::set_permissions(&fake, std::fs::Permissions::from_mode(0o755)).unwrap();
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rayframe"));
-        command.args(["render", SCENE, "-r", "16x9", "--samples", "1", "-f", "0-2", "-o", "a.mp4"]);
-        let output = command.current_dir(folder.path()).env("PATH", tools.path()).output().unwrap();
-        assert_eq!(output.status.code(), Some(74), "{}", stderr(&output));
-        assert!(stderr(&output).contains("no codec") && stderr(&output).contains("was not made"));
-        assert_eq!(names(folder.path()), [] as [&str; 0]);
-    }
+    std::fs::set_permissions(&fake, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rayframe"));
+    command.args(["render", SCENE, "-r", "16x9", "--samples", "1", "-f", "0-2", "-o", "a.mp4"]);
+    let output = command.current_dir(folder.path()).env("PATH", tools.path()).output().unwrap();
+    assert_eq!(output.status.code(), Some(74), "{}", stderr(&output));
+    assert!(stderr(&output).contains("no codec") && stderr(&output).contains("was not made"));
+    assert_eq!(names(folder.path()), [] as [&str; 0]);
 }
 
 #[test]

@@ -9,11 +9,12 @@ mod ground;
 mod inside;
 mod interior;
 mod orbit;
+mod posed_triangles;
 mod resolve;
 mod subject;
 
 pub use ground::ground_below;
 pub use interior::is_interior;
 pub use orbit::NamedView;
+pub(crate) use posed_triangles::kept_bytes;
 pub use resolve::{CameraRule, ResolvedCamera, framed_nodes, resolve_camera};
-pub(crate) use subject::kept_bytes;

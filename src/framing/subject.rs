@@ -11,8 +11,8 @@ use crate::frame::Frame;
 use crate::geometry::{Aabb, Triangle};
 use crate::scene::{AnimationIndex, NodeIndex, Scene, Selection};
 
-/// Times at which moving scenes are measured, evenly over the clips, both ends included.
-const TIMES: usize = 65;
+use super::posed_triangles::{PosedTriangles, TIMES, are_kept};
+
 /// Fewest times of a clip where several are measured one by one.
 const FEWEST_CLIP_TIMES: usize = 17;
 /// Fewest times where the scene has many triangles.
@@ -29,25 +29,10 @@ const BACKDROP_SHARE: f32 = 0.2;
 const OUTLIERS: f32 = 0.01;
 /// Margin around the content, as a share of its size, in which triangles are framed.
 const CONTENT_MARGIN: f32 = 0.5;
-/// Most triangles, over all times, that are kept instead of being posed anew for each measurement: 40 MB.
-const KEPT_TRIANGLES: usize = 1_000_000;
 /// Triangles of one parallel task.
 const TRIANGLES_PER_TASK: usize = 8192;
 /// Number of triangles whose positions are ranked.
 const SAMPLED_TRIANGLES: usize = 65_536;
-
-/// Bytes of the triangles that [`Subject`] keeps of a scene of this size.
-pub(crate) fn kept_bytes(triangles: u64, moves: bool) -> u128 {
-    let kept = u128::from(triangles) * TIMES as u128;
-    let bytes = size_of::<Triangle>() + size_of::<TriangleFlags>();
-    if moves && kept <= KEPT_TRIANGLES as u128 { kept * bytes as u128 } else { 0 }
-}
-
-/// The triangles of the scene at one time, by triangle id, with their flags.
-struct PosedTriangles {
-    triangles: Vec<Triangle>,
-    flags: Vec<TriangleFlags>,
-}
 
 /// Visible triangles over the selected clips, without backdrops.
 pub(super) struct Subject<'a> {
@@ -211,7 +196,7 @@ impl<'a> Subject<'a> {
 
     /// Keeps the triangles at all times, if they are few.
     fn keep_triangles(&mut self) {
-        if self.times.len() > 1 && self.frame.triangles.len() * self.times.len() <= KEPT_TRIANGLES {
+        if are_kept(self.frame.triangles.len(), self.times.len()) {
             let mut kept = Vec::new();
             self.visit(1, |triangles, flags| {
                 kept.push(PosedTriangles { triangles: triangles.to_vec(), flags: flags.to_vec() });

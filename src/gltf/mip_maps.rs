@@ -4,16 +4,21 @@ use std::sync::Arc;
 
 use super::context::Context;
 use super::encoded_image::in_quotes;
+use super::options::ImageLoading;
 use super::texture::TextureTable;
 use crate::error::{Result, over_limit, readable_bytes};
 use crate::scene::{Encoding, Image, ImageMips, Texels, mip_bytes, mip_levels, mip_working_bytes};
 
-/// Computes the mip maps of `images` one image at a time, each in parallel.
+/// Computes the mip maps of `images` one image at a time, each in parallel; none of images without texels.
 pub(super) fn import(
     context: &mut Context,
     images: &[Image],
     textures: &TextureTable,
+    loading: ImageLoading,
 ) -> Result<Vec<ImageMips>> {
+    if loading != ImageLoading::Texels {
+        return Ok(Vec::new());
+    }
     let mut mips = vec![ImageMips::default(); images.len()];
     for &(index, encoding) in &textures.uses {
         let (Some(image), Some(image_mips)) = (images.get(index.index()), mips.get_mut(index.index())) else {

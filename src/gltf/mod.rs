@@ -127,11 +127,7 @@ fn import_file(
     let materials = material::import(&mut context, &document, &mut textures)?;
     let (images, stored_images) =
         image::import(&mut context, &data, &mut resources, &textures, options.images)?;
-    let mips = if options.images == ImageLoading::Texels {
-        mip_maps::import(&mut context, &images, &textures)?
-    } else {
-        Vec::new()
-    };
+    let mips = mip_maps::import(&mut context, &images, &textures, options.images)?;
     let meshes = mesh::import(&mut context, &data, &materials)?;
     let variants = variants::import(&context, &document)?;
     let lights = light::import(&context, &document)?;

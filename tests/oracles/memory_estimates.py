@@ -4,7 +4,7 @@
     python3 tests/oracles/memory_estimates.py RAYFRAME [SCENE…] [--resolutions 64x64,512x512,2048x1024] [--limit 1.3] [--options OPTIONS]
 
 The estimate of a render is the smallest `--max-memory` that `--dry-run` accepts, found by bisection. The peak is the largest
-resident size of the process (`ru_maxrss`), with everything in it. Without scenes, twenty of this repository are taken. Prints a line
+resident size of the process (`ru_maxrss`), with everything in it. Without scenes, the two largest of each folder of this repository are taken. Prints a line
 for each scene, split, set of AOVs and resolution, and ends with 1 where a ratio of the two lies beyond the limit. `--options` are
 further options of all renders, such as "--integrator path" or "-f 0-3".
 """

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use glam::{Quat, Vec2, Vec3};
 
-use super::KeyLight;
 use super::distribution::EnvironmentDistribution;
 use super::equirect::{EquirectImage, uv_from_direction, uvs_from_directions};
 use super::filtered_image::FilteredImage;
@@ -13,6 +12,7 @@ use super::irradiance::irradiance_image;
 use super::lookup_lanes::LookupLanes;
 use super::peaks::take_peaks;
 use super::prefilter::{Pyramid, STEPS, prefiltered_images};
+use super::{Environment, KeyLight};
 use crate::color::luminance;
 use crate::error::{Error, Result};
 use crate::geometry::{F32Lanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
@@ -75,6 +75,19 @@ impl Tables {
     /// The image without its peaks.
     fn open(&self) -> &FilteredImage {
         self.without_peaks.as_ref().unwrap_or(&self.filtered)
+    }
+}
+
+impl Environment {
+    /// Pixels of all images.
+    pub(crate) fn pixel_count(&self) -> usize {
+        match self {
+            Self::None | Self::Constant(_) | Self::BuiltIn(_) => 0,
+            Self::Map(map) => map.pixel_count(),
+            Self::Composed(composed) => {
+                composed.light.pixel_count() + composed.background.as_ref().map_or(0, Self::pixel_count)
+            }
+        }
     }
 }
 

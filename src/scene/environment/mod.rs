@@ -73,17 +73,6 @@ impl Environment {
         Self::Map(map.rotated(Quat::IDENTITY))
     }
 
-    /// Pixels of all images.
-    pub(crate) fn pixel_count(&self) -> usize {
-        match self {
-            Self::None | Self::Constant(_) | Self::BuiltIn(_) => 0,
-            Self::Map(map) => map.pixel_count(),
-            Self::Composed(composed) => {
-                composed.light.pixel_count() + composed.background.as_ref().map_or(0, Self::pixel_count)
-            }
-        }
-    }
-
     /// Text that differs whenever the light differs. It is part of the render hash of a frame.
     ///
     /// Image files enter by their SHA-256 and rotation, floats by their bits. An image-based light enters by its index,

@@ -119,7 +119,7 @@ fn bands_are_planned_where_whole_frames_do_not_fit() {
         assert!(error.exit_code() == 77 && error.to_string().contains(&message), "{error}");
     }
     // The program alone needs more.
-    let error = planned(&["max_memory=5M"]).unwrap_err();
+    let error = planned(&["max_memory=13M"]).unwrap_err();
     assert!(error.exit_code() == 77 && !error.to_string().contains("bands"), "{error}");
 }
 

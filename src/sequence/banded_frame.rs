@@ -55,7 +55,7 @@ impl BandedFrame {
             // Bands of one height share a film.
             let used = film_of_band_before.take().filter(|film: &Film| film.window.size() == window.size());
             let new = || Film::with_aovs(settings.resolution, window, settings.aovs);
-            let mut film = used.map_or_else(new, |film| Film { window, ..film });
+            let mut film = used.map_or_else(new, |film| Film { window, sums: None, ..film });
             statistics.add(&tracer.render(planned.frame, &mut film, None, &on_band)?);
             lit.add(&LitPixels::of(&film, exposure_ev));
 

@@ -119,7 +119,9 @@ fn bands_are_planned_where_whole_frames_do_not_fit() {
         assert!(error.exit_code() == 77 && error.to_string().contains(&message), "{error}");
     }
     // The program alone needs more.
-    let error = planned(&["max_memory=13M"]).unwrap_err();
+    let mut too_little = job("path/box.toml", folder.path(), "a.exr", &["frames=0", "resolution=4096x4096"]);
+    too_little.max_memory_bytes = 5_000_000;
+    let error = Plan::new(&too_little).unwrap_err();
     assert!(error.exit_code() == 77 && !error.to_string().contains("bands"), "{error}");
 }
 

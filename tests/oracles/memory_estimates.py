@@ -3,7 +3,7 @@
 
     python3 tests/oracles/memory_estimates.py RAYFRAME [SCENE…] [--resolutions 64x64,512x512,2048x1024] [--limit 1.3] [--options OPTIONS]
 
-The estimate of a render is the smallest `--max-memory` that `--dry-run` accepts, found by bisection. The peak is the largest
+The estimate of a render is the smallest `--max-memory` with which `--dry-run` plans whole frames, no bands, found by bisection. The peak is the largest
 resident size of the process (`ru_maxrss`), with everything in it. Without scenes, the two largest of each folder of this repository are taken. Prints a line
 for each scene, split, set of AOVs and resolution, and ends with 1 where a ratio of the two lies beyond the limit. `--options` are
 further options of all renders, such as "--integrator path" or "-f 0-3".
@@ -40,8 +40,13 @@ def run(command):
 
 
 def estimate(command):
-    """The smallest limit in bytes, within 2 %, that a dry run accepts."""
-    accepts = lambda limit: run(command + ["--dry-run", "--max-memory", str(int(limit))])[0] == 0
+    """The smallest limit in bytes, within 2 %, of which a dry run says that it suffices for whole frames."""
+
+    def accepts(limit):
+        plan = [*command, "--progress", "json", "--dry-run", "--max-memory", str(int(limit))]
+        planned = subprocess.run(plan, capture_output=True, text=True)
+        return planned.returncode == 0 and "band_rows" not in planned.stdout
+
     low, high = 1e5, 64e9
     if not accepts(high):
         return None
@@ -70,9 +75,9 @@ def main():
                         command += arguments.options
                         for option, value in (("-f", "0"), ("--samples", "1")):
                             command += [] if option in arguments.options else [option, value]
-                        command += ["--split", split, "--aovs", aovs, "-o", f"{folder}/a.####.exr", "--progress", "none"]
+                        command += ["--split", split, "--aovs", aovs, "-o", f"{folder}/a.####.exr"]
                         estimated = estimate(command)
-                        code, peak = run(command)
+                        code, peak = run([*command, "--progress", "none"])
                     name = f"{scene.parent.name}/{scene.name}"
                     if estimated is None or code != 0:
                         print(f"{name:<40} {split:<5} {aovs:<7} {resolution:<10} not rendered")

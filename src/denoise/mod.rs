@@ -10,7 +10,6 @@ use std::fs::File;
 use std::io::{self, Read as _, Seek as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::thread;
 use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
@@ -23,8 +22,6 @@ use crate::error::{Error, Result};
 const PROGRAM: &str = "oidnDenoise";
 /// Time in which the program tells its version, seconds.
 const VERSION_SECONDS: u64 = 30;
-/// Time between two looks at a running program.
-const NAP: Duration = Duration::from_millis(5);
 /// Most bytes of an output stream that are read.
 const MOST_OUTPUT: u64 = 1 << 16;
 /// What the version follows in its output.
@@ -191,17 +188,10 @@ fn run(
     command.stdin(Stdio::null()).stdout(copy(&output)?).stderr(copy(&errors)?);
     let started = Instant::now();
     let mut process = OwnedChild(command.spawn().map_err(Stopped::Failed)?);
-    let status = loop {
-        if let Some(status) = process.0.try_wait().map_err(Stopped::Failed)? {
-            break status;
-        }
-        if cancel.is_raised() {
-            return Err(Stopped::Cancelled);
-        }
-        if limit_seconds.is_some_and(|limit| started.elapsed() > Duration::from_secs(limit)) {
-            return Err(Stopped::TooLate);
-        }
-        thread::sleep(NAP);
+    let is_late = || limit_seconds.is_some_and(|limit| started.elapsed() > Duration::from_secs(limit));
+    let ended = process.wait_unless(|| cancel.is_raised() || is_late()).map_err(Stopped::Failed)?;
+    let Some(status) = ended else {
+        return Err(if cancel.is_raised() { Stopped::Cancelled } else { Stopped::TooLate });
     };
     let mut said = String::new();
     for stream in [&mut output, &mut errors] {

@@ -1,13 +1,16 @@
 //! The encoder `ffmpeg`, a program of its own that takes raw frames from its standard input.
 
 use std::ffi::OsString;
-use std::io::{self, Read as _};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::OnceLock;
+use std::time::{Duration, Instant};
 
 use super::movie_mark::MOVIE_MARK;
-use crate::error::Error;
+use crate::child_process::OwnedChild;
+
+/// Time in which the program tells its version.
+const VERSION_TIME: Duration = Duration::from_secs(30);
 
 /// Whether `ffmpeg` can be started. It is tried once.
 pub fn has_ffmpeg() -> bool {
@@ -15,7 +18,10 @@ pub fn has_ffmpeg() -> bool {
     *FOUND.get_or_init(|| {
         let mut command = Command::new("ffmpeg");
         command.arg("-version").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-        command.status().is_ok_and(|status| status.success())
+        let Ok(process) = command.spawn() else { return false };
+        let start = Instant::now();
+        let ended = OwnedChild(process).wait_unless(|| start.elapsed() > VERSION_TIME);
+        matches!(ended, Ok(Some(status)) if status.success())
     })
 }
 
@@ -55,20 +61,7 @@ pub(super) fn ffmpeg(
     // A terminal's interrupt must not end the encoder before this program, which would look like an encoder failure.
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
-    command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
     command
-}
-
-/// Error with the last line of `ffmpeg`'s error output, or else `why`.
-pub(super) fn film_failed(path: &Path, ffmpeg: &mut Child, why: &str) -> Error {
-    drop(ffmpeg.stdin.take());
-    let mut said = String::new();
-    if let Some(errors) = &mut ffmpeg.stderr {
-        let _ = errors.read_to_string(&mut said);
-    }
-    let why = said.lines().rfind(|line| !line.trim().is_empty()).unwrap_or(why);
-    let source = io::Error::other(format!("ffmpeg: {why}"));
-    Error::WriteFailed { path: path.to_owned(), source }
 }
 
 #[cfg(test)]

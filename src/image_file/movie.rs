@@ -12,10 +12,11 @@ use image::codecs::gif::{GifEncoder, Repeat};
 use image::{Delay, RgbaImage};
 
 use super::atomic::{Replacement, begin_replacing};
-use super::ffmpeg::{ffmpeg, film_failed, has_ffmpeg, over_black};
+use super::ffmpeg::{ffmpeg, has_ffmpeg, over_black};
+use super::film_encoder::FilmEncoder;
 use super::movie_mark::{MOVIE_MARK, gif_comment_and_trailer};
 use super::webp_animation::{self, WebpAnimation};
-use crate::child_process::OwnedChild;
+use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 
 /// Format of a movie file.
@@ -95,8 +96,7 @@ enum Encoder {
     AnimatedPng(png::Writer<Sink>, Sink),
     WebP(WebpAnimation<Sink>),
     Gif(Box<GifEncoder<Sink>>, Sink),
-    /// The `ffmpeg` process, which would wait for frames if it were not ended.
-    Film(OwnedChild),
+    Film(FilmEncoder),
 }
 
 /// A file that an encoder owns and that can be flushed after it.
@@ -120,17 +120,18 @@ impl Seek for Sink {
 }
 
 impl MovieWriter {
-    /// Starts a movie of `frames` frames of one size.
+    /// Starts a movie of `frames` frames of one size. `cancel` ends the wait for an encoder that is slow.
     ///
     /// # Errors
     /// [`Error::CannotCreate`] where the file cannot be created or `ffmpeg` cannot be started, [`Error::WriteFailed`] where it cannot be
-    /// written.
+    /// written, [`Error::Temporary`] where the system starts no thread.
     pub fn begin(
         path: &Path,
         format: MovieFormat,
         size: (u32, u32),
         rate: (u32, u32),
         frames: u32,
+        cancel: &CancelFlag,
     ) -> Result<Self> {
         let replacement = begin_replacing(path)?;
         let sink =
@@ -153,11 +154,8 @@ impl MovieWriter {
                 Encoder::Gif(Box::new(gif), sink)
             }
             MovieFormat::Film { container, codec } => {
-                let command = ffmpeg(size, rate, (container, codec), replacement.path()).spawn();
-                Encoder::Film(OwnedChild(command.map_err(|error| Error::CannotCreate {
-                    path: path.to_owned(),
-                    message: format!("ffmpeg cannot be started: {error}; write {MOVIE_ENDINGS}"),
-                })?))
+                let command = ffmpeg(size, rate, (container, codec), replacement.path());
+                Encoder::Film(FilmEncoder::start(command, path, cancel)?)
             }
         };
         Ok(Self { path: path.to_owned(), size, rate, added: 0, replacement, encoder })
@@ -190,15 +188,7 @@ impl MovieWriter {
                 let frame = image::Frame::from_parts(image, 0, 0, delay);
                 gif.encode_frame(frame).map_err(|error| write_failed(&self.path, error))
             }
-            Encoder::Film(OwnedChild(process)) => {
-                let over_black: Vec<[u8; 4]> = pixels.iter().map(|pixel| over_black(*pixel)).collect();
-                let written = match &mut process.stdin {
-                    Some(input) => input.write_all(over_black.as_flattened()),
-                    None => Ok(()),
-                };
-                // The error output of ffmpeg explains more than a closed pipe.
-                written.map_err(|error| film_failed(&self.path, process, &error.to_string()))
-            }
+            Encoder::Film(film) => film.add(pixels.iter().flat_map(|pixel| over_black(*pixel)).collect()),
         }
     }
 
@@ -222,12 +212,7 @@ impl MovieWriter {
                 marked.map_err(|error| write_failed(&path, error))?;
                 sink.flush().map_err(|error| write_failed(&path, error))?;
             }
-            Encoder::Film(mut ffmpeg) => {
-                drop(ffmpeg.0.stdin.take());
-                if !ffmpeg.0.wait().is_ok_and(|status| status.success()) {
-                    return Err(film_failed(&path, &mut ffmpeg.0, "it ended early"));
-                }
-            }
+            Encoder::Film(film) => film.finish(replacement.path())?,
         }
         replacement.commit(&path)
     }
@@ -290,7 +275,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
         let format = MovieFormat::of_path(&path).unwrap();
-        let mut movie = MovieWriter::begin(&path, format, (4, 3), (24, 1), 5).unwrap();
+        let mut movie = MovieWriter::begin(&path, format, (4, 3), (24, 1), 5, &CancelFlag::new()).unwrap();
         for frame in frames() {
             movie.add(&frame).unwrap();
         }

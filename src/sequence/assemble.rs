@@ -37,7 +37,7 @@ pub fn write_sequence_outputs(
     if frames.is_empty() || (movie.is_none() && contact_sheet.is_none()) {
         return Ok(Vec::new());
     }
-    let mut files = JointFiles::begin(job, movie.as_deref(), frames.len() as u32)?;
+    let mut files = JointFiles::begin(job, movie.as_deref(), frames.len() as u32, cancel)?;
 
     let at_once = frames_at_once(frame_bytes(job), job.max_memory_bytes, rayon::current_num_threads());
     for group in frames.chunks(at_once) {

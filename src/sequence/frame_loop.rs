@@ -101,7 +101,7 @@ fn render_and_write(run: &Run<'_>) -> Summary {
         let _ = free_films.send(FrameTracer::empty_film(job));
     }
     let (writer_lives, writer_ended) = channel::<()>();
-    let movie = MovieOutput::new(job, plan);
+    let movie = MovieOutput::new(job, plan, cancel);
     let writer = Writer { job, cancel, stop, on_event, free_films, movie };
     rayon::in_place_scope(|pool| {
         thread::scope(|threads| {

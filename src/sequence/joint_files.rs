@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::image_file::{
     CONTACT_SHEET, DisplayImage, MovieFormat, MovieWriter, encode_png, write_atomically,
@@ -21,7 +22,12 @@ impl<'a> JointFiles<'a> {
     ///
     /// # Errors
     /// Those of [`MovieWriter::begin`].
-    pub(super) fn begin(job: &'a SequenceJob, movie: Option<&Path>, frames: u32) -> Result<Self> {
+    pub(super) fn begin(
+        job: &'a SequenceJob,
+        movie: Option<&Path>,
+        frames: u32,
+        cancel: &CancelFlag,
+    ) -> Result<Self> {
         let size = job.render.window.size();
         let movie = match movie {
             Some(path) => {
@@ -30,7 +36,7 @@ impl<'a> JointFiles<'a> {
                 })?;
                 let (numerator, denominator) = job.rate.as_exr_rational();
                 let rate = (numerator.unsigned_abs(), denominator);
-                Some(MovieWriter::begin(path, format, size, rate, frames)?)
+                Some(MovieWriter::begin(path, format, size, rate, frames, cancel)?)
             }
             None => None,
         };

@@ -1,5 +1,6 @@
 //! A movie as the output of a run: frames go to it as they are rendered, and no other file holds them.
 
+use crate::cancel::CancelFlag;
 use crate::error::Result;
 use crate::image_file::DisplayImage;
 
@@ -12,13 +13,14 @@ pub(super) struct MovieOutput<'a> {
     frames: u32,
     added: u32,
     files: Option<JointFiles<'a>>,
+    cancel: &'a CancelFlag,
 }
 
 impl<'a> MovieOutput<'a> {
     /// The movie of `plan`; `None` where the output is not a movie.
-    pub(super) fn new(job: &'a SequenceJob, plan: &Plan) -> Option<Self> {
+    pub(super) fn new(job: &'a SequenceJob, plan: &Plan, cancel: &'a CancelFlag) -> Option<Self> {
         let frames = plan.frames.len() as u32;
-        job.output.is_movie().then_some(Self { job, frames, added: 0, files: None })
+        job.output.is_movie().then_some(Self { job, frames, added: 0, files: None, cancel })
     }
 
     /// Adds a frame. The first one creates the file, the last one completes it.
@@ -34,7 +36,7 @@ impl<'a> MovieOutput<'a> {
         let mut files = if let Some(files) = self.files.take() {
             files
         } else {
-            JointFiles::begin(self.job, Some(&self.job.output.path(frame)), self.frames)?
+            JointFiles::begin(self.job, Some(&self.job.output.path(frame)), self.frames, self.cancel)?
         };
         files.add(frame, image)?;
         self.added += 1;

@@ -19,6 +19,7 @@ mod exr_read;
 mod exr_rgba;
 mod exr_write;
 mod ffmpeg;
+mod film_encoder;
 mod isolated;
 mod ktx2;
 mod movie;

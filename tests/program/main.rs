@@ -11,6 +11,7 @@ mod cli;
 mod denoise;
 mod determinism;
 mod diff;
+mod encoders;
 mod environments;
 mod films;
 mod killed;

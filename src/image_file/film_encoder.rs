@@ -64,7 +64,7 @@ impl FilmEncoder {
         Ok(Self { path, process, said, frames, passed: results, cancel })
     }
 
-    /// Passes the next frame and waits until it is read.
+    /// Passes the next frame. Returns when it is read.
     ///
     /// # Errors
     /// [`Error::WriteFailed`] where the process reads no more, [`Error::Interrupted`] when cancelled.

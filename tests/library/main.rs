@@ -6,6 +6,7 @@ mod bvh;
 mod colors;
 mod conformance;
 mod corruptions;
+mod fault_table;
 mod framing;
 mod fuzz_finds;
 mod known_answers;

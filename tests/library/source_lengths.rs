@@ -9,7 +9,7 @@ const MAX_FUNCTION_LINES: usize = 70;
 const FOLDERS: [&str; 4] = ["src", "tests", "examples", "benches"];
 
 /// The Rust files below `folder`, sorted.
-fn rust_files(folder: &Path) -> Vec<PathBuf> {
+pub(crate) fn rust_files(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();

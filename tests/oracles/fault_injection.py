@@ -19,6 +19,7 @@ which panics (70): `close` may end so. Prints a table and every violation; ends 
 import argparse
 import collections
 import json
+import os
 import pathlib
 import re
 import resource
@@ -79,7 +80,7 @@ class Movie(Scenario):
     name = "movie"
 
     def command(self):
-        return ["render", SCENE, "-o", "film.apng", "-f", "0-1", *SIZE, "--contact-sheet", "sheet.png", "-q", *MEMORY]
+        return ["render", SCENE, "-o", "film.apng", "--overwrite", "-f", "0-1", *SIZE, "--contact-sheet", "sheet.png", "-q", *MEMORY]
 
 
 class Resume(Render):
@@ -182,6 +183,8 @@ def main():
     parser.add_argument("--calls", type=lambda text: text.split(","))
     options = parser.parse_args()
     program = options.program.resolve()
+    # Backtraces would hide the program's own line.
+    os.environ.pop("RUST_BACKTRACE", None)
 
     def run(arguments, folder, code=0):
         ended = subprocess.run([program, *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=60)
@@ -298,7 +301,7 @@ def check_exit(scenario, call, ended):
         return
     if ended.returncode not in scenario.codes | FAILURES | {1}:
         yield "no such exit code"
-    if "panicked" in ended.stderr:
+    if "program panicked" in ended.stderr:
         yield "a panic"
     if ended.returncode not in scenario.codes and not (ended.stderr + ended.stdout).strip() and call != "write":
         yield "no message"

@@ -103,6 +103,20 @@ fn renders_and_merges_remove_what_killed_runs_left() {
 }
 
 #[test]
+fn claims_of_killed_runs_are_removed() {
+    let folder = stage();
+    let render = [&SIZE[..], &["-o", "a.####.exr", "-q"]].concat();
+    run(folder.path(), &render, 0);
+    let claim = folder.path().join(".a.0000.exr.claim");
+    for option in ["--resume", "--overwrite", "-q"] {
+        std::fs::write(&claim, "").unwrap();
+        let arguments = if option == "-q" { render.clone() } else { [&render[..], &[option]].concat() };
+        run(folder.path(), &arguments, 0);
+        assert!(!claim.exists(), "{option}");
+    }
+}
+
+#[test]
 fn comparisons_remove_what_killed_runs_left() {
     let folder = stage();
     for (name, light) in [("a.exr", "1"), ("b.exr", "3")] {
@@ -129,8 +143,6 @@ fn tests_remove_what_killed_runs_left() {
         "q.json",
         "--summary",
         "s.md",
-        "--report",
-        "page",
     ];
     // The reference, its verdict and the marks of the cache, and the files of the report.
     assert!(runs_clean_up(folder.path(), &inputs, &arguments, 0) >= 9);

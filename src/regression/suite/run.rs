@@ -187,10 +187,16 @@ fn test_shots(
         Ok(())
     };
     std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..context.shots_at_once).map(|_| scope.spawn(work)).collect();
-        let joined = workers
-            .into_iter()
-            .map(|worker| worker.join().unwrap_or_else(|payload| std::panic::resume_unwind(payload)));
+        let start = || std::thread::Builder::new().spawn_scoped(scope, work);
+        let workers: Vec<_> = (0..context.shots_at_once).map(|_| start()).collect();
+        if workers.iter().any(std::result::Result::is_err) {
+            // The others end after their first shot.
+            next.store(shots.len(), Ordering::Relaxed);
+        }
+        let joined = workers.into_iter().map(|worker| match worker {
+            Ok(worker) => worker.join().unwrap_or_else(|payload| std::panic::resume_unwind(payload)),
+            Err(error) => Err(Error::no_threads(error)),
+        });
         // Wait for all workers before returning the first error.
         joined.collect::<Vec<_>>().into_iter().collect::<Result<()>>()
     })?;

@@ -134,16 +134,7 @@ fn tests_remove_what_killed_runs_left() {
     run(folder.path(), &["test", "-q"], 1);
     run(folder.path(), &["accept"], 0);
     let inputs = ["s.gltf", "suite.toml"];
-    let arguments = [
-        "test",
-        "-q",
-        "--junit",
-        "j.xml",
-        "--code-quality",
-        "q.json",
-        "--summary",
-        "s.md",
-    ];
+    let arguments = ["test", "-q", "--junit", "j.xml", "--code-quality", "q.json", "--summary", "s.md"];
     // The reference, its verdict and the marks of the cache, and the files of the report.
     assert!(runs_clean_up(folder.path(), &inputs, &arguments, 0) >= 9);
     // A failing suite has a pending image and thumbnails, too.

@@ -95,7 +95,8 @@ pub(super) fn write_list(result: &SuiteResult, report: &Path) -> Result<()> {
 
 /// SHA-256 of the file of the reference `name`. `None` where there is none.
 pub(super) fn reference_hash(suite: &Suite, name: &str) -> Option<String> {
-    Some(file_hash(&std::fs::read(reference_path(&suite.references, name)).ok()?))
+    let reference = reference_path(&suite.references, name);
+    Some(file_hash(&read_regular_file(&reference, u64::MAX).ok()?))
 }
 
 /// SHA-256 of the bytes of a file, hexadecimal.

@@ -15,11 +15,14 @@ pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().flat_map(|byte| [byte >> 4, byte & 15]).map(|digit| DIGITS[digit as usize] as char).collect()
 }
 
-/// The digits of the SHA-256 of a file. Memory does not depend on its size.
+/// The digits of the SHA-256 of a regular file: devices and pipes may never end. Memory does not depend on its size.
 ///
 /// # Errors
 /// Those of reading.
 pub fn sha256_of_file(path: &Path) -> io::Result<String> {
+    if !path.metadata()?.is_file() {
+        return Err(io::Error::other("is not a regular file"));
+    }
     let mut hash = Sha256::new();
     hash_rest(&mut File::open(path)?, &mut hash)?;
     Ok(hex(&hash.finalize()))

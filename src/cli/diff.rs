@@ -14,7 +14,7 @@ mod text;
 
 use crate::progress::{print_json, print_output, print_warning};
 use rayframe::error::{Error, Result};
-use rayframe::image_file::write_atomically;
+use rayframe::image_file::write_single_file;
 use rayframe::regression::{FilePair, Image, compare, pair_files, pixel_hash};
 
 pub(super) use args::DiffArgs;
@@ -53,7 +53,7 @@ fn run_images(args: &DiffArgs) -> Result<bool> {
         let (report, map) = compared(args, pair, page.as_mut())?;
         for pattern in [&heat_map, &flip_map].into_iter().flatten() {
             match &map {
-                Some(map) => write_atomically(&pattern.path(pair.frame), &pattern.encoded(map)?)?,
+                Some(map) => write_single_file(&pattern.path(pair.frame), &pattern.encoded(map)?)?,
                 None => print_warning(&format!(
                     "{} and {}: no map, because their sizes differ or they have no colours",
                     pair.actual.display(),

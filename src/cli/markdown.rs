@@ -9,9 +9,7 @@ use std::path::{Path, PathBuf};
 use super::findings::Finding;
 use crate::progress::misleads;
 use rayframe::error::Result;
-use rayframe::image_file::{
-    DisplayImage, SUMMARY_MARK, encode_png, is_marked_png, probe_folder, write_atomically,
-};
+use rayframe::image_file::{DisplayImage, SUMMARY_MARK, encode_png, is_marked_png, write_single_file};
 use rayframe::regression::{Verdict, VerdictCounts, heat_map_thumbnail, thumbnail};
 
 /// Largest number of characters of the file.
@@ -84,8 +82,7 @@ pub(super) fn write_summary(file: &Path, summary: MarkdownSummary<'_>) -> Result
         let _ = write!(text, "\n{left_out} more {rows} left out; the report has all.\n");
     }
     let _ = writeln!(text, "\n{SUMMARY_MARK}");
-    probe_folder(file)?;
-    write_atomically(file, text.as_bytes())
+    write_single_file(file, text.as_bytes())
 }
 
 /// The section of lost content.
@@ -183,8 +180,7 @@ impl Thumbnails {
         for (image, file) in self.images.iter().zip(self.file_names()) {
             if let Some(image) = image {
                 let path = folder.join(file);
-                probe_folder(&path)?;
-                write_atomically(&path, &encode_png(image.size, &image.pixels, THUMBNAIL)?)?;
+                write_single_file(&path, &encode_png(image.size, &image.pixels, THUMBNAIL)?)?;
             }
         }
         Ok(())

@@ -96,8 +96,8 @@ pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitStatus {
             Command::Reject(args) => exit_status(accept::reject(&args)),
             Command::Review(args) => exit_status(review::run(&args)),
             Command::Info(args) => exit_status(info::run(&args)),
-            Command::Diff(args) => verdict(diff::run(&args)),
-            Command::Check(args) => verdict(check::run(&args)),
+            Command::Diff(args) => verdict(in_threads(|| diff::run(&args))),
+            Command::Check(args) => verdict(in_threads(|| check::run(&args))),
         }
     }));
     delivered(ran.unwrap_or_else(|_| {
@@ -115,6 +115,12 @@ fn delivered(status: ExitStatus) -> ExitStatus {
         }
         _ => status,
     }
+}
+
+/// Runs a command in threads of its own, one a core. Those of others panic where they cannot be started.
+fn in_threads<T: Send>(command: impl FnOnce() -> Result<T, Error> + Send) -> Result<T, Error> {
+    let pool = rayon::ThreadPoolBuilder::new().build().map_err(Error::no_threads)?;
+    pool.install(command)
 }
 
 /// 0 where all is well, and 1 where it is not.

@@ -4,11 +4,12 @@ use std::path::Path;
 
 use half::f16;
 
+use super::regular_file::read_regular_file;
 use super::{
     ExrCompression, FrameAttributes, decode_exr, decode_png_values, encode_exr, read_environment,
     write_atomically,
 };
-use crate::error::{Error, Result, over_limit};
+use crate::error::{Error, Result};
 use crate::image::{BEAUTY, Channel, ColorEncoding, Image, Samples, half_from_f32, layer_of};
 
 /// Most memory that a decoded image may take.
@@ -30,13 +31,7 @@ impl Image {
     /// # Errors
     /// Those of [`Image::read`].
     pub fn read_within(path: &Path, max_memory_bytes: u64) -> Result<Self> {
-        let missing = Error::missing(path);
-        let length = std::fs::metadata(path).map_err(missing)?.len();
-        if length > max_memory_bytes {
-            let size = over_limit(length.into(), max_memory_bytes.into());
-            return Err(Error::refused(path, "", format!("the file has {size}; raise `max_memory`")));
-        }
-        Self::decode_within(path, &std::fs::read(path).map_err(missing)?, max_memory_bytes)
+        Self::decode_within(path, &read_regular_file(path, max_memory_bytes)?, max_memory_bytes)
     }
 
     /// Decodes `bytes` as [`Image::read`] does; errors name `path`.

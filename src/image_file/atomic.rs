@@ -37,6 +37,17 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
     Replacement(temporary).commit(path)
 }
 
+/// Writes a file that no frame of a sequence is: creates its folder, removes what killed runs left of it, and writes it atomically.
+/// Reads the folder each time, so sequences do not use it.
+///
+/// # Errors
+/// Those of [`probe_folder`] and [`write_atomically`].
+pub fn write_single_file(path: &Path, bytes: &[u8]) -> Result<()> {
+    probe_folder(path)?;
+    remove_stale_temporaries(&[path.to_owned()]);
+    write_atomically(path, bytes)
+}
+
 /// A temporary file that takes its final name when it is complete. Dropping it removes the file.
 #[derive(Debug)]
 pub(super) struct Replacement(NamedTempFile);

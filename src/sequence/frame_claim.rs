@@ -1,6 +1,6 @@
 //! Claims: the right of one of several runs to render a frame, and a last look at the files that are there.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::error::Result;
 use crate::image_file::hidden_prefix;
@@ -33,6 +33,9 @@ impl FrameClaim {
     /// # Errors
     /// [`Error::CannotCreate`] for a file of something else that was made since the plan and may not be replaced.
     pub(super) fn of(job: &SequenceJob, planned: &PlannedFrame) -> Result<Claimed> {
+        if planned.is_done || job.existing != ExistingFiles::Resume {
+            remove_abandoned(&claim_path(planned));
+        }
         if planned.is_done {
             return Ok(Claimed::Done);
         }
@@ -54,6 +57,13 @@ impl FrameClaim {
             Some(file) if job.existing == ExistingFiles::Protect => Err(replacement_refused(&file, 0)),
             _ => Ok(Claimed::Here(Self { _lock: lock })),
         }
+    }
+}
+
+/// Removes a claim that a killed run left. One that is held stays.
+fn remove_abandoned(claim: &Path) {
+    if claim.exists() {
+        drop(LockFile::try_hold(claim));
     }
 }
 

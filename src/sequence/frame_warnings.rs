@@ -39,27 +39,7 @@ impl FrameWarnings {
         rays: &RenderStatistics,
     ) -> Result<Vec<Warning>> {
         let frame = planned.frame;
-        let mut messages = Vec::new();
-        match rays.non_finite_pixels {
-            0 => {}
-            count if job.strict => {
-                let message = format!("frame {frame}: {count} pixels are infinite or not a number");
-                return Err(Error::Internal { message });
-            }
-            count => messages.push(format!(
-                "frame {frame}: {count} pixels were infinite or not a number and are black; this is a bug worth reporting"
-            )),
-        }
-        match rays.non_finite_samples {
-            0 => {}
-            count if job.strict => {
-                let message = format!("frame {frame}: {count} samples are infinite or not a number");
-                return Err(Error::Internal { message });
-            }
-            count => messages.push(format!(
-                "frame {frame}: {count} samples were infinite or not a number and are left out; this is a bug worth reporting"
-            )),
-        }
+        let mut messages = non_finite_messages(frame, rays, job.strict)?;
         let window = job.render.window;
         let is_whole = window.size() == job.render.resolution;
         if rays.integrator.camera_hits == 0 && tree.triangles > 0 && is_whole && !self.warned_of_empty_view {
@@ -151,6 +131,26 @@ fn warning(message: String) -> Warning {
     Warning { pointer: String::new(), message }
 }
 
+/// What to say of pixels and samples that are not finite.
+///
+/// # Errors
+/// [`Error::Internal`] for any if `is_strict`.
+fn non_finite_messages(frame: i64, rays: &RenderStatistics, is_strict: bool) -> Result<Vec<String>> {
+    let counts = [
+        ("pixels", rays.non_finite_pixels, "are black"),
+        ("samples", rays.non_finite_samples, "are left out"),
+    ];
+    let mut messages = Vec::new();
+    for (what, count, outcome) in counts.into_iter().filter(|(_, count, _)| *count > 0) {
+        let message = format!("frame {frame}: {count} {what} were infinite or not a number");
+        if is_strict {
+            return Err(Error::Internal { message });
+        }
+        messages.push(format!("{message} and {outcome}; this is a bug worth reporting"));
+    }
+    Ok(messages)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -181,5 +181,20 @@ mod tests {
         assert_eq!(text, "4 % of the light was cut off at depth 8: raise `depth`");
         assert_eq!(message(vec![frame(100, 1.0)]), None);
         assert_eq!(message(Vec::new()), None);
+    }
+    #[test]
+    fn pixels_that_are_not_finite_are_a_warning_or_an_internal_error() {
+        let rays =
+            RenderStatistics { non_finite_pixels: 2, non_finite_samples: 3, ..RenderStatistics::default() };
+        let expected = [
+            "frame 7: 2 pixels were infinite or not a number and are black; this is a bug worth reporting",
+            "frame 7: 3 samples were infinite or not a number and are left out; this is a bug worth reporting",
+        ];
+        assert_eq!(non_finite_messages(7, &rays, false).unwrap(), expected);
+        assert_eq!(non_finite_messages(7, &RenderStatistics::default(), true).unwrap(), [""; 0]);
+        for (pixels, samples) in [(1, 0), (0, 1)] {
+            let rays = RenderStatistics { non_finite_pixels: pixels, non_finite_samples: samples, ..rays };
+            assert_eq!(non_finite_messages(7, &rays, true).unwrap_err().exit_code(), 70);
+        }
     }
 }

@@ -38,6 +38,19 @@ fn a_frame_in_memory_and_a_frame_of_a_sequence_have_equal_bytes() {
 }
 
 #[test]
+fn images_of_one_pixel_are_rendered() {
+    for integrator in ["whitted", "path"] {
+        let one =
+            Renderer::open(SCENE).unwrap().size(1, 1).samples(16).set("integrator", integrator).unwrap();
+        let frame = one.aovs([Aov::Depth, Aov::Motion, Aov::CryptoObject]).frame(0).unwrap();
+        let [[red, green, blue, alpha]] = frame.pixels() else { panic!("{} pixels", frame.pixels().len()) };
+        assert!([red, green, blue].iter().all(|value| value.is_finite() && **value > 0.0), "{integrator}");
+        assert!((0.0..=1.0).contains(alpha));
+        assert_eq!(frame.image().unwrap().size(), (1, 1));
+    }
+}
+
+#[test]
 fn every_built_in_light_renders_its_own_image() {
     let image = |light| {
         let frame = small().environment(EnvironmentSource::BuiltIn(light)).frame(0).unwrap();

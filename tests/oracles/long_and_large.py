@@ -3,7 +3,7 @@
 
     python3 tests/oracles/long_and_large.py RAYFRAME [CASE…] [--folder DIR] [--triangles N] [--side PIXELS]
 
-Makes its inputs in a temporary folder: a sequence of 2,000 frames, a terrain of 20 million triangles, a skin of 10,000 joints, sparse
+Makes its inputs in a temporary folder: a sequence of 2,000 frames, a terrain of 20 million triangles, a million triangles in one place, a skin of 10,000 joints, sparse
 files of several gigabytes, an image of 16,384 x 16,384 pixels. Prints a line for each case: its size, seconds, the largest resident size
 (`ru_maxrss`) and the largest number of open descriptors. Ends with 1 where a bound is broken. Without cases, all are run; they need 25
 gigabytes of disk (most of it holes) and, for the terrain, 6 gigabytes of memory.
@@ -156,6 +156,14 @@ def terrain(triangles):
     return glb, 2 * side * side
 
 
+def stack(triangles):
+    """One triangle, so many times."""
+    glb = triangle(0)
+    indices = glb.accessor(lambda: [array.array("I", [0, 1, 2] * triangles).tobytes()], 3 * triangles, 5125, "SCALAR")
+    glb.root["meshes"][0]["primitives"][0]["indices"] = indices
+    return glb
+
+
 def skin(joints):
     """A ribbon with a joint for each of its rungs, which are children of one root."""
     glb = Glb({"scene": 0, "scenes": [{"nodes": [0, 1]}], "nodes": [{"mesh": 0, "skin": 0}, {"children": list(range(2, joints + 2))}]})
@@ -220,6 +228,20 @@ class Cases:
         each = measured.peak / count
         broken = self.expect(measured, 0) + ([f"{each:.0f} B a triangle"] if each > 450 else [])
         return f"{count / 1e6:.1f}M triangles, {each:.0f} B each", measured, broken
+
+    def equal_centroids(self):
+        """A million triangles in one place are built in at most three times the time of a million that are spread out."""
+        seconds = []
+        for name, glb in (("spread", terrain(1_000_000)[0]), ("equal", stack(1_000_000))):
+            scene, statistics = self.folder / f"{name}.glb", self.folder / f"{name}.json"
+            glb.write(scene)
+            measured = self.render(scene, "-r", "32x18", "--samples", "1", "-o", self.folder / f"{name}.exr", "--stats", statistics)
+            if measured.code:
+                return name, measured, self.expect(measured, 0)
+            phases = json.loads(statistics.read_text())["frames"][0]["seconds"]
+            seconds.append(sum(phases[name] for name in ("bounds", "split", "sort", "tree", "widen")))
+        ratio = seconds[1] / seconds[0]
+        return f"1.0M triangles in one place, x{ratio:.2f}", measured, ["slow"] if ratio > 3 else []
 
     def joints(self):
         scene = self.folder / "skin.glb"

@@ -324,14 +324,29 @@ fn a_wrong_environment_names_its_option() {
 #[cfg(target_os = "linux")]
 #[test]
 fn threads_that_cannot_be_started_are_worth_a_retry() {
-    // Not even the stack of one thread fits into the address space, so that none fails after its start.
-    let output = Command::new("sh")
-        .env("RUST_MIN_STACK", "4000000000")
-        .args(["-c", "ulimit -v 2000000; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_rayframe")])
-        .args(["render", "missing.glb", "--threads", "2"])
-        .output()
-        .unwrap();
-    let message = stderr(&output);
-    assert_eq!(output.status.code(), Some(75), "{message}");
-    assert!(message.contains("threads cannot be started") && !message.contains("internal"), "{message}");
+    let folder = tempfile::tempdir().unwrap();
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/light/point.gltf");
+    std::fs::copy(scene, folder.path().join("a.gltf")).unwrap();
+    std::fs::write(folder.path().join("suite.toml"), "[shot]\nresolution = [8, 8]\n").unwrap();
+    for arguments in [
+        &["render", "missing.glb", "--threads", "2"][..],
+        &["render", "a.gltf"],
+        &["test"],
+        &["test", "--threads", "1"],
+        &["check", "a.gltf"],
+        &["diff", "a.exr", "b.exr"],
+        &["merge", "a.exr", "-o", "c.exr"],
+    ] {
+        // Not even the stack of one thread fits into the address space, so that none fails after its start.
+        let output = Command::new("sh")
+            .env("RUST_MIN_STACK", "4000000000")
+            .args(["-c", "ulimit -v 2000000; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_rayframe")])
+            .args(arguments)
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(75), "{arguments:?}: {message}");
+        assert!(message.contains("threads cannot be started") && !message.contains("internal"), "{message}");
+    }
 }

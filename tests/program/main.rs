@@ -23,9 +23,11 @@ mod plates;
 mod presentation;
 mod progress;
 mod refusals;
+mod run_conditions;
 mod scenes;
 mod shared_output;
 mod shots;
+mod stale_temporaries;
 mod suite;
 mod watch;
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::progress::{print_note, print_warning};
 use rayframe::error::{Error, Result};
-use rayframe::image_file::{CONTACT_SHEET, encode_png, write_atomically};
+use rayframe::image_file::{CONTACT_SHEET, encode_png, write_single_file};
 use rayframe::output::{LabelledSheet, LabelledTile};
 use rayframe::sequence::{Plan, Summary, display_frame};
 use rayframe::settings::{OutputNames, Placeholder, SettingValues};
@@ -126,7 +126,7 @@ impl CommonSheets {
             let mut sheet = LabelledSheet::default();
             tiles.drain(..).for_each(|(_, tile)| sheet.add(tile));
             let image = sheet.image();
-            write_atomically(path, &encode_png(image.size, &image.pixels, CONTACT_SHEET)?)?;
+            write_single_file(path, &encode_png(image.size, &image.pixels, CONTACT_SHEET)?)?;
             print_note(&format!("all together: {}", path.display()));
         }
         Ok(())

@@ -25,7 +25,7 @@ use crate::progress::{
 };
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Result};
-use rayframe::image_file::write_atomically;
+use rayframe::image_file::write_single_file;
 use rayframe::regression::suite::{self, RunOptions, Suite};
 use rayframe::regression::{SuiteResult, Verdict, check_report_place, write_report};
 use rayframe::settings::parse as options;
@@ -169,7 +169,7 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
         }
     }
     write_report(&suite::report_page(&suite, result, &command(args, &suite), !suite::is_ci()), &page)?;
-    write_atomically(&folder.join(suite::RESULT_FILE), json.as_bytes())?;
+    write_single_file(&folder.join(suite::RESULT_FILE), json.as_bytes())?;
     files_written?;
     if args.open && differs {
         open_in_browser(&page);

@@ -10,7 +10,7 @@ use crate::cli::findings::findings_of_suite;
 use crate::cli::markdown::{MarkdownSummary, write_summary};
 use crate::progress::{escaped_lines, print_raw};
 use rayframe::error::Result;
-use rayframe::image_file::{OutputKind, check_output, probe_folder, write_atomically};
+use rayframe::image_file::{OutputKind, check_output, probe_folder, write_single_file};
 use rayframe::regression::suite::{Suite, suite_title};
 use rayframe::regression::{FailOn, SuiteResult};
 
@@ -58,7 +58,7 @@ impl OutputFiles {
     /// Those of writing files.
     pub(super) fn write(&self, suite: &Suite, result: &SuiteResult, fail_on: FailOn) -> Result<()> {
         if let Some(file) = &self.junit {
-            write_atomically(file, junit_xml(result, fail_on)?.as_bytes())?;
+            write_single_file(file, junit_xml(result, fail_on)?.as_bytes())?;
         }
         let findings = findings_of_suite(suite, result, fail_on);
         if let Some(file) = &self.summary {
@@ -66,7 +66,7 @@ impl OutputFiles {
             write_summary(file, MarkdownSummary { title, counts, losses: &[], findings: &findings })?;
         }
         if let Some(file) = &self.code_quality {
-            write_atomically(file, code_quality(&findings)?.as_bytes())?;
+            write_single_file(file, code_quality(&findings)?.as_bytes())?;
         }
         if self.github_annotations {
             print_raw(&escaped_lines(&github_commands(&findings)));

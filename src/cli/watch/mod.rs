@@ -168,14 +168,15 @@ impl Watch<'_> {
             // Dropped at the end, even by a panic.
             let _running = running;
             let flag = cancel.clone();
-            threads.spawn(move || {
+            let poll = move || {
                 while over.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
                     if self.stop.is_raised() || self.files.has_changed_by_now() {
                         flag.raise();
                         return;
                     }
                 }
-            });
+            };
+            thread::Builder::new().spawn_scoped(threads, poll).map_err(Error::no_threads)?;
             for planned in &plan.frames {
                 coarse::write(&job.sequence, planned, &cancel)?;
             }

@@ -141,6 +141,15 @@ fn infinities_and_nans_are_errors() {
         let mut document = Document::triangle();
         document.attribute("POSITION", "VEC3", &[0.0, 0.0, 0.0, 0.0, value, 0.0, 0.0, 0.0, 0.0]);
         assert!(document.error(65).contains("/accessors/1: element 1"));
+        for (name, shape, width) in
+            [("NORMAL", "VEC3", 3), ("TANGENT", "VEC4", 4), ("TEXCOORD_0", "VEC2", 2), ("COLOR_0", "VEC4", 4)]
+        {
+            let mut document = Document::triangle();
+            let mut values = vec![0.5; 3 * width];
+            values[2 * width + 1] = value;
+            document.attribute(name, shape, &values);
+            assert!(document.error(65).contains("element 2"), "{name} {value}");
+        }
     }
 }
 

@@ -12,7 +12,7 @@ mod page_images;
 use std::path::Path;
 
 use crate::error::Result;
-use crate::image_file::{OutputKind, check_output, probe_folder, remove_stale_temporaries, write_atomically};
+use crate::image_file::{OutputKind, check_output, probe_folder, write_single_file};
 
 pub use image_budget::{IMAGE_BUDGET_BYTES, ImageBudget};
 pub use page::{
@@ -35,7 +35,5 @@ pub fn check_report_place(path: &Path, overwrites: bool) -> Result<()> {
 /// [`Error::CannotCreate`](crate::Error::CannotCreate) or [`Error::WriteFailed`](crate::Error::WriteFailed).
 pub fn write_report(page: &ReportPage, path: &Path) -> Result<()> {
     let text = html::html(page, IMAGE_BUDGET_BYTES)?;
-    probe_folder(path)?;
-    remove_stale_temporaries(&[path.to_owned()]);
-    write_atomically(path, text.as_bytes())
+    write_single_file(path, text.as_bytes())
 }

@@ -8,6 +8,7 @@ use serde::Deserialize;
 use super::names::reference_path;
 use super::{Pending, PendingKind, Suite};
 use crate::error::{Error, Result};
+use crate::image_file::read_regular_file;
 use crate::regression::{Image, pixel_hash};
 
 /// The supported version of the file format.
@@ -66,8 +67,7 @@ impl Approval {
 /// # Errors
 /// [`Error::Missing`] when the file cannot be read, [`Error::Invalid`] when it is not an approvals file.
 pub fn read_approvals(path: &Path) -> Result<Vec<Approval>> {
-    let missing = Error::missing(path);
-    let length = std::fs::metadata(path).map_err(missing)?.len();
+    let length = std::fs::metadata(path).map_err(Error::missing(path))?.len();
     if length > MAX_BYTES {
         return Err(Error::refused(
             path,
@@ -75,7 +75,7 @@ pub fn read_approvals(path: &Path) -> Result<Vec<Approval>> {
             "is too large for an approvals file; name the file that the report exported",
         ));
     }
-    let bytes = std::fs::read(path).map_err(missing)?;
+    let bytes = read_regular_file(path, MAX_BYTES)?;
     let text: ApprovalsText = serde_json::from_slice(&bytes)
         .map_err(|error| Error::invalid(path, "", format!("is not an approvals file: {error}")))?;
     if text.schema != SCHEMA {

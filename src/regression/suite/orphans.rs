@@ -11,7 +11,7 @@ use super::pending::{discard_image, discard_removal, store_removal};
 use super::rendered_images::file_hash;
 use super::{RunOptions, Suite, SuiteShot};
 use crate::error::{Error, Result};
-use crate::image_file::remove_stale_temporaries;
+use crate::image_file::{read_regular_file, remove_stale_temporaries};
 use crate::regression::Image;
 use crate::regression::encoded_image::EncodedImage;
 use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
@@ -144,7 +144,7 @@ impl<'a> Orphans<'a> {
 /// Adds its reference to the result of an image that has no other.
 pub(super) fn add_reference(suite: &Suite, result: &mut FrameResult) {
     let reference = reference_path(&suite.references, &result.name);
-    let bytes = std::fs::read(&reference).ok();
+    let bytes = read_regular_file(&reference, u64::MAX).ok();
     let image = bytes.as_ref().and_then(|bytes| Image::decode(&reference, bytes).ok());
     result.expected = image.as_ref().and_then(EncodedImage::new);
     result.reference_hash = bytes.as_deref().map(file_hash);

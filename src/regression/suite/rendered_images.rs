@@ -10,7 +10,9 @@ use sha2::{Digest as _, Sha256};
 use super::Suite;
 use super::names::reference_path;
 use crate::error::{Error, Result};
-use crate::image_file::{probe_folder, write_atomically};
+use crate::image_file::{
+    probe_folder, read_regular_file, remove_stale_temporaries, write_atomically, write_single_file,
+};
 use crate::regression::result::{FrameResult, FrameStatus, SuiteResult};
 use crate::regression::verdict::Verdict;
 use crate::sequence::hex;
@@ -69,7 +71,7 @@ pub(super) fn remove_rendered(report: &Path) {
     let _ = std::fs::remove_file(report.join(LIST));
 }
 
-/// Writes the list of the images of `result` to the folder of a report.
+/// Writes the list of the images of `result` to the folder of a report, and removes what killed runs left of the images.
 ///
 /// # Errors
 /// [`Error::CannotCreate`] or [`Error::WriteFailed`].
@@ -82,17 +84,19 @@ pub(super) fn write_list(result: &SuiteResult, report: &Path) -> Result<()> {
         hash: frame.actual_hash.clone(),
         reference: frame.reference_hash.clone(),
     });
+    let paths: Vec<_> = result.frames().map(|frame| image_path(report, &frame.name)).collect();
+    remove_stale_temporaries(&paths);
     let list = ImageList { schema: SCHEMA, images: images.collect() };
     let json = serde_json::to_string_pretty(&list);
     let json = json.map_err(|error| Error::Internal { message: error.to_string() })?;
     let file = report.join(LIST);
-    probe_folder(&file)?;
-    write_atomically(&file, (json + "\n").as_bytes())
+    write_single_file(&file, (json + "\n").as_bytes())
 }
 
 /// SHA-256 of the file of the reference `name`. `None` where there is none.
 pub(super) fn reference_hash(suite: &Suite, name: &str) -> Option<String> {
-    Some(file_hash(&std::fs::read(reference_path(&suite.references, name)).ok()?))
+    let reference = reference_path(&suite.references, name);
+    Some(file_hash(&read_regular_file(&reference, u64::MAX).ok()?))
 }
 
 /// SHA-256 of the bytes of a file, hexadecimal.
@@ -117,7 +121,7 @@ pub(super) fn parse_list(file: &Path, bytes: &[u8]) -> Result<Vec<RenderedImage>
 
 fn listed_in_folder(report: &Path) -> Result<Vec<RenderedImage>> {
     let file = report.join(LIST);
-    parse_list(&file, &std::fs::read(&file).map_err(Error::missing(&file))?)
+    parse_list(&file, &read_regular_file(&file, u64::MAX)?)
 }
 
 /// Refuses names of images that lead out of a folder. Reports come from other machines.

@@ -72,6 +72,9 @@ impl RenderedReport {
         match &self.source {
             Source::Folder(folder) => {
                 let path = folder.join(file);
+                if !path.metadata().map_err(Error::missing(&path))?.is_file() {
+                    return Err(Error::invalid(&path, "", "is not a regular file"));
+                }
                 let mut bytes = Vec::new();
                 let read = File::open(&path)
                     .and_then(|file| file.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes));

@@ -100,11 +100,12 @@ pub fn run(
     // Two large scenes are never held at a time.
     let (alone, together): (Vec<_>, Vec<_>) = chosen.into_iter().partition(is_large);
     let workers = threads.min(together.len()).max(1);
-    let (cache, not_opened) = match options.uses_cache.then(|| VerdictCache::open(suite, &suite.cache)) {
-        Some(Ok(cache)) => (cache, None),
-        Some(Err(error)) => (None, Some(error)),
-        None => (None, None),
-    };
+    let (cache, not_opened) =
+        match options.uses_cache.then(|| VerdictCache::open(suite, &suite.cache, &shots)) {
+            Some(Ok(cache)) => (cache, None),
+            Some(Err(error)) => (None, Some(error)),
+            None => (None, None),
+        };
     if let Some(folder) = &options.images {
         remove_rendered(folder);
     }
@@ -186,10 +187,16 @@ fn test_shots(
         Ok(())
     };
     std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..context.shots_at_once).map(|_| scope.spawn(work)).collect();
-        let joined = workers
-            .into_iter()
-            .map(|worker| worker.join().unwrap_or_else(|payload| std::panic::resume_unwind(payload)));
+        let start = || std::thread::Builder::new().spawn_scoped(scope, work);
+        let workers: Vec<_> = (0..context.shots_at_once).map(|_| start()).collect();
+        if workers.iter().any(std::result::Result::is_err) {
+            // The others end after their first shot.
+            next.store(shots.len(), Ordering::Relaxed);
+        }
+        let joined = workers.into_iter().map(|worker| match worker {
+            Ok(worker) => worker.join().unwrap_or_else(|payload| std::panic::resume_unwind(payload)),
+            Err(error) => Err(Error::no_threads(error)),
+        });
         // Wait for all workers before returning the first error.
         joined.collect::<Vec<_>>().into_iter().collect::<Result<()>>()
     })?;

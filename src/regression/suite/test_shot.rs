@@ -16,6 +16,7 @@ use super::verdict_cache::{CachedShot, TestedInputs, VerdictCache};
 use super::{Suite, SuiteShot};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
+use crate::image_file::read_regular_file;
 use crate::regression::compare::{are_identical_and_finite, compare};
 use crate::regression::comparison::Comparison;
 use crate::regression::encoded_image::EncodedImage;
@@ -267,8 +268,7 @@ pub(super) fn test_frame(
     let bytes = std::fs::read(file).map_err(Error::missing(file))?;
     let mut actual = Image::decode(file, &bytes)?;
     let content = actual.scene.content.take_if(|_| !id.is_first);
-    let stored = if reference.exists() { Some(std::fs::read(&reference)) } else { None };
-    let stored = stored.transpose().map_err(Error::missing(&reference))?;
+    let stored = reference.exists().then(|| read_regular_file(&reference, u64::MAX)).transpose()?;
     let mut result = match &stored {
         Some(stored) => match Image::decode(&reference, stored) {
             Ok(expected) => compare_frame(id, &actual, &expected, limits),

@@ -15,7 +15,7 @@ use super::names::reference_path;
 use super::unchanged::is_unchanged_since;
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
-use crate::image_file::{probe_folder, write_atomically};
+use crate::image_file::{probe_folder, remove_stale_temporaries, write_atomically};
 use crate::regression::Verdict;
 use crate::regression::result::FrameResult;
 use crate::sequence::sha256_of_file;
@@ -23,6 +23,9 @@ use crate::sequence::sha256_of_file;
 /// Marks the folder for backup programs, <https://bford.info/cachedir/>.
 const TAG: &str =
     "Signature: 8a477f597d28d172789f06886806bc55\n# Verdicts of rayframe test. The folder may be deleted.\n";
+
+/// Files beside the verdicts.
+const MARKS: [(&str, &str); 2] = [("CACHEDIR.TAG", TAG), (".gitignore", "*\n")];
 
 /// Verdicts of earlier runs of a suite.
 #[derive(Debug)]
@@ -73,17 +76,25 @@ pub(super) struct TestedInputs<'a> {
     pub(super) warnings: &'a [String],
 }
 
+fn verdict_file(folder: &Path, shot: &SuiteShot) -> PathBuf {
+    folder.join(format!("{}.json", shot.name))
+}
+
 impl<'a> VerdictCache<'a> {
-    /// The verdicts in `folder`. `None` where the running program cannot be read, which tells versions apart.
+    /// The verdicts of `shots` in `folder`, where what killed runs left is removed. `None` where the running program cannot be read, which
+    /// tells versions apart.
     ///
     /// # Errors
     /// [`Error::CannotCreate`] for a folder with files of others.
-    pub(super) fn open(suite: &'a Suite, folder: &'a Path) -> Result<Option<Self>> {
+    pub(super) fn open(suite: &'a Suite, folder: &'a Path, shots: &[SuiteShot]) -> Result<Option<Self>> {
         let mut files = std::fs::read_dir(folder).into_iter().flatten();
         if files.next().is_some() && !folder.join("CACHEDIR.TAG").is_file() {
             let message = "holds other files than verdicts; name another folder in `cache`".to_owned();
             return Err(Error::CannotCreate { path: folder.to_owned(), message });
         }
+        let verdicts = shots.iter().map(|shot| verdict_file(folder, shot));
+        let paths: Vec<_> = verdicts.chain(MARKS.map(|(name, _)| folder.join(name))).collect();
+        remove_stale_temporaries(&paths);
         let program = std::env::current_exe().ok().and_then(|program| sha256_of_file(&program).ok());
         let (hashes, error) = (Mutex::default(), Mutex::default());
         Ok(program.map(|program| Self { suite, folder, program, start: SystemTime::now(), hashes, error }))
@@ -124,7 +135,7 @@ impl<'a> VerdictCache<'a> {
     }
 
     fn write(&self, file: &Path, cached: &CachedShot) -> Result<()> {
-        for (name, text) in [("CACHEDIR.TAG", TAG), (".gitignore", "*\n")] {
+        for (name, text) in MARKS {
             let path = self.folder.join(name);
             if !path.exists() {
                 probe_folder(&path)?;
@@ -164,7 +175,7 @@ impl<'a> VerdictCache<'a> {
     }
 
     fn file(&self, shot: &SuiteShot) -> PathBuf {
-        self.folder.join(format!("{}.json", shot.name))
+        verdict_file(self.folder, shot)
     }
 
     /// The hash of a file that did not change since the run began.

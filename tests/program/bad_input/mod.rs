@@ -4,6 +4,7 @@ mod content;
 mod large_files;
 mod outputs;
 mod paths;
+mod pipes;
 mod stage;
 mod triangle;
 

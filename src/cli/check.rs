@@ -63,7 +63,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<bool> {
     match listed {
         None => files.par_extend(given.par_iter().map(|path| checked(path, None))),
         Some(listed) => {
-            let matched = listed.matched((!args.files.is_empty()).then_some(&*given));
+            let folders: Vec<_> =
+                args.files.iter().filter(|path| path.is_dir()).map(PathBuf::as_path).collect();
+            let matched = listed.matched((!args.files.is_empty()).then_some(&*given), &folders);
             files.extend(matched.not_rendered);
             files.par_extend(
                 matched.files.par_iter().map(|(file, path)| checked_listed(file, path.as_deref())),
@@ -89,7 +91,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<bool> {
 
 fn checked(path: &Path, listed: Option<&ListedFile>) -> CheckedFile {
     let (status, message) = of_file(path, listed);
-    let frame = listed.map(|file| file.frame);
+    let frame = listed.and_then(|file| file.frame);
     CheckedFile { frame, ..CheckedFile::new(Some(path), status, message) }
 }
 
@@ -99,7 +101,7 @@ fn checked_listed(file: &ListedFile, path: Option<&Path>) -> CheckedFile {
     }
     let message = "is in the manifest and not there".to_owned();
     let missing = CheckedFile::new(Some(&file.path), FileStatus::Missing, message);
-    CheckedFile { frame: Some(file.frame), ..missing }
+    CheckedFile { frame: file.frame, ..missing }
 }
 
 /// A line for each failure, and one for all.

@@ -1,5 +1,6 @@
 //! Presentation of a run: images on the terminal, a movie, a contact sheet.
 
+use std::path::PathBuf;
 use std::sync::OnceLock;
 
 use crate::progress::{Reporter, TerminalImages, print_note, print_warning};
@@ -51,9 +52,9 @@ impl<'a> Presenter<'a> {
         }
     }
 
-    /// Makes the movie and the contact sheet, unless frames are missing.
-    pub(super) fn present(&self, summary: &Summary, cancel: &CancelFlag) -> Result<()> {
-        let Some(look) = summary.look else { return Ok(()) };
+    /// Makes the movie and the contact sheet, unless frames are missing. Returns what was made.
+    pub(super) fn present(&self, summary: &Summary, cancel: &CancelFlag) -> Result<Vec<PathBuf>> {
+        let Some(look) = summary.look else { return Ok(Vec::new()) };
         if summary.is_interrupted || !summary.failed.is_empty() {
             for (path, option) in self.job.sequence_outputs.files() {
                 print_warning(&format!(
@@ -61,11 +62,12 @@ impl<'a> Presenter<'a> {
                     path.display()
                 ));
             }
-            return Ok(());
+            return Ok(Vec::new());
         }
-        for path in write_sequence_outputs(self.job, self.plan, look, cancel)? {
+        let made = write_sequence_outputs(self.job, self.plan, look, cancel)?;
+        for path in &made {
             print_note(&format!("all frames together: {}", path.display()));
         }
-        Ok(())
+        Ok(made)
     }
 }

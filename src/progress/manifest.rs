@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -39,6 +39,8 @@ pub(crate) struct Manifest<'a> {
 struct State {
     /// Results of ended frames.
     ended: BTreeMap<i64, EndedFrame>,
+    /// Files of all frames together.
+    outputs: Vec<FileEntry>,
     updated: Option<Instant>,
 }
 
@@ -53,6 +55,8 @@ struct ManifestFile<'a> {
     crop: [u32; 4],
     fps: String,
     frames: Vec<FrameEntry<'a>>,
+    #[serde(skip_serializing_if = "<[FileEntry]>::is_empty")]
+    outputs: &'a [FileEntry],
     resolution: [u32; 2],
     scene: Cow<'a, str>,
     schema: u32,
@@ -125,12 +129,14 @@ impl<'a> Manifest<'a> {
         }
     }
 
-    /// Writes the file.
+    /// Writes the file at the end of the run. `outputs` are the movie and the contact sheet, where they were made.
     ///
     /// # Errors
     /// Those of [`write_atomically`].
-    pub(crate) fn write(&self) -> Result<()> {
-        self.write_state(&self.state.lock().unwrap_or_else(PoisonError::into_inner))
+    pub(crate) fn write(&self, outputs: &[PathBuf]) -> Result<()> {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.outputs = outputs.iter().map(|path| FileEntry::of_disk(path)).collect();
+        self.write_state(&state)
     }
 
     fn write_state(&self, state: &State) -> Result<()> {
@@ -143,6 +149,7 @@ impl<'a> Manifest<'a> {
             crop: [window.x0, window.y0, window.x1, window.y1],
             fps: job.rate.to_string(),
             frames,
+            outputs: &state.outputs,
             resolution: [job.render.resolution.0, job.render.resolution.1],
             scene: job.scene.path.to_string_lossy(),
             schema: SCHEMA,

@@ -16,8 +16,8 @@ const MOST_BYTES: u64 = 1 << 30;
 pub struct ListedFile {
     /// Path at the time of the run.
     pub path: PathBuf,
-    /// Frame number.
-    pub frame: i64,
+    /// Frame number; `None` for a file of all frames together, such as a movie.
+    pub frame: Option<i64>,
     /// SHA-256 in lower-case digits. `None` where the run could not read the file.
     pub sha256: Option<String>,
 }
@@ -25,7 +25,7 @@ pub struct ListedFile {
 /// What a manifest lists.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Manifest {
-    /// The files of all frames, in order.
+    /// The files of all frames, in order, then those of all frames together.
     pub files: Vec<ListedFile>,
     /// Frames without files, each with its status in words.
     pub not_rendered: Vec<(i64, String)>,
@@ -35,6 +35,8 @@ pub struct Manifest {
 struct ManifestFile {
     schema: u32,
     frames: Vec<ManifestFrame>,
+    #[serde(default)]
+    outputs: Vec<ManifestEntry>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -73,17 +75,19 @@ impl Manifest {
             if files.is_empty() {
                 read.not_rendered.push((frame, status.replace('_', " ")));
             }
-            read.files.extend(files.into_iter().map(|entry| ListedFile {
-                path: entry.file(),
-                frame,
-                sha256: entry.sha256.map(|digits| digits.to_ascii_lowercase()),
-            }));
+            read.files.extend(files.into_iter().map(|entry| entry.listed(Some(frame))));
         }
+        read.files.extend(manifest.outputs.into_iter().map(|entry| entry.listed(None)));
         Ok(read)
     }
 }
 
 impl ManifestEntry {
+    fn listed(self, frame: Option<i64>) -> ListedFile {
+        let sha256 = self.sha256.as_ref().map(|digits| digits.to_ascii_lowercase());
+        ListedFile { path: self.file(), frame, sha256 }
+    }
+
     #[cfg(unix)]
     fn file(&self) -> PathBuf {
         use std::os::unix::ffi::OsStringExt as _;

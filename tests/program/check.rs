@@ -101,6 +101,29 @@ fn sixty_of_sixty_changed_bits_are_found_and_rendered_again() {
 }
 
 #[test]
+fn movies_and_contact_sheets_are_in_the_manifest() {
+    let stage = Stage::new();
+    let more = ["--overwrite", "--contact-sheet", "out/all.png", "--movie", "out/all.gif"];
+    assert_eq!(stage.render(&more).status.code(), Some(0));
+    let manifest: Value = serde_json::from_slice(&stage.bytes("out/manifest.json")).unwrap();
+    Schema::read("manifest").check(&manifest);
+    let check = ["out", "--manifest", "out/manifest.json"];
+    assert_eq!(stage.check(&check), (Some(0), vec!["8 whole files".to_owned()]));
+    let mut sheet = stage.bytes("out/all.png");
+    let middle = sheet.len() / 2;
+    sheet[middle] ^= 1;
+    stage.write("out/all.png", &sheet);
+    let (code, lines) = stage.check(&check);
+    assert_eq!((code, lines.len()), (Some(1), 2), "{lines:?}");
+    assert!(lines[0].starts_with("FAIL out/all.png: is damaged"), "{lines:?}");
+    std::fs::remove_file(stage.path("out/all.gif")).unwrap();
+    let report = stage.json(&check);
+    let missing: Vec<_> =
+        report["files"].as_array().unwrap().iter().filter(|file| file["status"] == "missing").collect();
+    assert!(missing.len() == 1 && missing[0]["frame"].is_null(), "{missing:?}");
+}
+
+#[test]
 fn a_delivery_is_compared_with_its_manifest() {
     let stage = Stage::new();
     let manifest = ["--manifest", "out/manifest.json"];

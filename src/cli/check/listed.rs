@@ -41,8 +41,9 @@ impl Listed {
         Ok(Self { folder, files, not_rendered: not_rendered.into_iter().map(no_files).collect() })
     }
 
-    /// Finds the listed files among the `given`, or, without that, where the run wrote them, or beside the manifest.
-    pub(super) fn matched(self, given: Option<&[PathBuf]>) -> Matched<'_> {
+    /// Finds the listed files among the `given` and, where they are no images, in the `folders` of which these are the images;
+    /// without any given where the run wrote them, or beside the manifest.
+    pub(super) fn matched<'a>(self, given: Option<&'a [PathBuf]>, folders: &[&Path]) -> Matched<'a> {
         let Self { folder, files, not_rendered } = self;
         let Some(given) = given else {
             let place = |file: ListedFile| {
@@ -60,9 +61,11 @@ impl Listed {
             by_name.entry(path.file_name().unwrap_or_default().to_owned()).or_default().push(path);
         }
         let place = |file: ListedFile| {
-            let candidates = by_name.entry(file.path.file_name().unwrap_or_default().to_owned()).or_default();
+            let name = file.path.file_name().unwrap_or_default();
+            let candidates = by_name.entry(name.to_owned()).or_default();
             let closest = (0..candidates.len()).max_by_key(|&at| shared_end(candidates[at], &file.path));
-            let found = closest.map(|at| candidates.remove(at).to_owned());
+            let in_folder = || folders.iter().map(|folder| folder.join(name)).find(|path| path.is_file());
+            let found = closest.map(|at| candidates.remove(at).to_owned()).or_else(in_folder);
             (file, found)
         };
         let files = files.into_iter().map(place).collect();

@@ -88,11 +88,12 @@ pub(in crate::cli) fn perform(
         reporter.print(event);
         presenter.watch(event, &reporter);
     });
-    let manifest = manifest.map(|manifest| manifest.write());
     let statistics = outline.stats.as_deref().map(|path| write_statistics(path, job, &summary));
     let presented = presenter.present(&summary, cancel);
+    // Last, as it lists what is presented.
+    let manifest = manifest.map(|manifest| manifest.write(presented.as_deref().unwrap_or_default()));
     let sidecar_errors =
-        [manifest, statistics, Some(presented)].into_iter().flatten().filter_map(Result::err);
+        [manifest, statistics, Some(presented.map(|_| ()))].into_iter().flatten().filter_map(Result::err);
     Outcome { sidecar_errors: sidecar_errors.collect(), summary }
 }
 

@@ -21,6 +21,7 @@ use super::exposure::exposure_ev;
 use super::frame_claim::{Claimed, FrameClaim};
 use super::frame_tracer::{FrameStatistics, FrameTracer};
 use super::frame_warnings::{FrameWarnings, LitPixels, depth_warning};
+use super::kept_preview::KeptPreview;
 use super::movie_output::MovieOutput;
 use super::panic::catch_panic;
 use super::writer::{FrameEncoder, FrameFiles, LoopResult, TracedFrame, Writer, receive_while_working};
@@ -213,8 +214,8 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
             Claimed::Here(claim) => claim,
             Claimed::Elsewhere => return Ok(None),
             Claimed::Done => {
-                let look = planned.preview_path.as_ref().map(|_| self.look);
-                return Ok(Some(LoopResult::Kept(planned, look)));
+                let preview = KeptPreview::spawn((self.job, planned), self.look, self.stop, self.pool);
+                return Ok(Some(LoopResult::Kept(planned, preview)));
             }
         };
         (self.on_event)(SequenceEvent::FrameStarted(planned));

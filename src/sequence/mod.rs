@@ -16,6 +16,7 @@ mod frame_tracer;
 mod frame_warnings;
 mod job;
 mod joint_files;
+mod kept_preview;
 mod manifest;
 mod memory;
 mod movie_output;

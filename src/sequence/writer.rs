@@ -15,7 +15,7 @@ use sha2::{Digest as _, Sha256};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::image_file::{DisplayImage, FrameAttributes, WrittenExr, encode_png, write_atomically};
+use crate::image_file::{DisplayImage, FrameAttributes, WrittenExr, write_atomically};
 use crate::output::{ExrFiles, ExrOutput, InstanceIds, PreviewLook, display_image, exr_files, png_file};
 use crate::sha256::hex;
 
@@ -23,10 +23,10 @@ use super::banded_frame::BandedFrame;
 use super::checkpoint::Checkpoint;
 use super::frame_claim::FrameClaim;
 use super::frame_tracer::FrameTracer;
+use super::kept_preview::KeptPreview;
 use super::movie_output::MovieOutput;
 use super::panic::catch_panic;
 use super::statistics::peak_memory_bytes;
-use super::stored_frame::display_exr;
 use super::{
     AovFileReport, FailedFrame, FrameReport, OutputFormat, Phases, PlannedFrame, RayReport, SequenceEvent,
     SequenceJob, Summary, TreeReport,
@@ -39,8 +39,8 @@ const NAP: Duration = Duration::from_millis(1);
 pub(super) enum LoopResult<'a> {
     /// The frame is traced, and its files are being encoded.
     Traced(Box<TracedFrame<'a>>),
-    /// The frame exists. Its preview is written anew if a tone mapping is given.
-    Kept(&'a PlannedFrame, Option<PreviewLook>),
+    /// The frame exists. Its preview is being written anew, where there are previews.
+    Kept(&'a PlannedFrame, Option<KeptPreview>),
     /// The frame failed.
     Failed(&'a PlannedFrame, Error),
 }
@@ -166,10 +166,11 @@ impl Writer<'_> {
                 break;
             }
             let (planned, completed) = match frame {
-                LoopResult::Kept(planned, look) => {
-                    let kept = self.keep(planned, look);
-                    summary.previews += usize::from(look.is_some() && kept.is_ok());
-                    (planned, kept.map(|()| None))
+                LoopResult::Kept(planned, None) => (planned, Ok(None)),
+                LoopResult::Kept(planned, Some(preview)) => {
+                    let written = preview.written(planned.frame);
+                    summary.previews += usize::from(written.is_ok());
+                    (planned, written.map(|()| None))
                 }
                 LoopResult::Failed(planned, error) => (planned, Err(error)),
                 LoopResult::Traced(frame) => (frame.planned, self.write(frame, last_completed).map(Some)),
@@ -287,17 +288,6 @@ impl Writer<'_> {
         };
         let aov_files = planned.aov_paths.iter().zip(aovs).map(report).collect();
         Ok(WrittenFrame { sha256, bytes, aov_files, seconds })
-    }
-
-    /// Writes the preview of a kept frame from its file.
-    fn keep(&self, planned: &PlannedFrame, look: Option<PreviewLook>) -> Result<()> {
-        let (Some(preview_path), Some(look)) = (&planned.preview_path, look) else {
-            return Ok(());
-        };
-        catch_panic(planned.frame, || {
-            let image = display_exr(self.job, planned, look)?;
-            write_atomically(preview_path, &encode_png(image.size, &image.pixels, &planned.render_hash)?)
-        })
     }
 }
 

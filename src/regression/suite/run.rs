@@ -100,12 +100,11 @@ pub fn run(
     // Two large scenes are never held at a time.
     let (alone, together): (Vec<_>, Vec<_>) = chosen.into_iter().partition(is_large);
     let workers = threads.min(together.len()).max(1);
-    let (cache, not_opened) =
-        match options.uses_cache.then(|| VerdictCache::open(suite, &suite.cache, &shots)) {
-            Some(Ok(cache)) => (cache, None),
-            Some(Err(error)) => (None, Some(error)),
-            None => (None, None),
-        };
+    let opened = options.uses_cache.then(|| VerdictCache::open(suite, &suite.cache, &shots)).transpose();
+    let (cache, not_opened) = match opened {
+        Ok(cache) => (cache.flatten(), None),
+        Err(error) => (None, Some(error)),
+    };
     if let Some(folder) = &options.images {
         remove_rendered(folder);
     }

@@ -4,8 +4,8 @@
     python3 tests/oracles/validator_errors.py RAYFRAME FOLDER
 
 FOLDER has glTF files, each with the validator's report beside it as FILE.report.json. Ends with 1 where a file of which the validator
-reports an error of severity 0 is accepted without a word and one of its errors has no reason here, and where a run crashes or takes
-more than 5 s.
+reports an error of severity 0 is accepted without a word and one of its errors has no reason here, or the reason that its object is not
+used and the file may use it; and where a run crashes or takes more than 5 s.
 """
 
 import collections
@@ -51,6 +51,26 @@ REASONS = {
 }
 
 
+# Lists of which one must hold something for an element of the list before to be used.
+USERS = {"accessors": ["meshes", "skins", "animations", "nodes"], "buffers": ["bufferViews"], "images": ["textures"]}
+
+
+def document(file):
+    """The JSON of a .gltf or .glb file."""
+    data = file.read_bytes()
+    if data[:4] == b"glTF":
+        data = data[20:20 + int.from_bytes(data[12:16], "little")]
+    return json.loads(data)
+
+
+def is_unused(root, pointer):
+    """Whether nothing in the document can use the object at the pointer."""
+    kind, *rest = pointer.strip("/").split("/")
+    if kind == "animations" and rest[1:2] == ["channels"]:
+        return "node" not in root["animations"][int(rest[0])]["channels"][int(rest[2])]["target"]
+    return kind in USERS and not any(root.get(user) for user in USERS[kind])
+
+
 def outcome(rayframe, file):
     """`refused`, `warned` or `silent`; anything else is a fault."""
     try:
@@ -78,6 +98,8 @@ def main():
         if found == "silent":
             silent.update(codes)
             faults += [f"{file}: {code} has no reason" for code in sorted(codes - REASONS.keys())]
+            unread = {message["pointer"] for message in messages if REASONS.get(message["code"]) == NOT_READ and message["severity"] == 0}
+            faults += [f"{file}: {pointer} may be used" for pointer in sorted(unread) if not is_unused(document(file), pointer)]
         elif found not in ("refused", "warned"):
             faults.append(f"{file}: {found}")
     print(", ".join(f"{count} {name}" for name, count in sorted(outcomes.items())))

@@ -1,6 +1,5 @@
 //! Reading of manifests (`schema/manifest.schema.json`): the files of each frame with their hashes.
 
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use percent_encoding::percent_decode_str;
@@ -92,7 +91,7 @@ impl ManifestEntry {
     fn file(&self) -> PathBuf {
         use std::os::unix::ffi::OsStringExt as _;
         match &self.path_percent {
-            Some(encoded) => OsString::from_vec(percent_decode_str(encoded).collect()).into(),
+            Some(encoded) => std::ffi::OsString::from_vec(percent_decode_str(encoded).collect()).into(),
             None => PathBuf::from(&self.path),
         }
     }

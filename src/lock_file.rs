@@ -29,14 +29,17 @@ impl LockFile {
     /// Tries to hold the file at `path`, which is created where it is missing. Does not wait.
     pub(crate) fn try_hold(path: &Path) -> Attempt {
         loop {
-            let Ok(file) = open(path) else { return Attempt::Unavailable };
+            let Ok((file, is_new)) = open(path) else { return Attempt::Unavailable };
             match file.try_lock() {
                 // The holder before may have removed the file between opening and locking.
                 Ok(()) if !is_at(path, &file) => {}
                 Ok(()) => return Attempt::Held(Self { path: path.to_owned(), file }),
                 Err(TryLockError::WouldBlock) => return Attempt::Busy,
                 Err(TryLockError::Error(_)) => {
-                    let _ = fs::remove_file(path);
+                    // One that was there may be held all the same.
+                    if is_new {
+                        let _ = fs::remove_file(path);
+                    }
                     return Attempt::Unavailable;
                 }
             }
@@ -55,12 +58,20 @@ impl Drop for LockFile {
     }
 }
 
-/// Opens a lock file. One of another user may be readable only, which suffices for a lock.
-fn open(path: &Path) -> io::Result<File> {
-    match OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path) {
+/// Opens a lock file, and tells whether it was missing. One of another user may be readable only, which suffices for a lock.
+fn open(path: &Path) -> io::Result<(File, bool)> {
+    let mut options = OpenOptions::new();
+    options.read(true).write(true);
+    match options.clone().create_new(true).open(path) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+        made => return made.map(|file| (file, true)),
+    }
+    // The holder may remove it meanwhile.
+    let opened = match options.create(true).truncate(false).open(path) {
         Err(error) if error.kind() == io::ErrorKind::PermissionDenied => File::open(path),
         opened => opened,
-    }
+    };
+    opened.map(|file| (file, false))
 }
 
 /// Whether `file` is still the one at `path`.
@@ -93,6 +104,15 @@ mod tests {
         drop(held);
         assert!(!path.exists());
         assert!(matches!(LockFile::try_hold(&folder.path().join("missing/a.lock")), Attempt::Unavailable));
+    }
+
+    #[test]
+    fn a_missing_file_is_made_and_one_that_is_there_is_opened() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.lock");
+        let opened = || open(&path).unwrap().1;
+        assert_eq!([opened(), opened()], [true, false]);
+        assert!(open(&folder.path().join("missing/a.lock")).is_err());
     }
 
     #[test]

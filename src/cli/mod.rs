@@ -4,11 +4,13 @@ mod accept;
 mod accept_rendered;
 mod camera_text;
 mod check;
+mod completions;
 mod diff;
 mod exit_status;
 mod fail_on;
 mod findings;
 mod info;
+mod man;
 mod markdown;
 mod merge;
 mod outcome;
@@ -30,7 +32,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 
 use crate::progress::{option_names, print_error, take_output_failure};
 use rayframe::error::Error;
@@ -71,6 +73,10 @@ enum Command {
     Review(accept::RejectArgs),
     /// Render one frame, coarse first, and again after every change of the scene or the shot file
     Watch(watch::WatchOptions),
+    /// Print a script by which a shell completes verbs and options
+    Completions(completions::CompletionsArgs),
+    /// Print a manual page, or write all of them into a folder
+    Man(man::ManArgs),
 }
 
 /// Parses `arguments` (the program's name first), runs the command, and prints an error in one line.
@@ -97,6 +103,8 @@ pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitStatus {
             Command::Review(args) => exit_status(review::run(&args)),
             Command::Info(args) => exit_status(info::run(&args)),
             Command::Diff(args) => verdict(in_threads(|| diff::run(&args))),
+            Command::Completions(args) => completions::run(&args, Cli::command()),
+            Command::Man(args) => exit_status(man::run(&args, Cli::command())),
             Command::Check(args) => verdict(in_threads(|| check::run(&args))),
         }
     }));

@@ -1,5 +1,7 @@
 //! Options of `rayframe render` and `rayframe watch`, built from the definitions of the settings.
 
+mod completion;
+
 use std::ffi::{OsStr, OsString};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -13,6 +15,8 @@ use crate::progress::option_names;
 use rayframe::error::{Error, Provenance, Result, SettingError};
 use rayframe::settings::{DEFINITIONS, Definition, Named as _, ProgressStyle, Settings};
 use rayframe::shot::{ShotSettings, is_shot};
+
+use completion::with_value;
 
 /// The typed options.
 #[derive(Clone, Debug)]
@@ -75,8 +79,7 @@ impl clap::Args for RenderOptions {
 fn arg(definition: &'static Definition) -> Arg {
     let arg = Arg::new(definition.name);
     if definition.name == "scene" {
-        let scene =
-            arg.value_name(definition.value_name).value_parser(OsStringValueParser::new()).num_args(1..);
+        let scene = with_value(arg, definition).num_args(1..);
         return scene.help(help(definition, false)).required_unless_present_any(["config", "set"]);
     }
     let action = match (definition.is_flag(), definition.form.is_repeated) {
@@ -86,8 +89,7 @@ fn arg(definition: &'static Definition) -> Arg {
     };
     let mut arg = arg.long(definition.option_name()).action(action).help_heading(definition.group.heading());
     if !definition.is_flag() {
-        arg = arg.value_name(definition.value_name).value_parser(OsStringValueParser::new());
-        arg = arg.allow_hyphen_values(true);
+        arg = with_value(arg, definition).allow_hyphen_values(true);
     }
     if let Some(value) = definition.value_alone {
         arg = arg.num_args(0..=1).require_equals(true).default_missing_value(value);

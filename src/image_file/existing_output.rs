@@ -50,6 +50,8 @@ pub enum OutputKind {
     ReportPage,
     /// Result of a suite as JSON.
     SuiteResult,
+    /// Manual page of the program or a verb.
+    ManualPage,
 }
 
 impl OutputKind {
@@ -77,6 +79,7 @@ impl OutputKind {
             Self::Summary => "a summary of this program",
             Self::ReportPage => "a report",
             Self::SuiteResult => "the result of a test",
+            Self::ManualPage => "a manual page of this program",
         }
     }
 
@@ -95,6 +98,7 @@ impl OutputKind {
             Self::Summary => (b"", vec![SUMMARY_MARK.as_bytes()]),
             Self::ReportPage => (b"", vec![PAGE_MARK.as_bytes()]),
             Self::SuiteResult => (b"{", vec![b"\"schema\":", b"\"shots\":"]),
+            Self::ManualPage => (b"", vec![b".TH rayframe"]),
         }
     }
 

@@ -30,6 +30,11 @@ pub(crate) fn print_json(json: &str) {
     write_lines(&escaped_json(json));
 }
 
+/// Prints a generated file, in which no name comes from outside, to the standard output as it is.
+pub(crate) fn print_generated(text: &str) {
+    write_lines(text.trim_end());
+}
+
 /// Prints text without escaping to the standard error stream.
 pub(crate) fn print_raw(text: &str) {
     let mut stderr = std::io::stderr().lock();

@@ -26,6 +26,7 @@ mod refusals;
 mod run_conditions;
 mod scenes;
 mod shared_output;
+mod shell;
 mod shots;
 mod stale_temporaries;
 mod suite;

@@ -7,6 +7,9 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
+/// Most files that are found to be removed after they were opened.
+const MOST_ATTEMPTS: usize = 1000;
+
 /// A file that this process holds. Dropping it removes the file.
 #[derive(Debug)]
 pub(crate) struct LockFile {
@@ -28,7 +31,7 @@ pub(crate) enum Attempt {
 impl LockFile {
     /// Tries to hold the file at `path`, which is created where it is missing. Does not wait.
     pub(crate) fn try_hold(path: &Path) -> Attempt {
-        loop {
+        for _ in 0..MOST_ATTEMPTS {
             let Ok((file, is_new)) = open(path) else { return Attempt::Unavailable };
             match file.try_lock() {
                 // The holder before may have removed the file between opening and locking.
@@ -44,6 +47,7 @@ impl LockFile {
                 }
             }
         }
+        Attempt::Unavailable
     }
 
     /// The file.
@@ -58,13 +62,18 @@ impl Drop for LockFile {
     }
 }
 
-/// Opens a lock file, and tells whether it was missing. One of another user may be readable only, which suffices for a lock.
+/// Opens a lock file, and tells whether it was missing. One of another user may be readable only, which suffices for a lock but on network
+/// file systems.
 fn open(path: &Path) -> io::Result<(File, bool)> {
     let mut options = OpenOptions::new();
     options.read(true).write(true);
     match options.clone().create_new(true).open(path) {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-        made => return made.map(|file| (file, true)),
+        Err(error) => return Err(error),
+        Ok(file) => {
+            permit_all(&file);
+            return Ok((file, true));
+        }
     }
     // The holder may remove it meanwhile.
     let opened = match options.create(true).truncate(false).open(path) {
@@ -74,13 +83,25 @@ fn open(path: &Path) -> io::Result<(File, bool)> {
     opened.map(|file| (file, false))
 }
 
+/// Lets every user of the folder try the lock, which needs the right to write on network file systems.
+fn permit_all(file: &File) {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        let _ = file.set_permissions(fs::Permissions::from_mode(0o666));
+    }
+    #[cfg(not(unix))]
+    let _ = file;
+}
+
 /// Whether `file` is still the one at `path`.
 fn is_at(path: &Path, file: &File) -> bool {
     #[cfg(unix)]
     {
         use std::os::unix::fs::MetadataExt as _;
         let id = |metadata: &fs::Metadata| (metadata.dev(), metadata.ino());
-        matches!((fs::metadata(path), file.metadata()), (Ok(a), Ok(b)) if id(&a) == id(&b))
+        // A network file system may find a removed file for a while, whose last link is gone.
+        matches!((fs::metadata(path), file.metadata()), (Ok(a), Ok(b)) if id(&a) == id(&b) && b.nlink() > 0)
     }
     #[cfg(not(unix))]
     {

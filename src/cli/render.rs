@@ -219,7 +219,8 @@ impl Session {
             print_plan(shot, &jobs, &planned);
             return Ok(None);
         }
-        let prepare = |(job, plan): &(&RenderJob, &Plan)| prepare(&job.sequence, plan, &other_files(job));
+        let prepare =
+            |(job, plan): &(&RenderJob, &Plan)| prepare(&job.sequence, plan, &other_files(job), &self.cancel);
         let _locks = planned.iter().map(prepare).collect::<Result<Vec<_>>>()?;
         Ok(self.render_sequences(&planned, &shot.values).err())
     }

@@ -177,8 +177,8 @@ fn format_name(format: u32) -> String {
 mod tests {
     use super::*;
 
-    const UASTC: &[u8] = include_bytes!("../../tests/make_scenes/streams/chequer_uastc.ktx2");
-    const ETC1S: &[u8] = include_bytes!("../../tests/make_scenes/streams/chequer_etc1s.ktx2");
+    const UASTC: &[u8] = include_bytes!("../../tests/streams/chequer_uastc.ktx2");
+    const ETC1S: &[u8] = include_bytes!("../../tests/streams/chequer_etc1s.ktx2");
 
     #[test]
     fn both_block_formats_are_decoded() {

@@ -249,7 +249,7 @@ mod tests {
 
     #[test]
     fn lossless_and_lossy_webp_are_decoded() {
-        let lossless = include_bytes!("../../tests/make_scenes/streams/chequer.webp");
+        let lossless = include_bytes!("../../tests/streams/chequer.webp");
         let header = image_header(lossless).unwrap();
         assert_eq!((header.width, header.height, header.decoded_bytes), (32, 16, 2048));
         let Ok(DecodedTexels::Rgba8(texels)) = decode_texels(lossless) else {
@@ -259,7 +259,7 @@ mod tests {
             [texels[0], texels[4], texels[511]],
             [[233, 200, 125, 255], [59, 92, 142, 255], [233, 200, 125, 255]]
         );
-        let lossy = include_bytes!("../../tests/make_scenes/streams/lossy.webp");
+        let lossy = include_bytes!("../../tests/streams/lossy.webp");
         let Ok(DecodedTexels::Rgba8(near)) = decode_texels(lossy) else {
             panic!("not eight bits");
         };

@@ -39,7 +39,7 @@ impl SequenceRenderer {
     pub fn run(&self, on_event: impl Fn(SequenceEvent<'_>) + Sync) -> Result<Summary> {
         let plan = self.plan().map_err(|error| self.settings.locate(error))?;
         plan.prepare()?;
-        let _lock = RunLock::acquire(&self.job, &plan)?;
+        let _lock = RunLock::acquire(&self.job, &plan, &self.cancel)?;
         let summary = run(&self.job, &plan, &self.cancel, &on_event);
         if summary.is_interrupted || !(summary.failed.is_empty() || self.job.keep_going) {
             summary.outcome()?;

@@ -1,13 +1,17 @@
 //! Claims: the right of one of several runs to render a frame, and a last look at the files that are there.
 
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
-use crate::error::Result;
+use crate::error::{Result, Warning};
 use crate::image_file::hidden_prefix;
 use crate::lock_file::{Attempt, LockFile};
 
 use super::plan::{existing_files, replacement_refused};
-use super::{ExistingFiles, PlannedFrame, SequenceJob};
+use super::{ExistingFiles, PlannedFrame, SequenceJob, frames_text};
+
+/// Time without a finished frame after which a wait is told.
+const LONG: Duration = Duration::from_secs(30);
 
 /// A frame that this run may render, until the claim is dropped.
 #[derive(Debug)]
@@ -60,6 +64,42 @@ impl FrameClaim {
     }
 }
 
+/// A wait for frames that other runs have claimed.
+#[derive(Debug, Default)]
+pub(super) struct LongWait {
+    /// Number of frames, and since when it has not changed.
+    since: Option<(usize, Instant)>,
+    is_told: bool,
+}
+
+impl LongWait {
+    /// A warning, once, where none of the frames was finished for long: their run may hang, or a network file system may keep the locks of
+    /// a machine that is gone.
+    pub(super) fn warning(&mut self, frames: &[&PlannedFrame]) -> Option<Warning> {
+        self.warning_at(frames, Instant::now())
+    }
+
+    fn warning_at(&mut self, frames: &[&PlannedFrame], now: Instant) -> Option<Warning> {
+        let first = frames.first()?;
+        let since = match self.since {
+            Some((count, since)) if count == frames.len() => since,
+            _ => now,
+        };
+        self.since = Some((frames.len(), since));
+        if self.is_told || now.duration_since(since) < LONG {
+            return None;
+        }
+        self.is_told = true;
+        let numbers: Vec<_> = frames.iter().map(|planned| planned.frame).collect();
+        let message = format!(
+            "another run has claimed {} and finishes none; where it does not live any more, remove \"{}\"",
+            frames_text(&numbers),
+            claim_path(first).display()
+        );
+        Some(Warning { pointer: String::new(), message })
+    }
+}
+
 /// Removes a claim that a killed run left. One that is held stays.
 fn remove_abandoned(claim: &Path) {
     if claim.exists() {
@@ -71,4 +111,32 @@ fn claim_path(planned: &PlannedFrame) -> PathBuf {
     let mut name = hidden_prefix(&planned.path);
     name.push("claim");
     planned.path.with_file_name(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_wait_is_told_once_and_begins_anew_with_every_frame() {
+        let planned = |frame: i64| PlannedFrame {
+            frame,
+            time_seconds: 0.0,
+            path: format!("out/a.{frame:04}.exr").into(),
+            aov_paths: Vec::new(),
+            preview_path: None,
+            render_hash: String::new(),
+            is_done: false,
+        };
+        let frames = [planned(3), planned(4)];
+        let both: Vec<_> = frames.iter().collect();
+        let (mut wait, start) = (LongWait::default(), Instant::now());
+        assert!(wait.warning_at(&both, start).is_none());
+        assert!(wait.warning_at(&both, start + LONG / 2).is_none());
+        // One was finished.
+        assert!(wait.warning_at(&both[..1], start + LONG).is_none());
+        let told = wait.warning_at(&both[..1], start + LONG * 2).unwrap().message;
+        assert!(told.contains("frame 3") && told.contains(".a.0003.exr.claim"), "{told}");
+        assert!(wait.warning_at(&both[..1], start + LONG * 4).is_none());
+    }
 }

@@ -18,7 +18,7 @@ use crate::output::{PreviewLook, run_stamp};
 use super::banded_frame::{BandedFrame, BandedResult};
 use super::checkpoint::Checkpoint;
 use super::exposure::exposure_ev;
-use super::frame_claim::{Claimed, FrameClaim};
+use super::frame_claim::{Claimed, FrameClaim, LongWait};
 use super::frame_tracer::{FrameStatistics, FrameTracer};
 use super::frame_warnings::{FrameWarnings, LitPixels, depth_warning};
 use super::kept_preview::KeptPreview;
@@ -161,6 +161,7 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
     /// Renders frames up to the last one, the first failure, or a raised flag. Returns false for a raised flag.
     fn run(mut self, plan: &'a Plan) -> bool {
         let mut frames: Vec<_> = plan.frames.iter().collect();
+        let mut long_wait = LongWait::default();
         loop {
             let mut elsewhere = Vec::new();
             for planned in frames {
@@ -189,6 +190,9 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
                 return true;
             }
             // Other runs finish these, or leave them to this one when they end.
+            if let Some(warning) = long_wait.warning(&elsewhere) {
+                (self.on_event)(SequenceEvent::Warned(&warning));
+            }
             thread::sleep(PAUSE);
             frames = elsewhere;
         }
@@ -210,28 +214,30 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
     }
 
     fn frame(&mut self, planned: &'a PlannedFrame) -> Result<Option<LoopResult<'a>>> {
+        // Wait until the frame before the previous one is written. Until then another run may claim the frame.
+        let started = Instant::now();
+        if !planned.is_done && self.band_rows.is_none() && self.film.is_none() {
+            self.film = Some(receive_while_working(&self.films).ok_or(Cancelled)?);
+        }
+        let mut seconds = Phases { wait: started.elapsed().as_secs_f64(), ..Phases::default() };
+
         let claim = match FrameClaim::of(self.job, planned)? {
             Claimed::Here(claim) => claim,
             Claimed::Elsewhere => return Ok(None),
             Claimed::Done => {
+                // A run may have ended between a frame and its checkpoint.
+                if let Some(checkpoint) = Checkpoint::of(self.job, planned) {
+                    checkpoint.remove();
+                }
                 let preview = KeptPreview::spawn((self.job, planned), self.look, self.stop, self.pool);
                 return Ok(Some(LoopResult::Kept(planned, preview)));
             }
         };
         (self.on_event)(SequenceEvent::FrameStarted(planned));
-        let started = Instant::now();
         if let Some(rows) = self.band_rows {
             return self.banded_frame((planned, claim), rows, started).map(Some);
         }
-        let mut seconds = Phases::default();
-
-        // Wait until the frame before the previous one is written.
-        let waiting = Instant::now();
-        let mut film = match self.film.take() {
-            Some(film) => film,
-            None => receive_while_working(&self.films).ok_or(Cancelled)?,
-        };
-        seconds.wait = waiting.elapsed().as_secs_f64();
+        let mut film = self.film.take().ok_or(Cancelled)?;
 
         // Pose, build and trace.
         let rendered = match self.render(planned, &mut film) {

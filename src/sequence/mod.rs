@@ -10,6 +10,7 @@ mod checkpoint;
 mod collisions;
 mod event;
 mod exposure;
+mod file_stamp;
 mod frame_claim;
 mod frame_loop;
 mod frame_tracer;

@@ -10,6 +10,7 @@ use crate::film::AovFlags;
 use crate::image_file::{check_name, probe_folder, remove_stale_temporaries};
 use crate::output::ExrOutput;
 
+use super::file_stamp::FileStamp;
 use super::movie_settings::check_movie;
 use super::resume::{Decision, decide, preview_in_the_way};
 use super::{ExistingFiles, OutputFormat, SequenceJob, memory, render_hash};
@@ -60,6 +61,9 @@ pub struct Plan {
     /// Rows of the bands that frames are rendered in, where a whole frame needs more memory than the limit. A multiple of 256 fits every
     /// compression.
     pub band_rows: Option<u32>,
+    is_movie: bool,
+    /// The file of each frame as it was before it was looked at.
+    stamps: Vec<Option<FileStamp>>,
 }
 
 /// An existing file that the run replaces by other content.
@@ -79,12 +83,17 @@ impl Plan {
     /// [`Error::CannotCreate`] when a file with other content has a frame's name.
     pub fn new(job: &SequenceJob) -> Result<Self> {
         let band_rows = Self::check(job)?;
-        let planned: Vec<_> = job.frames.par_iter().map(|&frame| plan_frame(job, frame)).collect();
-        let (mut frames, in_the_way): (Vec<_>, Vec<_>) = planned.into_iter().unzip();
+        let is_movie = job.output.is_movie();
+        let mut planned: Vec<_> = job.frames.par_iter().map(|&frame| plan_frame(job, frame)).collect();
+        if is_movie {
+            // A movie shows its frames in the order of time.
+            planned.sort_by_key(|(planned, ..)| planned.frame);
+        }
+        let (frames, (stamps, in_the_way)): (Vec<_>, (Vec<_>, Vec<_>)) =
+            planned.into_iter().map(|(planned, stamp, in_the_way)| (planned, (stamp, in_the_way))).unzip();
         let mut replaced: Vec<_> = in_the_way.into_iter().flatten().collect();
-        if job.output.is_movie() {
-            // A movie shows its frames in the order of time, and is one file.
-            frames.sort_by_key(|planned| planned.frame);
+        if is_movie {
+            // It is one file.
             refuse_to_replace_movie(job, &replaced)?;
             replaced.clear();
         } else {
@@ -93,7 +102,7 @@ impl Plan {
         if job.existing == ExistingFiles::Protect {
             refuse_to_replace(&replaced)?;
         }
-        Ok(Self { frames, replaced, keeps_checkpoints: job.checkpoint, band_rows })
+        Ok(Self { frames, replaced, keeps_checkpoints: job.checkpoint, band_rows, is_movie, stamps })
     }
 
     /// The checks of [`Plan::new`] that need neither the camera nor the environment nor existing files. Returns the rows of bands, where the
@@ -129,11 +138,16 @@ impl Plan {
             }
         }
         remove_stale_temporaries(&paths);
-        // A run may have ended between a frame and its checkpoint.
-        for frame in self.frames.iter().filter(|frame| self.keeps_checkpoints && frame.is_done) {
-            let _ = std::fs::remove_file(frame.checkpoint_path());
-        }
         Ok(())
+    }
+
+    /// Whether no other run has made or replaced a file that the plan counts on. Of frames that are to be rendered, each is looked at again
+    /// before it is.
+    pub(super) fn is_current(&self) -> bool {
+        let is_same =
+            |(frame, stamp): (&PlannedFrame, &Option<FileStamp>)| FileStamp::of(&frame.path) == *stamp;
+        let mut stamps = self.frames.iter().zip(&self.stamps);
+        stamps.all(|(frame, stamp)| !(frame.is_done || self.is_movie) || is_same((frame, stamp)))
     }
 
     /// Number of frames to render.
@@ -201,9 +215,10 @@ fn refuse_shared_names(frames: &[PlannedFrame]) -> Result<()> {
     }
 }
 
-/// The planned frame, and an existing file with other content under one of its names.
-fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Option<ReplacedFile>) {
+/// The planned frame, its file before it was looked at, and an existing file with other content under one of its names.
+fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Option<FileStamp>, Option<ReplacedFile>) {
     let path = job.output.path(frame);
+    let stamp = FileStamp::of(&path);
     let aovs = job.exr.split_aovs().iter();
     let aov_paths: Vec<_> = aovs.map(|aov| job.output.layer_path(frame, aov.name())).collect();
     let preview_path = job.preview.then(|| path.with_extension("png"));
@@ -212,7 +227,7 @@ fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Option<ReplacedFi
     let planned =
         PlannedFrame { frame, time_seconds, path, aov_paths, preview_path, render_hash, is_done: false };
     let (is_done, in_the_way) = existing_files(job, &planned);
-    (PlannedFrame { is_done, ..planned }, in_the_way)
+    (PlannedFrame { is_done, ..planned }, stamp, in_the_way)
 }
 
 /// Whether all files of a frame but the preview are there, and a file with other content under one of its names.

@@ -34,11 +34,23 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
     hash_of(&content)
 }
 
-/// The hash of a run: of what all its frames are made from but plates, and the part of the image and of its samples.
+/// The hash of a run: of all that its files are made from, the part of the image and of its samples, and what is stored beside pixels.
+/// Runs of other frames before plates have other hashes.
 pub(super) fn run_hash(job: &SequenceJob) -> String {
     let mut content = content_of_all_frames(job);
     let PixelWindow { x0, y0, x1, y1 } = job.render.window;
-    content["part"] = json!([x0, y0, x1, y1, job.render.sample_range_text(), job.preview]);
+    content["part"] = json!([x0, y0, x1, y1, job.render.sample_range_text()]);
+    content["stored"] = json!([job.exr.is_stamped, job.exr.lists_content]);
+    if job.preview {
+        content["preview"] = png_key(job.tone, job.exposure, job.display_background, job.render.window);
+    }
+    if let Some(plates) = &job.plates {
+        let key = |&frame: &i64| {
+            let (content_hash, fit) = plates.content_key(frame);
+            json!([frame, content_hash.map(|hash| hex(&hash)), fit])
+        };
+        content["plates"] = job.frames.iter().map(key).collect();
+    }
     hash_of(&content)
 }
 

@@ -7,8 +7,8 @@
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
-use std::fs;
-use std::io::Write as _;
+use std::fs::{self, File};
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
+use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::image_file::{hidden_prefix, process_mark};
 use crate::lock_file::{Attempt, LockFile};
@@ -57,16 +58,31 @@ impl RunLock {
     /// do not exclude each other, and every file is whole nevertheless.
     ///
     /// # Errors
-    /// [`Error::Temporary`] with the run that renders some of these frames.
-    pub fn acquire(job: &SequenceJob, plan: &Plan) -> Result<Option<Self>> {
+    /// [`Error::Temporary`] with the run that renders some of these frames, and where one did since the plan; [`Error::Interrupted`].
+    pub fn acquire(job: &SequenceJob, plan: &Plan, cancel: &CancelFlag) -> Result<Option<Self>> {
         let path = job.output.common_path();
         let own = RunRecord::new(job, plan);
-        let Some(_registration) = wait_for_registration(&path)? else { return Ok(None) };
-        let excluding = running(&path).into_iter().find(|other| own.excludes(other));
-        match excluding {
-            Some(other) => Err(Error::Temporary { message: own.refusal(&other, &job.output.shown()) }),
-            None => Ok(own.hold(&path).map(|record| Self { _record: record })),
+        let Some(_registration) = wait_for_registration(&path, cancel)? else { return Ok(None) };
+        for other in running(&path) {
+            let message = match other {
+                Other::Running(other) if own.excludes(&other) => own.refusal(&other, &job.output.shown()),
+                Other::Running(_) => continue,
+                Other::Unknown(record) => format!(
+                    "{}: {} says that another run renders there, and cannot be read; wait for its end, or remove the file if there is none",
+                    job.output.shown(),
+                    record.display()
+                ),
+            };
+            return Err(Error::Temporary { message });
         }
+        if !plan.is_current() {
+            let message = format!(
+                "{}: another run has changed files while this one started; start it again",
+                job.output.shown()
+            );
+            return Err(Error::Temporary { message });
+        }
+        Ok(own.hold(&path).map(|record| Self { _record: record }))
     }
 }
 
@@ -100,7 +116,12 @@ impl RunRecord {
 
     fn refusal(&self, other: &Self, output: &str) -> String {
         let host = other.host.as_ref().map(|host| format!(" on {host}")).unwrap_or_default();
-        let frames = other.frames.as_ref().map(|frames| format!("frames {frames} of ")).unwrap_or_default();
+        let plural = |frames: &str| if frames.parse::<i64>().is_ok() { "frame" } else { "frames" };
+        let frames = other
+            .frames
+            .as_ref()
+            .map(|frames| format!("{} {frames} of ", plural(frames)))
+            .unwrap_or_default();
         let remedy = if self.hash == other.hash {
             "wait for its end, or run both with `resume` to share the frames"
         } else {
@@ -118,8 +139,11 @@ impl RunRecord {
         name.push(format!("{}-{number}{RECORD_ENDING}", process_mark()));
         let Attempt::Held(record) = LockFile::try_hold(&path.with_file_name(name)) else { return None };
         let text = serde_json::to_vec(self).unwrap_or_default();
-        let _ = record.file().set_len(0);
-        let _ = record.file().write_all(&text);
+        // Other machines read it from the file server.
+        let write = |mut file: &File| {
+            file.set_len(0).and_then(|()| file.write_all(&text)).and_then(|()| file.sync_all())
+        };
+        let _ = write(record.file());
         Some(record)
     }
 }
@@ -138,32 +162,59 @@ fn listed(frames: Option<&str>) -> Option<BTreeSet<i64>> {
 }
 
 /// The lock under which a run registers; `None` where there are no locks.
-fn wait_for_registration(path: &Path) -> Result<Option<LockFile>> {
+fn wait_for_registration(path: &Path, cancel: &CancelFlag) -> Result<Option<LockFile>> {
     let mut name = hidden_prefix(path);
     name.push("lock");
     let lock = path.with_file_name(name);
     let start = Instant::now();
     while start.elapsed() < MOST_WAIT {
+        cancel.check()?;
         match LockFile::try_hold(&lock) {
             Attempt::Held(lock) => return Ok(Some(lock)),
             Attempt::Unavailable => return Ok(None),
             Attempt::Busy => thread::sleep(NAP),
         }
     }
-    let message = format!("{}: another run holds this lock and does not go on; end it", lock.display());
+    let message =
+        format!("{}: another run has held this lock for long; try again, or end it", lock.display());
     Err(Error::Temporary { message })
 }
 
-/// Records of the runs beside `path` that are still going on. Those of ended ones are removed.
-fn running(path: &Path) -> Vec<RunRecord> {
+/// Another run.
+enum Other {
+    /// One that is still going on.
+    Running(RunRecord),
+    /// One whose record cannot be read or tried.
+    Unknown(PathBuf),
+}
+
+/// The runs beside `path` that are still going on, or may be. Records of ended ones are removed.
+fn running(path: &Path) -> Vec<Other> {
     let prefix = hidden_prefix(path);
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let Ok(entries) = fs::read_dir(folder.unwrap_or(Path::new("."))) else { return Vec::new() };
     let records = entries.flatten().filter(|entry| is_record(&entry.file_name(), &prefix));
     let records = records.map(|entry| entry.path());
-    // One that is not busy was left by a killed run and is removed when it is dropped.
-    let held = records.filter(|record| matches!(LockFile::try_hold(record), Attempt::Busy));
-    held.filter_map(|record: PathBuf| serde_json::from_slice(&fs::read(record).ok()?).ok()).collect()
+    records.filter_map(|record| state_of(&record)).collect()
+}
+
+fn state_of(record: &Path) -> Option<Other> {
+    match LockFile::try_hold(record) {
+        // A killed run left it. It is removed when it is dropped.
+        Attempt::Held(_) => return None,
+        // Without locks of regions, what is locked on Windows cannot be read.
+        Attempt::Busy if cfg!(windows) => return None,
+        Attempt::Busy => {}
+        Attempt::Unavailable => return record.exists().then(|| Other::Unknown(record.to_owned())),
+    }
+    match fs::read(record) {
+        // It has ended meanwhile.
+        Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+        read => Some(match read.ok().and_then(|text| serde_json::from_slice(&text).ok()) {
+            Some(other) => Other::Running(other),
+            None => Other::Unknown(record.to_owned()),
+        }),
+    }
 }
 
 fn is_record(name: &OsString, prefix: &OsString) -> bool {

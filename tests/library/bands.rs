@@ -20,7 +20,8 @@ fn job(shot: &str, folder: &Path, name: &str, settings: &[&str]) -> SequenceJob 
 /// Renders in bands of `rows`, or at once.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn render(job: &SequenceJob, rows: Option<u32>) -> Summary {
-    let plan = Plan { band_rows: rows, ..Plan::new(job).unwrap() };
+    let mut plan = Plan::new(job).unwrap();
+    plan.band_rows = rows;
     plan.prepare().unwrap();
     let summary = run(job, &plan, &CancelFlag::new(), &|_| ());
     assert!(summary.failed.is_empty() && !summary.is_interrupted, "{:?}", summary.failed);
@@ -129,7 +130,8 @@ fn bands_are_planned_where_whole_frames_do_not_fit() {
 fn a_cancelled_frame_of_bands_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let job = job("path/box.toml", folder.path(), "a.exr", &["frames=0", "resolution=64x256", "samples=4"]);
-    let plan = Plan { band_rows: Some(32), ..Plan::new(&job).unwrap() };
+    let mut plan = Plan::new(&job).unwrap();
+    plan.band_rows = Some(32);
     let cancel = CancelFlag::new();
     let shares = std::sync::Mutex::new(Vec::new());
     let summary = run(&job, &plan, &cancel, &|event| {

@@ -17,7 +17,7 @@ use rayframe::sequence::{
 };
 
 /// A job that renders an empty scene in a constant environment to `folder/name`.
-fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
+pub(crate) fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
     let scene = Scene { path: PathBuf::from("empty.gltf"), ..Scene::default() };
     let mut job = sequence_job(scene, SelectedCamera::Auto, (40, 30), &folder.join(name));
     job.environment = Environment::Constant(Vec3::splat(0.5));
@@ -26,14 +26,14 @@ fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
     job
 }
 
-fn render(job: &SequenceJob) -> Result<Summary, rayframe::error::Error> {
+pub(crate) fn render(job: &SequenceJob) -> Result<Summary, rayframe::error::Error> {
     let plan = Plan::new(job)?;
     plan.prepare()?;
     Ok(run(job, &plan, &CancelFlag::new(), &|_| ()))
 }
 
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-fn names(folder: &Path) -> Vec<String> {
+pub(crate) fn names(folder: &Path) -> Vec<String> {
     let mut names: Vec<_> = std::fs::read_dir(folder)
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 use crate::{names, stderr};
 
@@ -43,9 +44,17 @@ impl Stopped {
     }
 
     #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-    fn go_on(mut self) -> Option<i32> {
+    fn go_on(&mut self) -> Option<i32> {
         self.signal("-CONT");
         self.0.wait().unwrap().code()
+    }
+}
+
+impl Drop for Stopped {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
     }
 }
 
@@ -63,10 +72,14 @@ fn written(output: &Output) -> usize {
     stderr(output).lines().filter(|line| line.contains(" written out") || line.contains(") written ")).count()
 }
 
+fn has_ending(name: &str, ending: &str) -> bool {
+    Path::new(name).extension().is_some_and(|extension| extension == ending)
+}
+
 #[test]
 fn a_second_run_of_the_same_frames_is_told_who_renders_them() {
     let folder = tempfile::tempdir().unwrap();
-    let first = Stopped::new(folder.path(), &["-f", "0-11"]);
+    let mut first = Stopped::new(folder.path(), &["-f", "0-11"]);
     for options in [&["-f", "11"][..], &["-f", "0-11", "--overwrite"], &["-f", "5", "--resume"]] {
         let second = run(folder.path(), options);
         let said = stderr(&second);
@@ -99,7 +112,7 @@ fn equal_runs_that_resume_share_the_frames() {
     assert_eq!(runs.iter().map(written).sum::<usize>(), FRAMES, "each frame is rendered once");
     assert_eq!(contents(&shared), contents(&alone));
     // A run that resumes with other settings is not equal.
-    let held = Stopped::new(&folder.path().join("held"), &["-f", "0-11", "--resume"]);
+    let mut held = Stopped::new(&folder.path().join("held"), &["-f", "0-11", "--resume"]);
     let other = run(&folder.path().join("held"), &["-f", "0-11", "--resume", "--depth", "1"]);
     assert_eq!(other.status.code(), Some(75), "{}", stderr(&other));
     assert!(stderr(&other).contains("other settings"), "{}", stderr(&other));
@@ -112,9 +125,11 @@ fn frames_of_a_run_that_dies_are_rendered_by_the_others() {
     let options = ["-f", "0-11", "--resume"];
     let mut dying = Stopped::new(folder.path(), &options);
     let other = command(folder.path(), &options).stderr(Stdio::piped()).spawn().unwrap();
-    // The stopped run has claimed the last of them.
+    // The stopped run has claimed the last of them: one that is written, and one that is traced.
+    let start = Instant::now();
     while names(folder.path()).iter().filter(|name| name.starts_with("a.")).count() < FRAMES - 2 {
-        std::thread::yield_now();
+        assert!(start.elapsed() < Duration::from_secs(60), "{:?}", names(folder.path()));
+        std::thread::sleep(Duration::from_millis(2));
     }
     dying.0.kill().unwrap();
     dying.0.wait().unwrap();
@@ -126,4 +141,71 @@ fn frames_of_a_run_that_dies_are_rendered_by_the_others() {
     // What the dead run left is removed by the next run.
     assert!(run(folder.path(), &options).status.success());
     assert_eq!(names(folder.path()), frames);
+}
+
+#[test]
+fn runs_with_other_plates_or_previews_are_not_equal() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, color) in [("red", [255, 0, 0]), ("blue", [0, 0, 255])] {
+        let plate = image::RgbImage::from_pixel(8, 8, image::Rgb(color));
+        plate.save(folder.path().join(name).with_extension("png")).unwrap();
+    }
+    let plates = ["red", "blue"]
+        .map(|name| format!("plate:{}", folder.path().join(name).with_extension("png").display()));
+    let [red, blue] =
+        plates.each_ref().map(|plate| vec!["-f", "0-11", "--resume", "--background", plate.as_str()]);
+    let preview = |exposure| vec!["-f", "0-11", "--resume", "--preview=png", "--exposure", exposure];
+    for (number, [first, second]) in [[red, blue], [preview("0"), preview("3")]].into_iter().enumerate() {
+        let output = folder.path().join(format!("out{number}"));
+        let mut held = Stopped::new(&output, &first);
+        let refused = run(&output, &second);
+        assert_eq!(refused.status.code(), Some(75), "{second:?}: {}", stderr(&refused));
+        let equal = command(&output, &first).stderr(Stdio::piped()).spawn().unwrap();
+        assert_eq!(held.go_on(), Some(0));
+        assert!(equal.wait_with_output().unwrap().status.success());
+    }
+}
+
+#[test]
+fn a_refused_run_leaves_the_checkpoints_of_the_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = ["-f", "0-3", "--integrator", "path", "--checkpoint"];
+    assert!(run(folder.path(), &paths).status.success());
+    let mut held = Stopped::new(folder.path(), &[&paths[..], &["--overwrite", "--seed", "3"]].concat());
+    let checkpoint = folder.path().join("a.0003.exr.checkpoint");
+    std::fs::write(&checkpoint, "passes").unwrap();
+    let refused = run(folder.path(), &[&paths[..], &["--resume"]].concat());
+    assert_eq!(refused.status.code(), Some(75), "{}", stderr(&refused));
+    assert!(checkpoint.exists());
+    assert_eq!(held.go_on(), Some(0));
+}
+
+#[test]
+fn a_record_that_cannot_be_read_excludes_all_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut held = Stopped::new(folder.path(), &["-f", "0-5"]);
+    let record = names(folder.path()).into_iter().find(|name| has_ending(name, "run")).unwrap();
+    let record = std::fs::File::options().write(true).open(folder.path().join(record)).unwrap();
+    record.set_len(0).unwrap();
+    let refused = run(folder.path(), &["-f", "8-11"]);
+    assert_eq!(refused.status.code(), Some(75), "{}", stderr(&refused));
+    assert!(stderr(&refused).contains("cannot be read"), "{}", stderr(&refused));
+    assert_eq!(held.go_on(), Some(0));
+}
+
+#[test]
+fn every_user_may_lock_what_a_run_makes() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let folder = tempfile::tempdir().unwrap();
+    let mut held = Stopped::new(folder.path(), &["-f", "0-5", "--resume"]);
+    let hidden: Vec<_> = names(folder.path())
+        .into_iter()
+        .filter(|name| has_ending(name, "run") || has_ending(name, "claim"))
+        .collect();
+    assert!(hidden.len() >= 2, "{hidden:?}");
+    for name in hidden {
+        let mode = std::fs::metadata(folder.path().join(&name)).unwrap().permissions().mode();
+        assert_eq!(mode & 0o777, 0o666, "{name}");
+    }
+    assert_eq!(held.go_on(), Some(0));
 }

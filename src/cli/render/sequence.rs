@@ -50,13 +50,14 @@ pub(in crate::cli) fn prepare(
     job: &SequenceJob,
     plan: &Plan,
     others: &[(&Path, &str)],
+    cancel: &CancelFlag,
 ) -> Result<Option<RunLock>> {
     plan.prepare()?;
     for (path, _) in others {
         probe_folder(path)?;
         remove_stale_temporaries(&[path.to_path_buf()]);
     }
-    RunLock::acquire(job, plan)
+    RunLock::acquire(job, plan, cancel)
 }
 
 /// Renders the frames with progress output, and writes manifest, statistics, movie and contact sheet. One failure does not

@@ -128,7 +128,7 @@ impl Watch<'_> {
             }
             self.printed = printed;
         }
-        let _lock = prepare(job, &plan, &others)?;
+        let _lock = prepare(job, &plan, &others, &self.stop)?;
         self.keep_full(job, &plan);
         let rendered = self.render_frames(&resolved, &plan, args);
         if self.stop.is_raised() {

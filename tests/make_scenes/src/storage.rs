@@ -27,7 +27,7 @@ pub(crate) const SCENES: [Entry; 7] = [
     entry("storage/basis_etc1s", basis_etc1s),
 ];
 
-const STREAMS: &str = include_str!("../streams/ring.json");
+const STREAMS: &str = include_str!("../../streams/ring.json");
 
 /// An empty file for the ring; `how` describes its storage.
 fn new(how: &'static str) -> Gltf {
@@ -72,7 +72,7 @@ fn plain() -> Built {
     Ok(gltf)
 }
 
-/// A stream of `../streams/ring.json`, by its keys.
+/// A stream of `../../streams/ring.json`, by its keys.
 fn stream(keys: &[&str]) -> Built<Vec<u8>> {
     let all: Value = serde_json::from_str(STREAMS)?;
     let text = keys.iter().fold(&all, |value, key| &value[key]).as_str().ok_or("no such stream")?;
@@ -206,19 +206,29 @@ fn draco() -> Built {
 
 fn webp() -> Built {
     let gltf = new("The ring with its chequer in a lossless WebP; as storage/plain.");
-    packed_texture(gltf, "EXT_texture_webp", "image/webp", include_bytes!("../streams/chequer.webp"))
+    packed_texture(gltf, "EXT_texture_webp", "image/webp", include_bytes!("../../streams/chequer.webp"))
 }
 
 fn basis_uastc() -> Built {
     let gltf = new(
         "The ring with its chequer in a KTX2 of Basis Universal UASTC blocks under Zstandard; as storage/plain.",
     );
-    packed_texture(gltf, "KHR_texture_basisu", "image/ktx2", include_bytes!("../streams/chequer_uastc.ktx2"))
+    packed_texture(
+        gltf,
+        "KHR_texture_basisu",
+        "image/ktx2",
+        include_bytes!("../../streams/chequer_uastc.ktx2"),
+    )
 }
 
 fn basis_etc1s() -> Built {
     let gltf = new("The ring with its chequer in a KTX2 of Basis Universal ETC1S; as storage/plain.");
-    packed_texture(gltf, "KHR_texture_basisu", "image/ktx2", include_bytes!("../streams/chequer_etc1s.ktx2"))
+    packed_texture(
+        gltf,
+        "KHR_texture_basisu",
+        "image/ktx2",
+        include_bytes!("../../streams/chequer_etc1s.ktx2"),
+    )
 }
 
 /// The ring with an image that only `extension` can name; a PNG image of another colour is the fallback.

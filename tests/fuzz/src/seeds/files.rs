@@ -62,8 +62,8 @@ pub(crate) fn webps() -> Vec<Seed> {
     let mut alpha = Vec::new();
     must(DynamicImage::from(gradient().to_rgba8()).write_with_encoder(WebPEncoder::new_lossless(&mut alpha)));
     vec![
-        seed("chequer", include_bytes!("../../../make_scenes/streams/chequer.webp")),
-        seed("lossy", include_bytes!("../../../make_scenes/streams/lossy.webp")),
+        seed("chequer", include_bytes!("../../../streams/chequer.webp")),
+        seed("lossy", include_bytes!("../../../streams/lossy.webp")),
         seed("alpha", alpha),
     ]
 }
@@ -71,8 +71,8 @@ pub(crate) fn webps() -> Vec<Seed> {
 /// Both codecs.
 pub(crate) fn ktx2s() -> Vec<Seed> {
     vec![
-        seed("etc1s", include_bytes!("../../../make_scenes/streams/chequer_etc1s.ktx2")),
-        seed("uastc", include_bytes!("../../../make_scenes/streams/chequer_uastc.ktx2")),
+        seed("etc1s", include_bytes!("../../../streams/chequer_etc1s.ktx2")),
+        seed("uastc", include_bytes!("../../../streams/chequer_uastc.ktx2")),
     ]
 }
 

@@ -1,0 +1,245 @@
+//! The functions of the Python module `rayframe._rayframe`, which `rayframe/__init__.py` documents and wraps.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use numpy::{PyArray1, PyArray3, PyArrayMethods as _, PyReadonlyArray3, PyUntypedArrayMethods as _};
+use pyo3::create_exception;
+use pyo3::exceptions::PyException;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayframe::cancel::CancelFlag;
+use rayframe::error::{Error, Result};
+use rayframe::image::{ColorEncoding, Image};
+use rayframe::regression::{BEAUTY, Channel, Preset, Samples};
+use rayframe::sequence::SequenceEvent;
+use rayframe::{RenderedFrame, Renderer};
+
+create_exception!(
+    rayframe,
+    RayframeError,
+    PyException,
+    "An error of Rayframe. `exit_code` is that of the program."
+);
+
+/// Interval between looks at Ctrl-C.
+const TICK: Duration = Duration::from_millis(50);
+
+type Settings = Vec<(String, String)>;
+type Size = Option<(u32, u32)>;
+
+fn raised(error: Error) -> PyErr {
+    Python::attach(|py| {
+        let raised = RayframeError::new_err(error.to_string());
+        // An exception without the attribute is better than another one.
+        let _ = raised.value(py).setattr("exit_code", error.exit_code());
+        raised
+    })
+}
+
+/// Runs `work` on another thread without the interpreter's lock. A signal, such as Ctrl-C, cancels it.
+fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&CancelFlag) -> Result<T> + Send) -> PyResult<T> {
+    let cancel = CancelFlag::new();
+    py.detach(|| {
+        thread::scope(|threads| {
+            let (sender, receiver) = channel();
+            let flag = &cancel;
+            threads.spawn(move || {
+                let _ = sender.send(work(flag));
+            });
+            loop {
+                match receiver.recv_timeout(TICK) {
+                    Ok(result) => return result.map_err(raised),
+                    Err(RecvTimeoutError::Timeout) => {}
+                    Err(RecvTimeoutError::Disconnected) => {
+                        return Err(raised(Error::Internal { message: "the renderer panicked".to_owned() }));
+                    }
+                }
+                #[expect(
+                    clippy::redundant_closure_for_method_calls,
+                    reason = "the method is not general enough"
+                )]
+                let signals = Python::attach(|py| py.check_signals());
+                if let Err(interrupt) = signals {
+                    cancel.raise();
+                    let _ = receiver.recv();
+                    return Err(interrupt);
+                }
+            }
+        })
+    })
+}
+
+fn renderer(path: &str, size: Size, settings: &Settings, cancel: &CancelFlag) -> Result<Renderer> {
+    let mut renderer = Renderer::open(path)?.cancelled_by(cancel);
+    if let Some((width, height)) = size {
+        renderer = renderer.size(width, height);
+    }
+    settings.iter().try_fold(renderer, |renderer, (name, value)| renderer.set(name, value))
+}
+
+fn rendered(
+    py: Python<'_>,
+    path: &str,
+    frame: i64,
+    size: Size,
+    settings: &Settings,
+) -> PyResult<RenderedFrame> {
+    interruptible(py, |cancel| renderer(path, size, settings, cancel)?.frame(frame))
+}
+
+#[pyfunction]
+fn render<'py>(
+    py: Python<'py>,
+    path: &str,
+    frame: i64,
+    size: Size,
+    settings: Settings,
+) -> PyResult<Bound<'py, PyArray3<f32>>> {
+    let frame = rendered(py, path, frame, size, &settings)?;
+    let (width, height) = frame.size();
+    let values = PyArray1::from_slice(py, frame.pixels().as_flattened());
+    values.reshape([height as usize, width as usize, 4])
+}
+
+#[pyfunction]
+fn render_channels<'py>(
+    py: Python<'py>,
+    path: &str,
+    frame: i64,
+    size: Size,
+    settings: Settings,
+) -> PyResult<Bound<'py, PyDict>> {
+    let frame = rendered(py, path, frame, size, &settings)?;
+    let image = frame.image().map_err(raised)?;
+    let (width, height) = image.data_window.size();
+    let shape = [height as usize, width as usize];
+    let channels = PyDict::new(py);
+    for channel in &image.channels {
+        let array = match &channel.samples {
+            Samples::Uint(values) => PyArray1::from_slice(py, values).reshape(shape)?.into_any(),
+            samples => {
+                let values = samples.floats().unwrap_or_default();
+                PyArray1::from_slice(py, &values).reshape(shape)?.into_any()
+            }
+        };
+        channels.set_item(&channel.name, array)?;
+    }
+    Ok(channels)
+}
+
+#[pyfunction]
+fn render_sequence(
+    py: Python<'_>,
+    path: &str,
+    output: &str,
+    size: Size,
+    settings: Settings,
+) -> PyResult<Vec<String>> {
+    interruptible(py, |cancel| {
+        let sequence = renderer(path, size, &settings, cancel)?.sequence(output)?;
+        let files = Mutex::new(BTreeMap::new());
+        let done = |frame: i64, path: &Path| {
+            let mut files = files.lock().unwrap_or_else(PoisonError::into_inner);
+            files.insert(frame, path.display().to_string());
+        };
+        let summary = sequence.run(|event| match event {
+            SequenceEvent::FrameWritten(report) => done(report.frame, &report.path),
+            SequenceEvent::FrameKept(planned) => done(planned.frame, &planned.path),
+            _ => {}
+        })?;
+        // With `keep_going` the run itself succeeds.
+        summary.outcome()?;
+        let mut files = files.into_inner().unwrap_or_else(PoisonError::into_inner);
+        Ok(sequence.frames().iter().filter_map(|frame| files.remove(frame)).collect())
+    })
+}
+
+/// A file, or pixels.
+#[derive(FromPyObject)]
+enum Source<'py> {
+    File(String),
+    Pixels(PyReadonlyArray3<'py, f32>),
+}
+
+/// An image that was read or copied, and whether it is an array.
+enum Copied {
+    File(String),
+    Pixels(Box<Image>),
+}
+
+impl Source<'_> {
+    fn copied(&self) -> PyResult<Copied> {
+        let pixels = match self {
+            Self::File(path) => return Ok(Copied::File(path.clone())),
+            Self::Pixels(pixels) => pixels,
+        };
+        let &[height, width, _] = pixels.shape() else {
+            return Err(raised(Error::usage("an image has rows and columns".to_owned())));
+        };
+        let values = pixels.as_slice()?.as_chunks::<4>().0;
+        let size = (u32::try_from(width)?, u32::try_from(height)?);
+        Ok(Copied::Pixels(Box::new(Image::from_rgba(size, ColorEncoding::Linear, values))))
+    }
+}
+
+/// The images, an array as the file would hold it that it is compared with.
+fn images(actual: Copied, reference: Copied) -> Result<(Image, Image)> {
+    Ok(match (actual, reference) {
+        (Copied::Pixels(a), Copied::Pixels(b)) => (*a, *b),
+        (Copied::File(a), Copied::File(b)) => (Image::read(a.as_ref())?, Image::read(b.as_ref())?),
+        (Copied::Pixels(a), Copied::File(b)) => {
+            let b = Image::read(b.as_ref())?;
+            (like(*a, &b), b)
+        }
+        (Copied::File(a), Copied::Pixels(b)) => {
+            let a = Image::read(a.as_ref())?;
+            let b = like(*b, &a);
+            (a, b)
+        }
+    })
+}
+
+/// The pixels as the file would hold them, where it holds halves alone.
+fn like(pixels: Image, file: &Image) -> Image {
+    let halves = file.clone().rounded_to_halves();
+    let is_half = |channel: &Channel| {
+        let rounded = halves.channel(&channel.name).and_then(|channel| channel.samples.floats());
+        channel.samples.floats() == rounded
+    };
+    let is_half = file.channels_of(BEAUTY).all(is_half);
+    if is_half { pixels.rounded_to_halves() } else { pixels }
+}
+
+#[pyfunction]
+fn compare(
+    py: Python<'_>,
+    actual: Source<'_>,
+    reference: Source<'_>,
+    preset: &str,
+) -> PyResult<(bool, Vec<String>, String)> {
+    let unknown = || raised(Error::usage(format!("'{preset}' is no preset")));
+    let limits = Preset::of_name(preset).ok_or_else(unknown)?.limits();
+    let (actual, reference) = (actual.copied()?, reference.copied()?);
+    interruptible(py, move |_| {
+        let (actual, reference) = images(actual, reference)?;
+        let comparison = rayframe::regression::compare(&actual, &reference, &limits);
+        let details = serde_json::to_string(&comparison)
+            .map_err(|error| Error::Internal { message: error.to_string() })?;
+        Ok((comparison.passes(), comparison.failures(), details))
+    })
+}
+
+#[pymodule]
+fn _rayframe(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("RayframeError", module.py().get_type::<RayframeError>())?;
+    module.add_function(wrap_pyfunction!(render, module)?)?;
+    module.add_function(wrap_pyfunction!(render_channels, module)?)?;
+    module.add_function(wrap_pyfunction!(render_sequence, module)?)?;
+    module.add_function(wrap_pyfunction!(compare, module)?)
+}

@@ -1,0 +1,122 @@
+"""Tests of the installed package: `pip install WHEEL[test] && pytest` in the folder `packaging/python` of the repository."""
+
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import sysconfig
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import rayframe
+
+SCENES = pathlib.Path(__file__).resolve().parents[3] / "scenes"
+DEMO = SCENES / "demo/whitted_1980.gltf"
+SMALL = {"size": (48, 32), "samples": 1}
+
+
+def program():
+    return pathlib.Path(sysconfig.get_path("scripts")) / ("rayframe.exe" if os.name == "nt" else "rayframe")
+
+
+def test_pixels_are_those_of_the_program(tmp_path):
+    pixels = rayframe.render(DEMO, frame=3, **SMALL)
+    assert pixels.shape == (32, 48, 4) and pixels.dtype == np.float32
+    assert np.isfinite(pixels).all() and pixels.max() > 0.1
+    output = tmp_path / "a.exr"
+    subprocess.run([program(), "render", DEMO, "-f", "3", "-r", "48x32", "--samples", "1", "-o", output, "-q"], check=True)
+    comparison = rayframe.compare(pixels, output, preset="exact")
+    assert comparison.passes, comparison.failures
+
+
+def test_settings_take_python_values():
+    view = {"camera_position": (1.0, 2.5, np.float32(8)), "look_at": [0, 1, 0], "fov": 40}
+    seen = rayframe.render(DEMO, **SMALL, **view, background=None, integrator="path", seed=7)
+    text = rayframe.render(DEMO, **SMALL, camera_position="1,2.5,8", look_at="0,1,0", fov="40", integrator="path", seed="7")
+    assert np.array_equal(seen, text)
+    assert not np.array_equal(seen, rayframe.render(DEMO, **SMALL, integrator="path"))
+
+
+def test_channels_have_the_names_of_exr_files():
+    channels = rayframe.render_channels(DEMO, **SMALL, aovs=["depth", "normal", "object_id"])
+    assert {"R", "G", "B", "A", "Z"} <= set(channels)
+    assert all(channel.shape == (32, 48) for channel in channels.values())
+    assert channels["Z"].dtype == np.float32
+    assert any(channel.dtype == np.uint32 for channel in channels.values())
+
+
+def test_sequences_are_written_and_kept(tmp_path):
+    pattern = tmp_path / "out/a.####.exr"
+    files = rayframe.render_sequence(DEMO, pattern, frames="2-4", **SMALL)
+    assert [pathlib.Path(file).name for file in files] == ["a.0002.exr", "a.0003.exr", "a.0004.exr"]
+    times = [os.stat(file).st_mtime_ns for file in files]
+    assert rayframe.render_sequence(DEMO, pattern, frames="2-4", resume=True, **SMALL) == files
+    assert [os.stat(file).st_mtime_ns for file in files] == times
+
+
+def test_comparisons_tell_what_differs(tmp_path):
+    first, second = (rayframe.render(DEMO, frame=frame, **SMALL) for frame in (0, 12))
+    same = rayframe.compare(first, first.copy(), preset="exact")
+    assert same.passes and same.identical and same.failures == [] and same.flip == 0
+    other = rayframe.compare(first, second)
+    assert not other.passes and other.failures and other.flip > 0.001
+    assert other.details["checks"]
+    assert rayframe.compare(first[..., :3], first[..., :3]).identical
+    # Views of other strides are copied.
+    assert rayframe.compare(first[::-1], np.flipud(first)).identical
+    with pytest.raises(ValueError, match="shape"):
+        rayframe.compare(first[..., 0], first)
+    with pytest.raises(rayframe.RayframeError, match="preset"):
+        rayframe.compare(first, first, preset="loose")
+
+
+@pytest.mark.parametrize(
+    ("path", "settings", "code"),
+    [("missing.glb", {}, 66), (DEMO, {"sampels": 3}, 2), (DEMO, {"samples": "many"}, 2), (__file__, {}, 65)],
+)
+def test_errors_have_the_exit_code_of_the_program(path, settings, code):
+    with pytest.raises(rayframe.RayframeError) as raised:
+        rayframe.render(path, **settings)
+    assert raised.value.exit_code == code
+    assert "\n" not in str(raised.value)
+
+
+def test_other_threads_run_while_a_frame_is_rendered():
+    ticks = []
+    done = threading.Event()
+
+    def count():
+        while not done.wait(0.005):
+            ticks.append(time.monotonic())
+
+    counter = threading.Thread(target=count)
+    counter.start()
+    start = time.monotonic()
+    rayframe.render(DEMO, size=(320, 200), samples=16)
+    end = time.monotonic()
+    done.set()
+    counter.join()
+    during = [tick for tick in ticks if start < tick < end]
+    assert len(during) > 5 * (end - start), (len(during), end - start)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals")
+def test_an_interrupt_ends_rendering():
+    code = f"import rayframe; print('go', flush=True); rayframe.render({str(DEMO)!r}, size=(4000, 3000), samples=256)"
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "go\n"
+    time.sleep(0.5)
+    sent = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=10)
+    assert time.monotonic() - sent < 2
+    assert "KeyboardInterrupt" in errors
+
+
+def test_the_program_is_installed():
+    version = subprocess.run([program(), "--version"], capture_output=True, text=True, check=True).stdout
+    assert version.strip() == f"rayframe {rayframe.__version__}"

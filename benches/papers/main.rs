@@ -1,11 +1,10 @@
-//! The papers' tables: `cargo bench --bench papers [-- SCENE… --size N --factors A,B,C --threads N --no-overlap --output FOLDER]`.
+//! The papers' tables and plots: `cargo bench --bench papers -- --help` lists the options.
 //!
 //! Compares the systems of Ernst and Greiner, "Early Split Clipping for Bounding Volume Hierarchies" (2007), and those of the survey of
-//! parallel construction (Lemmon 2016), on any scene. A SCENE is `scan`, `mirror-hall`, `mirror-hall-fine`, `plant`, a `.tri` file with a
-//! `.cam` file beside it, or a glTF file; all generated scenes by default. One camera ray goes through each of `--size` squared pixels (1000),
-//! and from its hit a shadow ray and a mirror ray. Rays are traced one by one on one thread; hierarchies are built by `--threads` (1).
+//! parallel construction (Lemmon 2016), on any scene. One camera ray goes through each pixel, and from its hit a shadow ray and a mirror ray.
+//! Rays are traced one by one on one thread.
 //!
-//! Every system must give the hits of the product, to the last bit; otherwise the run fails. The columns:
+//! Every system must give the hits of the product, to the last bit; otherwise the run fails. The columns of tables and sweeps:
 //!
 //! * `R`: references a triangle;
 //! * `T_build`: milliseconds of building, splitting included;
@@ -15,96 +14,100 @@
 //! * `SAH`, `EPO`, `depth`, `nodes`, `B/tri`: cost, end-point overlap, levels, nodes, and bytes a triangle.
 //!
 //! "early 16" splits boxes above 16 times the area of the scene's box over the number of triangles. `*` marks the product's own choice. Rows of
-//! the product count wide nodes, which test eight boxes. With `--output`, the tables are written as CSV, JSON and Markdown, too.
+//! the product count wide nodes, which test eight boxes.
 
 mod clip;
+mod gain;
 mod hierarchy;
 mod kd_tree;
 mod late_split;
 mod lbvh;
 mod measure;
+mod options;
 mod overlap;
+mod plot;
 mod rays;
 mod references;
 mod sah_bvh;
 mod scenes;
 mod systems;
 mod table;
+mod throughput;
 
 use std::io::Write as _;
-use std::path::PathBuf;
 
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use serde::Serialize;
+
+use measure::SceneTable;
+use options::{HELP, Options, Report};
 use scenes::TestScene;
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
-/// Command-line options.
-#[derive(Debug)]
-pub(crate) struct Options {
-    scenes: Vec<String>,
-    size: u32,
-    /// SA_max of early splits, as multiples of the scene's area over its triangles.
-    factors: Vec<f64>,
-    threads: usize,
-    has_overlap: bool,
-    output: Option<PathBuf>,
-}
-
 fn main() -> Result<()> {
-    let options = options(std::env::args().skip(1))?;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build()?;
-    let (mut out, mut progress) = (std::io::stdout(), std::io::stderr());
-    let mut tables = Vec::new();
-    for name in &options.scenes {
-        let scene = TestScene::open(name)?;
-        let mut on_row = |row: &measure::Row| {
-            let _ = writeln!(progress, "{name}: {} {:.2} us a ray", row.system, row.primary.microseconds);
-        };
-        let table = measure::measure(&scene, &options, &pool, &mut on_row)?;
-        writeln!(out, "{}", table::text(&table))?;
-        tables.push(table);
+    let mut out = std::io::stdout();
+    let Some(options) = Options::parse(std::env::args().skip(1))? else {
+        return Ok(out.write_all(HELP.as_bytes())?);
+    };
+    if options.report == Report::Throughput {
+        let points = throughput::measure(options.threads, options.repeats, &mut progress)?;
+        let text = throughput::markdown(&points);
+        writeln!(out, "{text}")?;
+        save(&options, &points, &text, &throughput::csv(&points))?;
+        return plotted(&options, |file| plot::throughput(file, &points));
     }
-    if let Some(folder) = &options.output {
-        std::fs::create_dir_all(folder)?;
-        let markdown: Vec<_> = tables.iter().map(table::markdown).collect();
-        std::fs::write(folder.join("papers.csv"), table::csv(&tables))?;
-        std::fs::write(folder.join("papers.json"), serde_json::to_string_pretty(&tables)? + "\n")?;
-        std::fs::write(folder.join("papers.md"), markdown.join("\n"))?;
+    let tables = tables(&options)?;
+    if options.report == Report::Gain {
+        let gains = gain::gains(&tables);
+        let text = gain::markdown(&gains);
+        writeln!(out, "{text}")?;
+        save(&options, &gains, &text, &gain::csv(&gains))?;
+        return plotted(&options, |file| plot::gain(file, &gains));
+    }
+    let markdown: Vec<_> = tables.iter().map(table::markdown).collect();
+    save(&options, &tables, &markdown.join("\n"), &table::csv(&tables))?;
+    if options.report == Report::Sweep {
+        return plotted(&options, |file| plot::sweep(file, &tables));
     }
     Ok(())
 }
 
-fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options> {
-    let mut options = Options {
-        scenes: Vec::new(),
-        size: 1000,
-        factors: vec![64.0, 16.0, 4.0],
-        threads: 1,
-        has_overlap: true,
-        output: None,
-    };
-    while let Some(argument) = arguments.next() {
-        let mut value = || arguments.next().ok_or_else(|| format!("{argument} needs a value"));
-        match argument.as_str() {
-            // Cargo passes this to every benchmark.
-            "--bench" => {}
-            "--size" => options.size = value()?.parse()?,
-            "--threads" => options.threads = value()?.parse()?,
-            "--factors" => {
-                options.factors =
-                    value()?.split(',').map(str::parse).collect::<std::result::Result<_, _>>()?;
-            }
-            "--no-overlap" => options.has_overlap = false,
-            "--output" => options.output = Some(value()?.into()),
-            flag if flag.starts_with('-') => return Err(format!("{flag} is not an option").into()),
-            scene => options.scenes.push(scene.to_owned()),
+/// Measures all scenes; prints the table of each but for gains.
+fn tables(options: &Options) -> Result<Vec<SceneTable>> {
+    let pool: ThreadPool = ThreadPoolBuilder::new().num_threads(options.threads).build()?;
+    let mut tables = Vec::new();
+    for name in &options.scenes {
+        let scene = TestScene::open(name)?;
+        let mut on_row = |row: &measure::Row| {
+            progress(&format!("{name}: {} {:.2} us a ray", row.system, row.primary.microseconds));
+        };
+        let table = measure::measure(&scene, options, &pool, &mut on_row)?;
+        if options.report != Report::Gain {
+            writeln!(std::io::stdout(), "{}", table::text(&table))?;
         }
+        tables.push(table);
     }
-    if options.size == 0 || options.factors.is_empty() {
-        return Err("--size and --factors need at least one".into());
-    }
-    if options.scenes.is_empty() {
-        options.scenes = scenes::GENERATED.map(str::to_owned).to_vec();
-    }
-    Ok(options)
+    Ok(tables)
+}
+
+/// Prints a line of progress. A closed stderr is no reason to stop.
+fn progress(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// Writes results as CSV, JSON and Markdown.
+fn save(options: &Options, results: &impl Serialize, markdown: &str, csv: &str) -> Result<()> {
+    let Some(folder) = &options.output else { return Ok(()) };
+    std::fs::create_dir_all(folder)?;
+    let file = |extension: &str| folder.join(options.report.name()).with_extension(extension);
+    std::fs::write(file("csv"), csv)?;
+    std::fs::write(file("json"), serde_json::to_string_pretty(results)? + "\n")?;
+    Ok(std::fs::write(file("md"), markdown)?)
+}
+
+/// Writes a plot.
+fn plotted(options: &Options, plot: impl Fn(&std::path::Path) -> Result<()>) -> Result<()> {
+    let Some(folder) = &options.output else { return Ok(()) };
+    plot(&folder.join(options.report.name()).with_extension("svg"))
 }

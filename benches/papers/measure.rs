@@ -6,12 +6,13 @@ use rayframe::geometry::Ray;
 use rayon::ThreadPool;
 use serde::Serialize;
 
-use super::hierarchy::Closest;
+use super::Result;
+use super::hierarchy::{Closest, Counters};
+use super::options::{Options, Report};
 use super::rays::{primary, secondary};
 use super::references::{bounds_of, overlap, whole};
 use super::scenes::TestScene;
-use super::systems::{Properties, System, systems};
-use super::{Options, Result};
+use super::systems::{Properties, System, splits, sweep, systems};
 
 /// Work and time of one kind of rays, each a ray.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
@@ -78,7 +79,11 @@ pub(crate) fn measure(
     };
 
     // The hits that all must have are the product's.
-    let all = systems(&options.factors, area_a_triangle);
+    let all = match options.report {
+        Report::Sweep => sweep(&options.factors, area_a_triangle),
+        Report::Gain => splits(),
+        Report::Table | Report::Throughput => systems(&options.factors, area_a_triangle),
+    };
     let automatic = all.iter().find(|system| system.is_automatic()).ok_or("no automatic system")?;
     let (structure, _) = automatic.build(triangles, pool)?.ok_or("the product's hierarchy is too large")?;
     let (mut expected, mut expected_of_others, mut hits) = (Vec::new(), Vec::new(), Vec::new());
@@ -89,14 +94,20 @@ pub(crate) fn measure(
     drop(structure);
 
     for system in &all {
-        let Some((structure, seconds)) = system.build(triangles, pool)? else {
+        let Some((structure, mut seconds)) = system.build(triangles, pool)? else {
             table.left_out.push(system.name.clone());
             continue;
         };
+        for _ in 1..options.repeats {
+            seconds = system.build(triangles, pool)?.map_or(seconds, |(_, again)| seconds.min(again));
+        }
         let mut traced = |rays: &[Ray], expected: &[Closest]| -> Result<PerRay> {
-            let start = Instant::now();
-            let counters = structure.trace(rays, triangles, &mut hits);
-            let seconds = start.elapsed().as_secs_f64();
+            let (mut counters, mut seconds) = (Counters::default(), f64::INFINITY);
+            for _ in 0..options.repeats {
+                let start = Instant::now();
+                counters = structure.trace(rays, triangles, &mut hits);
+                seconds = seconds.min(start.elapsed().as_secs_f64());
+            }
             same_hits(system, rays, &hits, expected)?;
             let count = rays.len().max(1) as f64;
             let (nodes, triangles) = (counters.nodes as f64 / count, counters.triangles as f64 / count);
@@ -115,14 +126,18 @@ pub(crate) fn measure(
         on_row(&row);
         table.rows.push(row);
     }
+    set_speed_ups(&mut table.rows);
+    Ok(table)
+}
+
+/// Speed-ups over the unsplit hierarchies, of which there may be none.
+fn set_speed_ups(rows: &mut [Row]) {
     for (index, unsplit) in ["SAH BVH, full sweep", "LBVH (Karras)"].into_iter().enumerate() {
-        let base =
-            table.rows.iter().find(|row| row.system == unsplit).map_or(0.0, |row| row.primary.microseconds);
-        for row in &mut table.rows {
+        let base = rows.iter().find(|row| row.system == unsplit).map_or(0.0, |row| row.primary.microseconds);
+        for row in &mut *rows {
             row.speed_up[index] = base / row.primary.microseconds;
         }
     }
-    Ok(table)
 }
 
 fn row(

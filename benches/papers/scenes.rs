@@ -39,10 +39,11 @@ impl TestScene {
     /// A generated scene of that name, or the file.
     pub(crate) fn open(name: &str) -> Result<Self> {
         let (triangles, view) = match name {
-            "scan" => scan(),
+            "scan" => scan(6),
             "mirror-hall" => mirror_hall(1),
             "mirror-hall-fine" => mirror_hall(24),
-            "plant" => plant(),
+            "plant" => plant(7000),
+            name if pipes_of(name).is_some() => plant(pipes_of(name).unwrap_or_default()),
             file if Path::new(file).extension().is_some_and(|ending| ending == "tri") => triangle_list(file)?,
             file => gltf(file)?,
         };
@@ -67,9 +68,9 @@ fn add(triangles: &mut Vec<Triangle>, mesh: &TriangleMesh) {
     }));
 }
 
-/// A dense closed surface of about equal triangles, as scans have.
-fn scan() -> (Vec<Triangle>, View) {
-    let mut mesh = ico_sphere(1.0, 6);
+/// A dense closed surface of about equal triangles, as scans have: 20 · 4^level.
+pub(crate) fn scan(level: u32) -> (Vec<Triangle>, View) {
+    let mut mesh = ico_sphere(1.0, level);
     for position in &mut mesh.positions {
         let p = *position * 5.0;
         let bumps = libm::sinf(p.x * 1.3 + libm::sinf(p.y * 2.1)) * libm::sinf(p.z * 1.7 + p.x) * 0.18;
@@ -132,9 +133,14 @@ fn mirror_hall(rows: u32) -> (Vec<Triangle>, View) {
     (triangles, look([2.6, 1.7, 2.6], [-0.6, 1.1, -2.0], [0.5, 2.8, 0.3]))
 }
 
-/// Long pipes and beams in all directions, as the paper's power plant: over a million triangles.
-fn plant() -> (Vec<Triangle>, View) {
-    const PIPES: u32 = 7000;
+/// N of the name `plant-N`.
+fn pipes_of(name: &str) -> Option<u32> {
+    name.strip_prefix("plant-")?.parse().ok()
+}
+
+/// Long pipes and beams in all directions, as the paper's power plant: over a million triangles for 7000. The fewer, the less do
+/// boxes overlap.
+fn plant(pipes: u32) -> (Vec<Triangle>, View) {
     const SEGMENTS: u32 = 48;
     let mut state = 1_u32;
     let mut random = || {
@@ -142,7 +148,7 @@ fn plant() -> (Vec<Triangle>, View) {
         (state >> 8) as f32 / (1 << 24) as f32
     };
     let mut triangles = Vec::new();
-    for index in 0..PIPES {
+    for index in 0..pipes {
         let place = Vec3::new(random(), random(), random()) * Vec3::new(60.0, 24.0, 60.0)
             - Vec3::new(30.0, 0.0, 30.0);
         let turn = match index % 4 {

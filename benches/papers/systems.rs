@@ -20,6 +20,13 @@ use super::{lbvh, sah_bvh};
 /// Most references of a system, beyond which it is left out.
 const MOST_REFERENCES: usize = 24_000_000;
 
+/// Most references a triangle of the product's early splits.
+const MOST_PER_TRIANGLE: f32 = 16.0;
+/// Name of the product's own choice.
+pub(crate) const AUTOMATIC: &str = "Rayframe, automatic";
+/// References a triangle whose gain is measured.
+pub(crate) const BUDGETS: [f32; 3] = [1.25, 1.5, 2.0];
+
 /// What a hierarchy is built over.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Input {
@@ -30,6 +37,10 @@ pub(crate) enum Input {
     Late(f64),
     /// Geometry refinement.
     Refined(f64),
+    /// The product's own choice of splits.
+    Automatic,
+    /// The product's early split clipping at the smallest SA_max with this many references a triangle.
+    Budget(f32),
 }
 
 /// How it is built.
@@ -95,14 +106,44 @@ pub(crate) fn systems(factors: &[f64], area_a_triangle: f64) -> Vec<System> {
         systems.push(system(&format!("SAH BVH, refined {factor}"), Kind::SweptSah, Input::Refined(sa_max)));
     }
     systems.push(system("Rayframe, lbvh unsplit", Kind::Product(BuilderKind::Karras), Input::Whole));
-    systems.push(system("Rayframe, automatic", Kind::Product(BuilderKind::Auto), Input::Whole));
+    systems.push(system(AUTOMATIC, Kind::Product(BuilderKind::Auto), Input::Automatic));
+    systems
+}
+
+/// The systems of a sweep: both unsplit baselines, early splits at each of the SA_max, and the product's choice.
+pub(crate) fn sweep(factors: &[f64], area_a_triangle: f64) -> Vec<System> {
+    let system = |name: String, kind, input| System { name, kind, input };
+    let product = Kind::Product(BuilderKind::Auto);
+    let mut systems = vec![
+        system("LBVH (Karras)".into(), Kind::Karras, Input::Whole),
+        system("SAH BVH, full sweep".into(), Kind::SweptSah, Input::Whole),
+        system("Rayframe, unsplit".into(), product, Input::Whole),
+    ];
+    for factor in factors {
+        let input = Input::Early(factor * area_a_triangle);
+        for (name, kind) in [("LBVH", Kind::Karras), ("binned SAH", Kind::BinnedSah), ("Rayframe", product)] {
+            systems.push(system(format!("{name}, early {factor}"), kind, input));
+        }
+    }
+    systems.push(system(AUTOMATIC.into(), product, Input::Automatic));
+    systems
+}
+
+/// The product with no, a few and many splits whatever the scene, and by its own choice.
+pub(crate) fn splits() -> Vec<System> {
+    let system = |name: String, input| System { name, kind: Kind::Product(BuilderKind::Auto), input };
+    let mut systems = vec![system("Rayframe, unsplit".into(), Input::Whole)];
+    for budget in BUDGETS {
+        systems.push(system(format!("Rayframe, R {budget}"), Input::Budget(budget)));
+    }
+    systems.push(system(AUTOMATIC.into(), Input::Automatic));
     systems
 }
 
 impl System {
     /// Whether this is the product's automatic choice.
     pub(crate) fn is_automatic(&self) -> bool {
-        self.kind == Kind::Product(BuilderKind::Auto)
+        self.input == Input::Automatic
     }
 
     /// Builds the hierarchy on `pool`; returns it with the seconds. `None` where there are too many references.
@@ -116,11 +157,11 @@ impl System {
     ) -> Result<Option<(Structure, f64)>> {
         let start = Instant::now();
         if let Kind::Product(builder) = self.kind {
-            let bvh = pool.install(|| product(builder, triangles))?;
+            let bvh = pool.install(|| product(builder, self.input, triangles))?;
             return Ok(Some((Structure::Product(Box::new(bvh)), start.elapsed().as_secs_f64())));
         }
         let references = match self.input {
-            Input::Whole | Input::Late(_) => whole(triangles),
+            Input::Whole | Input::Late(_) | Input::Automatic | Input::Budget(_) => whole(triangles),
             Input::Early(sa_max) => early_split(triangles, sa_max),
             Input::Refined(sa_max) => refined(triangles, sa_max),
         };
@@ -145,9 +186,23 @@ impl System {
     }
 }
 
-fn product(builder: BuilderKind, triangles: &[Triangle]) -> std::result::Result<Bvh, Cancelled> {
-    let split = if builder == BuilderKind::Auto { Split::Auto } else { Split::Off };
-    let settings = BuildSettings { builder, split, refit: Refit::Off, ..BuildSettings::default() };
+fn product(
+    builder: BuilderKind,
+    input: Input,
+    triangles: &[Triangle],
+) -> std::result::Result<Bvh, Cancelled> {
+    let mut settings =
+        BuildSettings { builder, split: Split::Off, refit: Refit::Off, ..BuildSettings::default() };
+    match input {
+        Input::Automatic => settings.split = Split::Auto,
+        Input::Early(sa_max) => {
+            (settings.split, settings.reference_budget) = (Split::Area(sa_max as f32), MOST_PER_TRIANGLE);
+        }
+        Input::Budget(budget) => {
+            (settings.split, settings.reference_budget) = (Split::Area(f32::MIN_POSITIVE), budget);
+        }
+        Input::Whole | Input::Late(_) | Input::Refined(_) => {}
+    }
     let flags = vec![TriangleFlags(0); triangles.len()];
     Builder::default().build(triangles, &flags, &settings, &CancelFlag::new(), None)
 }

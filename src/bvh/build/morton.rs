@@ -269,6 +269,19 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn codes_interleave_the_bits_of_cells() {
+        // A cell is a metre. Digits of x, y and z in turn, from the highest.
+        let cube = Aabb { min: Vec3::ZERO, max: Vec3::splat((1 << BITS_PER_AXIS) as f32) };
+        let code = |x: i32, y: i32, z: i32| Grid::around(&cube).code(Vec3::new(x as f32, y as f32, z as f32));
+        assert_eq!(code(0b1, 0b0, 0b0), 0b100);
+        assert_eq!(code(0b101, 0b011, 0b110), 0b101_011_110);
+        assert_eq!(code(0b1011, 0b0110, 0b1100), 0b101_011_110_100);
+        // In a plane every third digit is zero.
+        let codes = [[0, 0], [0, 1], [1, 0], [1, 1], [2, 3], [3, 2]].map(|[x, y]| code(x, y, 0));
+        assert_eq!(codes, [0, 0b010, 0b100, 0b110, 0b110_010, 0b110_100]);
+    }
+
+    #[test]
     fn the_grid_spans_any_extent() {
         for scale in [1.0, 1.0e30, 1.0e-30, 3.0e38] {
             let bounds = Aabb { min: Vec3::splat(-scale), max: Vec3::splat(scale) };

@@ -212,12 +212,26 @@ pub(crate) mod tests {
 
     #[test]
     fn reproduces_figure_3_of_the_paper() {
-        // Karras, figure 3: eight 5-bit keys; the root splits after 00100.
+        // Eight 5-bit keys (Karras 2012, figure 3; Lemmon 2016, figure 6). A node splits after the last key that has a 0 in the
+        // highest bit in which its keys differ; this key's position names the left child, the next one the right.
         let codes = [0b00001, 0b00010, 0b00100, 0b00101, 0b10011, 0b11000, 0b11001, 0b11110];
+        let nodes = [
+            ([0, 7], [3, 4]),               // 0xxxx | 1xxxx
+            ([0, 1], [LEAF, 1 | LEAF]),     // 00001 | 00010
+            ([2, 3], [2 | LEAF, 3 | LEAF]), // 00100 | 00101
+            ([0, 3], [1, 2]),               // 000xx | 001xx
+            ([4, 7], [4 | LEAF, 5]),        // 10011 | 11xxx
+            ([5, 7], [6, 7 | LEAF]),        // 1100x | 11110
+            ([5, 6], [5 | LEAF, 6 | LEAF]), // 11000 | 11001
+        ];
         check(&codes);
-        let keys: Vec<MortonKey> = codes.iter().map(|&code| MortonKey { code, index: 0 }).collect();
-        assert_eq!(node_at(&keys, 0).children, [3, 4]);
-        assert_eq!(node_at(&keys, 3).children, [1, 2]);
-        assert_eq!(node_at(&keys, 4).children, [4 | LEAF, 5]);
+        let keys: Vec<MortonKey> = (0..).zip(codes).map(|(index, code)| MortonKey { code, index }).collect();
+        let mut tree = RadixTree::default();
+        tree.build(&keys, &CancelFlag::new()).unwrap();
+        assert_eq!(tree.nodes, nodes.map(|(range, children)| RadixNode { children, range }));
+        // The internal nodes, then the leaves.
+        let parents: Vec<u32> =
+            (1..7).chain((0..8).map(|leaf| leaf | LEAF)).map(|at| tree.parent(at)).collect();
+        assert_eq!(parents, [3, 3, 0, 0, 4, 5, 1, 1, 2, 2, 4, 6, 6, 5]);
     }
 }

@@ -248,6 +248,35 @@ mod tests {
     }
 
     #[test]
+    fn boxes_of_a_triangle_are_disjoint_and_cover_it() {
+        let corners = [Vec3::new(-1.3, 0.2, 0.7), Vec3::new(2.1, 1.9, -0.4), Vec3::new(0.3, -1.1, 1.6)];
+        let mut boxes = Vec::new();
+        split(&Triangle { vertices: corners }, 0.05, &mut Vec::new(), |bounds| boxes.push(*bounds));
+        assert!(boxes.len() > 100, "{}", boxes.len());
+        // Any two share a face at most.
+        for (index, a) in boxes.iter().enumerate() {
+            for b in &boxes[..index] {
+                let (min, max) = (a.min.max(b.min), a.max.min(b.max));
+                assert!((max - min).min_element() <= 0.0, "{a:?} {b:?}");
+            }
+        }
+        // Each point of a fine grid of barycentric coordinates is in one, up to its own rounding.
+        const STEPS: u32 = 120;
+        let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+        for u in 0..=STEPS {
+            for v in 0..=STEPS - u {
+                let [u, v] = [u, v].map(|step| f64::from(step) / f64::from(STEPS));
+                let point = a * (1.0 - u - v) + b * u + c * v;
+                let is_inside = |bounds: &Aabb| {
+                    (point - bounds.min.as_dvec3()).min(bounds.max.as_dvec3() - point).min_element()
+                        > -1.0e-12
+                };
+                assert!(boxes.iter().any(is_inside), "{point}");
+            }
+        }
+    }
+
+    #[test]
     fn a_box_between_adjacent_floats_is_not_cut() {
         let a = Vec3::ONE;
         let b = Vec3::splat(1.0_f32.next_up());

@@ -50,6 +50,8 @@ pub enum OutputKind {
     ReportPage,
     /// Result of a suite as JSON.
     SuiteResult,
+    /// List of the job files of a farm.
+    JobList,
 }
 
 impl OutputKind {
@@ -77,6 +79,7 @@ impl OutputKind {
             Self::Summary => "a summary of this program",
             Self::ReportPage => "a report",
             Self::SuiteResult => "the result of a test",
+            Self::JobList => "a list of job files",
         }
     }
 
@@ -95,6 +98,7 @@ impl OutputKind {
             Self::Summary => (b"", vec![SUMMARY_MARK.as_bytes()]),
             Self::ReportPage => (b"", vec![PAGE_MARK.as_bytes()]),
             Self::SuiteResult => (b"{", vec![b"\"schema\":", b"\"shots\":"]),
+            Self::JobList => (b"{", vec![b"\"software\": \"rayframe", b"\"job_files\":"]),
         }
     }
 

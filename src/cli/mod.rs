@@ -8,6 +8,7 @@ mod completions;
 mod diff;
 mod exit_status;
 mod fail_on;
+mod farm;
 mod findings;
 mod info;
 mod man;
@@ -57,6 +58,8 @@ enum Command {
     Render(RenderOptions),
     /// Merge crops into whole frames
     Merge(merge::MergeArgs),
+    /// Write job files for a render farm (Open Job Description, Slurm, Kubernetes, GNU parallel), and submit nothing
+    Farm(farm::FarmArgs),
     /// Verify that rendered files are whole, and a delivery complete; exit code 0: all are, 1: not
     Check(check::CheckArgs),
     /// Show the contents of a file, what is rendered, and what is not supported
@@ -94,6 +97,7 @@ pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitStatus {
             Command::Render(given) => render::run(&given),
             Command::Watch(given) => watch::run(&given),
             Command::Merge(args) => merge::run(&args),
+            Command::Farm(args) => exit_status(farm::run(&args)),
             Command::Test(args) => test::run(&args),
             Command::Accept(args) => exit_status(match args.from() {
                 Some(report) => accept_rendered::accept_rendered(&args, report),

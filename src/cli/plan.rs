@@ -50,6 +50,7 @@ fn frame_json(outline: &SequenceOutline, plan: &Plan, frame: &PlannedFrame) -> V
         "time_seconds": frame.time_seconds,
         "action": action(frame),
         "path": frame.path.to_string_lossy(),
+        "render_hash": frame.render_hash,
     });
     for (key, name) in [("clip", &outline.clip), ("camera", &outline.camera)] {
         if let Some(name) = name {

@@ -52,6 +52,8 @@ pub enum OutputKind {
     SuiteResult,
     /// Manual page of the program or a verb.
     ManualPage,
+    /// List of the job files of a farm.
+    JobList,
 }
 
 impl OutputKind {
@@ -80,6 +82,7 @@ impl OutputKind {
             Self::ReportPage => "a report",
             Self::SuiteResult => "the result of a test",
             Self::ManualPage => "a manual page of this program",
+            Self::JobList => "a list of job files",
         }
     }
 
@@ -99,6 +102,7 @@ impl OutputKind {
             Self::ReportPage => (b"", vec![PAGE_MARK.as_bytes()]),
             Self::SuiteResult => (b"{", vec![b"\"schema\":", b"\"shots\":"]),
             Self::ManualPage => (b"", vec![b".TH rayframe"]),
+            Self::JobList => (b"{", vec![b"\"software\": \"rayframe", b"\"job_files\":"]),
         }
     }
 

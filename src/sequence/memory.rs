@@ -43,7 +43,7 @@ const BYTES_A_PREFILTERED_PIXEL: u128 = 20;
 const MOST_PREFILTERED_BYTES: u128 = 10_000_000;
 
 /// Upper estimate of the bytes that `job` needs without splits where its frames are rendered at once. Splits get what is left.
-fn estimated_bytes(job: &SequenceJob) -> u128 {
+pub fn estimated_bytes(job: &SequenceJob) -> u128 {
     bytes_with_pixels(job, job.render.window, job.frames.len() > 1)
 }
 

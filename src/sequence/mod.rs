@@ -49,7 +49,9 @@ pub use frame_loop::run;
 pub(crate) use frame_tracer::FrameTracer;
 pub use job::{SequenceJob, duration_seconds, triangle_count};
 pub use manifest::{ListedFile, Manifest};
-pub use memory::{PixelMemory, check_framing_memory, check_image_memory, check_whole_frames};
+pub use memory::{
+    PixelMemory, check_framing_memory, check_image_memory, check_whole_frames, estimated_bytes,
+};
 pub use plan::{Plan, PlannedFrame, ReplacedFile};
 pub use plates::Plates;
 pub use render_hash::render_hash;

@@ -1,0 +1,181 @@
+//! Kubernetes: an Indexed Job of `batch/v1` with the script in a ConfigMap, as JSON, and a second Job that merges the parts of a still.
+
+use serde_json::{Value, json};
+
+use rayframe::error::{Error, Result};
+
+use super::job_files::JobFile;
+use super::job_plan::JobPlan;
+use super::shell::quoted;
+use super::task_script::{MERGE, SHOT_FILE, TASK_SCRIPT, numbered_files};
+
+/// Where the ConfigMap is mounted.
+const JOB_FOLDER: &str = "/etc/rayframe-job";
+/// Largest content of a ConfigMap, with space for its names.
+const MAX_CONFIG_BYTES: usize = (1 << 20) - 4096;
+/// Exit codes of failures that repeat themselves.
+const PERMANENT: [i32; 6] = [2, 65, 66, 70, 73, 77];
+
+/// `job.k8s.json`, `merge.k8s.json` and `submit.sh`.
+///
+/// # Errors
+/// [`Error::Usage`] for more tasks than a ConfigMap describes.
+pub(super) fn files(plan: &JobPlan) -> Result<Vec<JobFile>> {
+    let scripts = numbered_files(plan);
+    if scripts.iter().map(|file| file.content.len()).sum::<usize>() > MAX_CONFIG_BYTES {
+        let count = plan.tasks.len();
+        return Err(Error::usage(format!(
+            "{count} tasks need more than the 1 MiB of a ConfigMap; raise --chunk"
+        )));
+    }
+    let data: serde_json::Map<String, Value> =
+        scripts.iter().map(|file| (file.name.to_owned(), json!(file.content))).collect();
+    let config = json!({
+        "apiVersion": "v1", "kind": "ConfigMap",
+        "metadata": { "name": name(plan), "labels": labels(plan) },
+        "data": data,
+    });
+    let mut files = vec![manifest("job.k8s.json", &json!([config, indexed_job(plan)]))?];
+    if !plan.parts.is_empty() {
+        files.push(manifest("merge.k8s.json", &json!([merge_job(plan)]))?);
+    }
+    files.push(JobFile { name: "submit.sh", content: submit(plan) });
+    files.push(JobFile { name: "tasks.txt", content: plan.task_list() });
+    Ok(files)
+}
+
+fn manifest(name: &'static str, items: &Value) -> Result<JobFile> {
+    let list = json!({ "apiVersion": "v1", "kind": "List", "items": items });
+    let text = serde_json::to_string_pretty(&list)
+        .map_err(|error| Error::Internal { message: error.to_string() })?;
+    Ok(JobFile { name, content: format!("{text}\n") })
+}
+
+/// A name by RFC 1123, short enough for the index that pods add.
+fn name(plan: &JobPlan) -> String {
+    plan.plain_name(40).to_ascii_lowercase().replace(['_', '.'], "-")
+}
+
+fn labels(plan: &JobPlan) -> Value {
+    json!({ "app.kubernetes.io/name": "rayframe", "app.kubernetes.io/instance": name(plan) })
+}
+
+fn indexed_job(plan: &JobPlan) -> Value {
+    let count = plan.tasks.len();
+    let mut job = job(plan, &name(plan), "${JOB_COMPLETION_INDEX}");
+    let spec = &mut job["spec"];
+    spec["completionMode"] = json!("Indexed");
+    spec["completions"] = json!(count);
+    spec["parallelism"] = json!(plan.at_most.map_or(count, |most| count.min(most as usize)));
+    spec["backoffLimitPerIndex"] = json!(plan.retries);
+    spec["maxFailedIndexes"] = json!(count);
+    spec["podFailurePolicy"] = failure_policy("FailIndex");
+    job
+}
+
+fn merge_job(plan: &JobPlan) -> Value {
+    let mut job = job(plan, &format!("{}-merge", name(plan)), MERGE);
+    job["spec"]["backoffLimit"] = json!(plan.retries);
+    job["spec"]["podFailurePolicy"] = failure_policy("FailJob");
+    job
+}
+
+/// Failures that repeat themselves end the task. Evictions do not count, other failures do.
+fn failure_policy(action: &str) -> Value {
+    json!({ "rules": [
+        { "action": action, "onExitCodes": { "containerName": "rayframe", "operator": "In", "values": PERMANENT } },
+        { "action": "Ignore", "onPodConditions": [{ "type": "DisruptionTarget", "status": "True" }] },
+    ] })
+}
+
+fn job(plan: &JobPlan, name: &str, task: &str) -> Value {
+    let needs = json!({ "cpu": plan.resources.threads.to_string(), "memory": format!("{}Mi", plan.resources.memory_mib()) });
+    let mut mounts = vec![json!({ "name": "job", "mountPath": JOB_FOLDER, "readOnly": true })];
+    let mut volumes = vec![json!({ "name": "job", "configMap": { "name": self::name(plan) } })];
+    for (index, (claim, path)) in plan.claims.iter().enumerate() {
+        let volume = format!("claim-{index}");
+        mounts.push(json!({ "name": volume, "mountPath": path }));
+        volumes.push(json!({ "name": volume, "persistentVolumeClaim": { "claimName": claim } }));
+    }
+    let image = plan.image.clone().unwrap_or_else(|| plan.version.replace(' ', ":"));
+    let script = format!("exec sh {JOB_FOLDER}/{TASK_SCRIPT} \"{task}\" {JOB_FOLDER}/{SHOT_FILE}");
+    json!({
+        "apiVersion": "batch/v1", "kind": "Job",
+        "metadata": { "name": name, "labels": labels(plan) },
+        "spec": { "template": {
+            "metadata": { "labels": labels(plan) },
+            "spec": {
+                "restartPolicy": "Never",
+                "containers": [{
+                    "name": "rayframe",
+                    "image": image,
+                    "command": ["/bin/sh", "-c", script],
+                    "resources": { "requests": needs, "limits": needs },
+                    "volumeMounts": mounts,
+                }],
+                "volumes": volumes,
+            },
+        } },
+    })
+}
+
+fn submit(plan: &JobPlan) -> String {
+    let at = |name: &str| quoted(&format!("{}/{name}", plan.folder));
+    let mut text = format!(
+        "#!/bin/sh\n# Written by {}. Submits the job; options of kubectl may follow\nset -eu\nkubectl apply -f {} \"$@\"\n",
+        plan.version,
+        at("job.k8s.json")
+    );
+    if !plan.parts.is_empty() {
+        text.push_str(&format!(
+            "kubectl wait --for=condition=complete --timeout=-1s job/{} \"$@\"\nkubectl apply -f {} \"$@\"\n",
+            name(plan),
+            at("merge.k8s.json")
+        ));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_plan::{plan, still};
+    use super::*;
+
+    fn items(plan: &JobPlan, name: &str) -> Vec<Value> {
+        let files = files(plan).unwrap();
+        let file = files.iter().find(|file| file.name == name).unwrap();
+        let list: Value = serde_json::from_str(&file.content).unwrap();
+        list["items"].as_array().unwrap().clone()
+    }
+
+    #[test]
+    fn the_job_has_an_index_for_each_task() {
+        let items = items(&plan(), "job.k8s.json");
+        let (config, spec) = (&items[0], &items[1]["spec"]);
+        assert_eq!(config["metadata"]["name"], "it-s--new");
+        assert!(config["data"]["task.sh"].as_str().unwrap().contains("'1') set -- '--frames=3'"));
+        assert_eq!([&spec["completions"], &spec["parallelism"], &spec["backoffLimitPerIndex"]], [2, 2, 3]);
+        assert_eq!(
+            spec["podFailurePolicy"]["rules"][0]["onExitCodes"]["values"],
+            json!([2, 65, 66, 70, 73, 77])
+        );
+        let container = &spec["template"]["spec"]["containers"][0];
+        assert_eq!(container["image"], "rayframe:0.1.0");
+        assert_eq!(container["resources"]["requests"], json!({ "cpu": "4", "memory": "300Mi" }));
+        assert_eq!(container["volumeMounts"][1], json!({ "name": "claim-0", "mountPath": "/shots" }));
+    }
+
+    #[test]
+    fn a_second_job_merges() {
+        let items = items(&still(), "merge.k8s.json");
+        assert_eq!(items[0]["metadata"]["name"], "s-merge");
+        assert!(items[0]["spec"]["completionMode"].is_null());
+    }
+
+    #[test]
+    fn jobs_that_no_config_map_holds_are_refused() {
+        let mut large = plan();
+        large.tasks = vec![large.tasks[0].clone(); 30_000];
+        assert_eq!(files(&large).unwrap_err().exit_code(), 2);
+    }
+}

@@ -1,0 +1,94 @@
+//! `rayframe farm`: writes the job files of a scheduler, and submits nothing.
+//!
+//! [`planning`] makes a [`JobPlan`] of a shot: its tasks, what they need and what they read. Each engine has a module that turns the plan
+//! into files, without any access to the system; [`job_files`] writes them.
+
+mod chunks;
+mod engine;
+mod frame_costs;
+mod job_files;
+mod job_plan;
+mod kubernetes;
+mod openjd;
+mod options;
+mod parallel;
+mod parts;
+mod planning;
+mod settings;
+mod shell;
+mod slurm;
+mod task_script;
+#[cfg(test)]
+mod test_plan;
+
+use std::path::{Path, PathBuf};
+
+use rayon::ThreadPoolBuilder;
+
+use crate::progress::print_note;
+use rayframe::error::{Error, Result};
+
+use super::render_options::NamedShot;
+use super::summary::counted;
+use job_files::{check_files, write_files};
+use job_plan::JobPlan;
+pub(super) use options::FarmArgs;
+
+/// Threads of a task where none are requested.
+const DEFAULT_THREADS: u16 = 4;
+
+/// Plans the jobs of all shots, checks every file, and writes them.
+pub(super) fn run(args: &FarmArgs) -> Result<()> {
+    let shots = args.render.shots();
+    let folders = folders(&args.out_dir, &shots);
+    let mut jobs = Vec::new();
+    for (named, folder) in shots.into_iter().zip(folders) {
+        let shot = named.settings?;
+        // The estimate of the memory counts the threads of the worker.
+        let threads = shot.values.threads.unwrap_or(DEFAULT_THREADS);
+        let pool = ThreadPoolBuilder::new().num_threads(threads.into()).build().map_err(Error::no_threads)?;
+        let plan = pool.install(|| planning::plan(&shot, args, &folder));
+        let plan = plan.map_err(|error| shot.settings.locate(error))?;
+        let files = args.engine.files(&plan)?;
+        check_files(&folder, &files, shot.values.overwrite)?;
+        jobs.push((plan, files, folder, shot.values.quiet));
+    }
+    for (plan, files, folder, is_quiet) in &jobs {
+        write_files(folder, args.engine.name(), plan, files)?;
+        if !is_quiet {
+            print_note(&summary(plan, folder));
+            print_note(&args.engine.hint(folder));
+        }
+    }
+    Ok(())
+}
+
+/// The folder of each job: the named one, or with several shots one in it for each.
+fn folders(out_dir: &Path, shots: &[NamedShot]) -> Vec<PathBuf> {
+    if let [_] = shots {
+        return vec![out_dir.to_owned()];
+    }
+    let mut names: Vec<String> = Vec::new();
+    for shot in shots {
+        let stem = shot.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let taken = |name: &String| names.contains(name);
+        let numbered = (2..).map(|number| format!("{stem}-{number}"));
+        let name = std::iter::once(stem.clone()).chain(numbered).find(|name| !taken(name));
+        names.push(name.unwrap_or_default());
+    }
+    names.into_iter().map(|name| out_dir.join(name)).collect()
+}
+
+/// `shot: 10 tasks of 4 threads and 512 MiB, 240 frames, 7 assets; job files in farm/shot`.
+fn summary(plan: &JobPlan, folder: &Path) -> String {
+    let resources = plan.resources;
+    format!(
+        "{}: {} of {} and {} MiB, {}; job files in {}",
+        plan.name,
+        counted(plan.tasks.len() as u64, "task"),
+        counted(resources.threads.into(), "thread"),
+        resources.memory_mib(),
+        counted(plan.assets.len() as u64, "asset"),
+        folder.display(),
+    )
+}

@@ -1,0 +1,139 @@
+//! From a shot and the options of the command line to the plan of a job.
+
+use std::path::Path;
+
+use rayframe::error::Result;
+use rayframe::gltf::ImageLoading;
+use rayframe::output::SOFTWARE;
+use rayframe::sequence::{Plan, canonical, estimated_bytes, frames_text, render_hash};
+use rayframe::shot::{RenderJob, ShotSettings, resolve};
+
+use super::super::warnings::report_warnings;
+use super::DEFAULT_THREADS;
+use super::chunks::{ChunkRule, chunks};
+use super::frame_costs::{FrameCosts, Workload};
+use super::job_plan::{JobPlan, Pin, Resources, Task};
+use super::options::FarmArgs;
+use super::settings::{check_shared_files, not_unicode, of_first_part, parts, shot_file};
+
+/// Frames of a task where no costs are known.
+const DEFAULT_CHUNK: usize = 10;
+/// Seconds of a task where costs are known: loading the scene then is a small part.
+const TASK_SECONDS: f64 = 300.0;
+/// Memory of a task besides half more than the estimate, which is itself uncertain: splits make use of it.
+const SPARE_BYTES: u64 = 128 << 20;
+
+/// Plans the job of a shot, with its files in `folder`.
+///
+/// # Errors
+/// Those of `rayframe render --dry-run`, wrong options, and names that are not Unicode.
+pub(super) fn plan(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Result<JobPlan> {
+    // Resolve the shot as `render` does.
+    check_shared_files(shot)?;
+    let job = resolve(&of_first_part(shot, args.division())?, ImageLoading::Budget)?;
+    report_warnings(&job.sequence.scene.path, &job.warnings, job.sequence.strict)?;
+    Plan::check(&job.sequence)?;
+
+    // Divide it.
+    let folder = absolute(folder)?;
+    let (output_folder, output_name) = output(&job)?;
+    let resources = resources(shot, args, &job);
+    let name = shot.shot_file.as_ref().unwrap_or(&shot.scene).file_stem().unwrap_or_default();
+    let mut plan = JobPlan {
+        name: name.to_string_lossy().into_owned(),
+        folder,
+        program: args.program.clone(),
+        version: SOFTWARE.to_owned(),
+        scene: absolute(&shot.scene)?,
+        shot_file: shot_file(shot, &job)?,
+        output_folder,
+        output_name,
+        pin: pin(&job),
+        tasks: Vec::new(),
+        parts: Vec::new(),
+        resources,
+        retries: args.retries,
+        at_most: args.at_most,
+        image: args.image.clone(),
+        claims: args.claims.clone(),
+        assets: assets(&job)?,
+    };
+    let parts = parts(shot, &job, args.division())?;
+    if parts.is_empty() {
+        plan.tasks = frame_tasks(args, &job, &plan)?;
+    } else {
+        let frame = plan.pin.frame;
+        for (index, (name, option)) in parts.into_iter().enumerate() {
+            let output_name = format!("parts/{}.{index:04}.exr", plan.plain_name(80));
+            plan.parts.push(output_name.clone());
+            plan.tasks.push(Task { name, options: vec![format!("--frames={frame}"), option], output_name });
+        }
+    }
+    Ok(plan)
+}
+
+/// The tasks of a sequence.
+fn frame_tasks(args: &FarmArgs, job: &RenderJob, plan: &JobPlan) -> Result<Vec<Task>> {
+    let frames = &job.sequence.frames;
+    let workload = Workload {
+        resolution: job.sequence.render.resolution,
+        samples: job.sequence.render.samples,
+        threads: plan.resources.threads.into(),
+    };
+    let measured = args.cost.as_deref().map(|path| FrameCosts::read(path, workload)).transpose()?;
+    let costs: Vec<f64> =
+        frames.iter().map(|frame| measured.as_ref().map_or(1.0, |costs| costs.seconds(*frame))).collect();
+    let count = match (args.chunk, &measured) {
+        (Some(chunk), _) => frames.len().div_ceil(chunk as usize),
+        (None, Some(_)) => (costs.iter().sum::<f64>() / TASK_SECONDS).ceil() as usize,
+        (None, None) => frames.len().div_ceil(DEFAULT_CHUNK),
+    };
+    let rule = if args.interleaved { ChunkRule::Interleaved } else { ChunkRule::Contiguous };
+    let task = |chunk: Vec<i64>| {
+        let text = frames_text(&chunk);
+        let range = text.split_once(' ').map_or(&*text, |(_, range)| range).to_owned();
+        let options = vec![format!("--frames={range}")];
+        Task { name: range, options, output_name: plan.output_name.clone() }
+    };
+    Ok(chunks(frames, &costs, count, rule).into_iter().map(task).collect())
+}
+
+fn resources(shot: &ShotSettings, args: &FarmArgs, job: &RenderJob) -> Resources {
+    let estimate = u64::try_from(estimated_bytes(&job.sequence)).unwrap_or(u64::MAX / 4);
+    let request = (estimate + estimate / 2).saturating_add(SPARE_BYTES);
+    // A typed limit is four fifths of the request, as of a machine.
+    let typed = shot.values.max_memory.map(|limit| limit.saturating_add(limit / 4));
+    Resources {
+        threads: shot.values.threads.unwrap_or(DEFAULT_THREADS),
+        memory_bytes: args.memory.or(typed).unwrap_or(request),
+    }
+}
+
+fn pin(job: &RenderJob) -> Pin {
+    let frame = job.sequence.frames.first().copied().unwrap_or_default();
+    Pin { frame, render_hash: render_hash(&job.sequence, frame) }
+}
+
+/// Everything that the scene reads, each file once.
+fn assets(job: &RenderJob) -> Result<Vec<String>> {
+    let mut assets = job.inputs.iter().map(|path| absolute(path)).collect::<Result<Vec<_>>>()?;
+    assets.sort();
+    assets.dedup();
+    Ok(assets)
+}
+
+/// The folder of the outputs, as far as it is the same for all frames, and the rest of their pattern.
+fn output(job: &RenderJob) -> Result<(String, String)> {
+    let pattern = job.sequence.output.to_text();
+    let text = pattern.to_str().ok_or_else(|| not_unicode(&pattern.to_string_lossy()))?;
+    let fixed = &text[..text.find(['#', '%', '{']).unwrap_or(text.len())];
+    let (folder, name) = text.split_at(fixed.rfind('/').map_or(0, |slash| slash + 1));
+    let folder = if folder.is_empty() { Path::new(".") } else { Path::new(folder) };
+    Ok((absolute(&folder.join("x"))?.trim_end_matches("/x").to_owned(), name.to_owned()))
+}
+
+/// The absolute path, without links as far as its folder exists.
+fn absolute(path: &Path) -> Result<String> {
+    let path = canonical(path);
+    path.to_str().map(str::to_owned).ok_or_else(|| not_unicode(&path.to_string_lossy()))
+}

@@ -1,0 +1,145 @@
+//! The settings of a shot that its tasks share, and those that each task has of its own.
+
+use std::ffi::OsStr;
+
+use rayframe::error::{Error, Provenance, Result};
+use rayframe::image_file::ExrCompression;
+use rayframe::settings::{DenoiserKind, Integrator, OutputFormat, Settings};
+use rayframe::shot::{RenderJob, ShotSettings, resolved_settings};
+
+use super::options::Division;
+use super::parts::{sample_ranges, tiles};
+
+/// Settings whose files are made of all frames.
+const OF_ALL_FRAMES: [&str; 4] = ["movie", "contact_sheet", "stats", "manifest"];
+/// Settings that each task has of its own, or that only matter to a terminal.
+const OF_TASKS: [&str; 14] = [
+    "output",
+    "show",
+    "resume",
+    "overwrite",
+    "all",
+    "start",
+    "end",
+    "step",
+    "frames",
+    "threads",
+    "max_memory",
+    "progress",
+    "quiet",
+    "verbose",
+];
+
+/// Refuses files that every task would write.
+///
+/// # Errors
+/// [`Error::Setting`] with the first of them.
+pub(super) fn check_shared_files(shot: &ShotSettings) -> Result<()> {
+    let is_given = |name: &&&str| shot.settings.origin_of(name).is_some();
+    OF_ALL_FRAMES.iter().find(is_given).map_or(Ok(()), |name| {
+        let why = "is one file of all frames, which the tasks of a farm cannot write together; leave it out";
+        Err(shot.settings.error(name, why))
+    })
+}
+
+/// A shot file of what all tasks have in common, with absolute paths.
+pub(super) fn shot_file(shot: &ShotSettings, job: &RenderJob) -> Result<String> {
+    let mut settings = resolved_settings(shot, std::slice::from_ref(job));
+    for name in OF_TASKS {
+        settings.clear(name);
+    }
+    let toml = settings.to_toml();
+    match toml.lines().find(|line| line.starts_with('#') && line.ends_with("for it is not Unicode")) {
+        Some(line) => Err(not_unicode(line.split_whitespace().nth(1).unwrap_or_default())),
+        None => Ok(format!("{toml}\n")),
+    }
+}
+
+/// Error about a name that job files cannot hold.
+pub(super) fn not_unicode(name: &str) -> Error {
+    Error::usage(format!(
+        "{name}: the name is not Unicode (UTF-8), which job files are written in; rename it"
+    ))
+}
+
+/// The shot with the settings of its first part, so that what cannot be divided is refused with the reason of `render`.
+pub(super) fn of_first_part(shot: &ShotSettings, division: Division) -> Result<ShotSettings> {
+    let Division::Samples(count) = division else { return Ok(shot.clone()) };
+    refuse_own_division(&shot.settings, "sample_range", "--sample-ranges")?;
+    if shot.values.integrator != Integrator::Path {
+        return Err(Error::usage(
+            "--sample-ranges divides the samples of paths; add --integrator path, or use --tiles",
+        ));
+    }
+    let samples = shot.values.samples;
+    let (first, last) = sample_ranges(samples, count).first().copied().unwrap_or_default();
+    let mut part = shot.clone();
+    let mut outcome = Ok(());
+    part.change(|settings| {
+        let range = format!("{first}-{last}");
+        outcome = settings.set("sample_range", OsStr::new(&range), &Provenance::Default);
+    });
+    outcome.map_err(Error::from)?;
+    Ok(part)
+}
+
+/// Refuses a crop or a sample range of the whole job where its tasks have their own.
+fn refuse_own_division(settings: &Settings, name: &str, option: &str) -> Result<()> {
+    match settings.origin_of(name) {
+        None => Ok(()),
+        Some(_) => Err(settings.error(name, format!("cannot be combined with {option}, which makes them"))),
+    }
+}
+
+/// Name for people and options of each part of a still; empty where tasks render whole frames.
+///
+/// # Errors
+/// [`Error::Usage`] for what `rayframe merge` cannot join.
+pub(super) fn parts(
+    shot: &ShotSettings,
+    job: &RenderJob,
+    division: Division,
+) -> Result<Vec<(String, String)>> {
+    let option = match division {
+        Division::Frames => return Ok(Vec::new()),
+        Division::Tiles(..) => "--tiles",
+        Division::Samples(_) => "--sample-ranges",
+    };
+    refuse_own_division(&shot.settings, "crop", option)?;
+    check_merge(shot, job, option)?;
+    Ok(match division {
+        Division::Tiles(columns, rows) => tiles(job.sequence.render.resolution, (columns, rows))
+            .into_iter()
+            .map(|[x0, y0, x1, y1]| format!("{x0},{y0},{x1},{y1}"))
+            .map(|crop| (format!("tile {crop}"), format!("--crop={crop}")))
+            .collect(),
+        _ => {
+            let Division::Samples(count) = division else { return Ok(Vec::new()) };
+            sample_ranges(shot.values.samples, count)
+                .into_iter()
+                .map(|(first, last)| format!("{first}-{last}"))
+                .map(|range| (format!("samples {range}"), format!("--sample-range={range}")))
+                .collect()
+        }
+    })
+}
+
+fn check_merge(shot: &ShotSettings, job: &RenderJob, option: &str) -> Result<()> {
+    let refuse = |why: &str| Err(Error::usage(format!("{option} {why}")));
+    let sequence = &job.sequence;
+    if sequence.frames.len() != 1 {
+        return refuse("divides a still; choose one frame with -f, or divide the sequence with --chunk");
+    }
+    if sequence.output.format() != OutputFormat::Exr || sequence.preview {
+        return refuse("makes EXR files only; leave previews and other formats out");
+    }
+    if sequence.exr.is_split
+        || matches!(sequence.exr.compression, ExrCompression::Dwaa | ExrCompression::Dwab)
+    {
+        return refuse("needs one lossless EXR file a frame; leave --split-aovs, dwaa and dwab out");
+    }
+    if shot.values.denoise != DenoiserKind::None {
+        return refuse("cannot be denoised, as pixels depend on their neighbours; denoise the merged image");
+    }
+    Ok(())
+}

@@ -1,0 +1,24 @@
+//! Quoting for POSIX shells.
+
+/// The text as one word of a shell command: between apostrophes nothing has a meaning but the apostrophe itself.
+pub(super) fn quoted(text: &str) -> String {
+    format!("'{}'", text.replace('\'', r"'\''"))
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::process::Command;
+
+    use super::quoted;
+
+    #[test]
+    fn the_shell_reads_what_was_quoted() {
+        for text in
+            ["", "plain", "two words", "it's", "'", "$HOME `id` \\ \"x\"", "a\nb\n", "*?[x]", "-n", "é→😀"]
+        {
+            let script = format!("printf '<%s>' {}", quoted(text));
+            let output = Command::new("sh").args(["-c", &script]).output().unwrap();
+            assert_eq!(String::from_utf8(output.stdout).unwrap(), format!("<{text}>"));
+        }
+    }
+}

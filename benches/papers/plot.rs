@@ -12,7 +12,7 @@ use super::systems::BUDGETS;
 use super::throughput::Point;
 
 const SIZE: (u32, u32) = (760, 440);
-/// Colours that people tell apart with any sight (Okabe and Ito 2008).
+/// Colours that all people tell apart, colour-blind ones too (Okabe and Ito 2008).
 const COLORS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -149,7 +149,7 @@ fn draw(file: &Path, chart: &Chart, series: &[Series]) -> Result<()> {
         context.draw_series([PathElement::new(line, BLACK.mix(0.5))])?;
     }
     for (index, series) in series.iter().enumerate() {
-        draw_series(&mut context, series, index)?;
+        plot_series(&mut context, series, index)?;
     }
     context
         .configure_series_labels()
@@ -162,7 +162,7 @@ fn draw(file: &Path, chart: &Chart, series: &[Series]) -> Result<()> {
 }
 
 /// A line through the points, the points, and a ring around the marked one.
-fn draw_series<'a>(context: &mut Context<'a, 'a>, series: &Series, index: usize) -> Result<()> {
+fn plot_series<'a>(context: &mut Context<'a, 'a>, series: &Series, index: usize) -> Result<()> {
     let color = COLORS[index % COLORS.len()];
     // Lines beyond the colours are thin.
     let width = if index < COLORS.len() { 2 } else { 1 };

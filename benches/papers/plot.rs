@@ -12,7 +12,7 @@ use super::systems::BUDGETS;
 use super::throughput::Point;
 
 const SIZE: (u32, u32) = (760, 440);
-/// Colours that people tell apart with any sight (Okabe and Ito 2008).
+/// Colours that all people tell apart, colour-blind ones too (Okabe and Ito 2008).
 const COLORS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -67,20 +67,20 @@ pub(crate) fn sweep(file: &Path, tables: &[SceneTable]) -> Result<()> {
     draw(file, &chart, &series.collect::<Vec<_>>())
 }
 
-/// Gain of frames against overlap.
+/// Gain of rays against overlap.
 pub(crate) fn gain(file: &Path, gains: &[Gain]) -> Result<()> {
     let names = BUDGETS.map(|budget| format!("R = {budget}")).into_iter().chain(["automatic".to_owned()]);
     let series: Vec<_> = names
         .enumerate()
         .map(|(index, name)| Series {
             name,
-            points: gains.iter().map(|gain| (gain.overlap, gain.of_frame[index])).collect(),
+            points: gains.iter().map(|gain| (gain.overlap, gain.of_rays[index])).collect(),
             marked: None,
             is_line: false,
         })
         .collect();
     let chart = Chart {
-        title: "Gain of splits: time of build and rays without splits over time with them",
+        title: "Gain of splits: time of rays without splits over time with them",
         x: "overlap E (line: 16, from which Rayframe splits)",
         y: "gain",
         limit: Some(16.0),
@@ -89,20 +89,25 @@ pub(crate) fn gain(file: &Path, gains: &[Gain]) -> Result<()> {
     draw(file, &chart, &series)
 }
 
-/// Throughput against triangles: a line for each builder and number of threads.
+/// Throughput against triangles with all threads: a line for each builder.
 pub(crate) fn throughput(file: &Path, points: &[Point]) -> Result<()> {
     let most = points.iter().map(|point| point.threads).max().unwrap_or(1);
     let mut series: Vec<Series> = Vec::new();
-    for point in points.iter().filter(|point| point.threads == 1 || point.threads == most) {
-        let name = format!("{}, {} threads", point.builder, point.threads).replace(" 1 threads", " 1 thread");
+    for point in points.iter().filter(|point| point.threads == most) {
         let at = (point.triangles as f64, point.throughput());
-        match series.iter_mut().find(|series| series.name == name) {
+        match series.iter_mut().find(|series| series.name == point.builder) {
             Some(series) => series.points.push(at),
-            None => series.push(Series { name, points: vec![at], marked: None, is_line: true }),
+            None => series.push(Series {
+                name: point.builder.to_owned(),
+                points: vec![at],
+                marked: None,
+                is_line: true,
+            }),
         }
     }
+    let title = format!("Build throughput on an even mesh, threads: {most}");
     let chart = Chart {
-        title: "Build throughput, even triangles",
+        title: &title,
         x: "triangles",
         y: "million triangles a second",
         limit: None,
@@ -120,7 +125,7 @@ fn draw(file: &Path, chart: &Chart, series: &[Series]) -> Result<()> {
         (low / 1.15..high * above).log_scale()
     };
     // The legend is above the points.
-    let (x, y) = (range(|point| point.0, 1.15), range(|point| point.1, 3.0));
+    let (x, y) = (range(|point| point.0, 1.15), range(|point| point.1, 4.0));
     let area = SVGBackend::new(file, SIZE).into_drawing_area();
     area.fill(&WHITE)?;
     let mut context = ChartBuilder::on(&area)
@@ -144,7 +149,7 @@ fn draw(file: &Path, chart: &Chart, series: &[Series]) -> Result<()> {
         context.draw_series([PathElement::new(line, BLACK.mix(0.5))])?;
     }
     for (index, series) in series.iter().enumerate() {
-        draw_series(&mut context, series, index)?;
+        plot_series(&mut context, series, index)?;
     }
     context
         .configure_series_labels()
@@ -157,7 +162,7 @@ fn draw(file: &Path, chart: &Chart, series: &[Series]) -> Result<()> {
 }
 
 /// A line through the points, the points, and a ring around the marked one.
-fn draw_series<'a>(context: &mut Context<'a, 'a>, series: &Series, index: usize) -> Result<()> {
+fn plot_series<'a>(context: &mut Context<'a, 'a>, series: &Series, index: usize) -> Result<()> {
     let color = COLORS[index % COLORS.len()];
     // Lines beyond the colours are thin.
     let width = if index < COLORS.len() { 2 } else { 1 };

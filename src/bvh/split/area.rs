@@ -260,12 +260,11 @@ mod tests {
                 assert!((max - min).min_element() <= 0.0, "{a:?} {b:?}");
             }
         }
-        // Each point of a fine grid of barycentric coordinates is in one, up to its own rounding.
-        const STEPS: u32 = 120;
-        let [a, b, c] = corners.map(|corner| corner.as_dvec3());
-        for u in 0..=STEPS {
-            for v in 0..=STEPS - u {
-                let [u, v] = [u, v].map(|step| f64::from(step) / f64::from(STEPS));
+        // Each of a grid of points with 120 steps a side is in one, up to its own rounding.
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        for u in 0..=120 {
+            for v in 0..=120 - u {
+                let [u, v] = [u, v].map(|step| f64::from(step) / 120.0);
                 let point = a * (1.0 - u - v) + b * u + c * v;
                 let is_inside = |bounds: &Aabb| {
                     (point - bounds.min.as_dvec3()).min(bounds.max.as_dvec3() - point).min_element()

@@ -57,7 +57,7 @@ impl Engine {
         match self {
             Self::Openjd => {
                 let folder = quoted(&folder.display().to_string());
-                format!("to submit it: deadline bundle submit {folder}; to run it here: sh {}", at("run.sh"))
+                format!("to submit it to AWS Deadline Cloud: deadline bundle submit {folder}")
             }
             Self::Slurm | Self::K8s => format!("to submit it: sh {}", at("submit.sh")),
             Self::Parallel => format!("to run it: sh {}", at("run.sh")),

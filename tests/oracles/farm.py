@@ -4,7 +4,7 @@
     python3 tests/oracles/farm.py target/release/rayframe [--install] [--only openjd,slurm,parallel,k8s]
 
 - openjd: `openjd check`, then each task of the template by `openjd run`; in one of them the renderer is killed.
-- slurm: a cluster of this machine. A renderer is killed, a job of a higher partition preempts the array, a disk is full, and tiles are
+- slurm: a cluster of this machine. A renderer is killed, the node is lost, a job of a higher partition preempts the array, a disk is full, and tiles are
   merged by a dependent job.
 - parallel: the same with GNU parallel, and a scene that changes after the job was written.
 - k8s: both manifests against Kubernetes' schema, and the command of the container for each index. Needs no cluster.
@@ -171,6 +171,15 @@ def slurm(farm):
         if not preempted:
             raise Failure(f"nothing was preempted: {logs(job)}")
         print("\n".join(preempted))
+
+        # The node is lost.
+        start = time.monotonic()
+        job, out = farm.write("slurm", "lost", SLOW_IMAGE, "--chunk", "6")
+        cluster.submit(job / "submit.sh")
+        cluster.wait_for(lambda: len(list(out.glob("a.*.exr"))) >= 4, "the first frames")
+        cluster.lose_node()
+        cluster.wait_for_the_end()
+        farm.check("slurm", "the node lost", out, SLOW_IMAGE, logs(job), start)
 
         # The disk is full, and becomes larger.
         start = time.monotonic()

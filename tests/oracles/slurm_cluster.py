@@ -1,8 +1,10 @@
 """A Slurm cluster of this machine alone, in a folder of its own: munged, slurmctld and slurmd. Needs root and Debian's packages."""
 
+import contextlib
 import os
 import pathlib
 import shutil
+import signal
 import socket
 import subprocess
 import time
@@ -80,8 +82,8 @@ class Cluster:
         for name in ["state", "spool"]:
             (self.folder / name).mkdir(parents=True)
         os.chmod(self.folder, 0o755)
-        host = socket.gethostname().split(".")[0]
-        text = CONFIGURATION.format(host=host, folder=self.folder, cpus=self.cpus, port=free_port(), port_of_node=free_port())
+        self.host = socket.gethostname().split(".")[0]
+        text = CONFIGURATION.format(host=self.host, folder=self.folder, cpus=self.cpus, port=free_port(), port_of_node=free_port())
         (self.folder / "slurm.conf").write_text(text)
         self.run("mungekey", "--create", "--keyfile", self.folder / "munge.key")
         at = lambda name: f"{self.folder}/munge.{name}"
@@ -89,7 +91,7 @@ class Cluster:
                    f"--pid-file={at('pid')}", f"--log-file={at('log')}", f"--seed-file={at('seed')}")
         self.wait_for(lambda: (self.folder / "munge.socket").exists(), "munged")
         self.start("slurmctld", "-D")
-        self.start("slurmd", "-D", "-N", host)
+        self.start("slurmd", "-D", "-N", self.host)
         self.wait_for(lambda: "idle" in self.run("sinfo", "-h", "-o", "%T"), "the node")
 
     def __exit__(self, *_):
@@ -106,6 +108,20 @@ class Cluster:
     def start(self, name, *options):
         with open(self.folder / f"{name}.out", "ab") as log:
             self.daemons[name] = subprocess.Popen([name, *options], env=self.environment, stdout=log, stderr=log)
+
+    def lose_node(self):
+        """Ends the node and everything that runs there by SIGKILL, as a power cut does, and starts it again."""
+        kept = {os.getpid(), self.daemons["slurmctld"].pid, self.daemons["munged"].pid}
+        for process in pathlib.Path("/proc").glob("[0-9]*"):
+            try:
+                is_of_node = f"SLURM_CONF={self.folder}/".encode() in (process / "environ").read_bytes()
+            except OSError:
+                continue
+            if is_of_node and int(process.name) not in kept:
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(int(process.name), signal.SIGKILL)
+        self.daemons["slurmd"].wait()
+        self.start("slurmd", "-D", "-N", self.host)
 
     def run(self, *words, check=False):
         ran = subprocess.run([str(word) for word in words], env=self.environment, capture_output=True, text=True, check=False)

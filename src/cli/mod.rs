@@ -210,8 +210,10 @@ mod tests {
     fn the_short_help_fits_on_a_screen() {
         let mut command = Cli::command().term_width(100);
         command.build();
-        let help = command.find_subcommand_mut("render").unwrap().render_help().to_string();
-        assert!(help.lines().count() <= 50, "{help}");
+        for name in ["render", "farm"] {
+            let help = command.find_subcommand_mut(name).unwrap().render_help().to_string();
+            assert!(help.lines().count() <= 50, "{help}");
+        }
     }
 
     #[test]

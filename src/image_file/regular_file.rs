@@ -9,7 +9,7 @@ use crate::error::{Error, Result, over_limit};
 ///
 /// # Errors
 /// [`Error::Missing`], [`Error::Invalid`] for what is no file, and [`Error::Refused`] for more than `max_bytes`.
-pub(crate) fn read_regular_file(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
+pub fn read_regular_file(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     let missing = Error::missing(path);
     let metadata = std::fs::metadata(path).map_err(missing)?;
     if metadata.is_dir() {

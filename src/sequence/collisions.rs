@@ -20,8 +20,14 @@ impl Plan {
         let frames: BTreeSet<&Path> = self.frames.iter().flat_map(PlannedFrame::paths).collect();
         let frames = frames.into_iter().map(|path| (path, "will hold a frame", "output"));
         let others = others.iter().map(|&(path, setting)| (path, "will hold something else", setting));
+        // A folder is looked up once: on shared storage each call takes a message.
+        let mut folders = BTreeMap::new();
         for (path, purpose, setting) in frames.chain(others) {
-            if let Some(other) = names.insert(canonical(path), purpose) {
+            let folder = path.parent().unwrap_or(Path::new(""));
+            let real = folders.entry(folder).or_insert_with(|| canonical(&folder.join("x")));
+            if let Some(other) =
+                names.insert(real.with_file_name(path.file_name().unwrap_or_default()), purpose)
+            {
                 let path = path.display();
                 let why = format!("\"{path}\" {other} and cannot be written to as well; choose another name");
                 return Err(Error::setting(setting, why));

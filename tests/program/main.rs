@@ -13,6 +13,7 @@ mod determinism;
 mod diff;
 mod encoders;
 mod environments;
+mod farm;
 mod films;
 mod killed;
 mod many;

@@ -46,8 +46,9 @@ impl Engine {
             Self::K8s => kubernetes::files(plan)?,
             Self::Parallel => parallel::files(plan),
         };
-        let assets = plan.assets.iter().map(|asset| format!("{asset}\0")).collect();
-        files.push(JobFile { name: "assets.list", content: assets });
+        // Each ends with a zero byte, as names may have line breaks.
+        let assets: Vec<&str> = plan.assets.iter().flat_map(|asset| [asset.as_str(), "\0"]).collect();
+        files.push(JobFile { name: "assets.list", content: assets.concat() });
         Ok(files)
     }
 
@@ -57,7 +58,7 @@ impl Engine {
         match self {
             Self::Openjd => {
                 let folder = quoted(&folder.display().to_string());
-                format!("to submit it: deadline bundle submit {folder}; to run it here: sh {}", at("run.sh"))
+                format!("to submit it to AWS Deadline Cloud: deadline bundle submit {folder}")
             }
             Self::Slurm | Self::K8s => format!("to submit it: sh {}", at("submit.sh")),
             Self::Parallel => format!("to run it: sh {}", at("run.sh")),

@@ -5,6 +5,10 @@ use std::path::Path;
 use serde::Deserialize;
 
 use rayframe::error::{Error, Result};
+use rayframe::image_file::read_regular_file;
+
+/// Largest file of statistics: those of a million frames are smaller.
+const MAX_BYTES: u64 = 4 << 30;
 
 /// Seconds of some frames of a sequence, in the order of their numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,7 +58,7 @@ impl FrameCosts {
     /// # Errors
     /// [`Error::Missing`], and [`Error::Invalid`] for a file of another kind or without frames.
     pub(super) fn read(path: &Path, workload: Workload) -> Result<Self> {
-        let text = std::fs::read(path).map_err(Error::missing(path))?;
+        let text = read_regular_file(path, MAX_BYTES)?;
         let invalid =
             |why: String| Error::invalid(path, "", format!("{why}; name a file of rayframe render --stats"));
         let statistics: Statistics = serde_json::from_slice(&text)

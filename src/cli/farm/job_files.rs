@@ -8,13 +8,15 @@ use sha2::{Digest as _, Sha256};
 
 use crate::progress::pretty_json;
 use rayframe::error::{Error, Result};
-use rayframe::image_file::{OutputKind, check_output, write_single_file};
+use rayframe::image_file::{OutputKind, check_output, read_regular_file, write_single_file};
 use rayframe::sequence::{hex, sha256_of_file};
 
 use super::job_plan::JobPlan;
 
 /// Name of the list of job files.
 const LIST_NAME: &str = "job.json";
+/// Largest list that is read.
+const MAX_LIST_BYTES: u64 = 1 << 30;
 /// Raised when a field changes its meaning.
 const SCHEMA: u32 = 1;
 
@@ -115,7 +117,7 @@ fn list(engine: &str, plan: &JobPlan, job_files: BTreeMap<String, Vec<String>>) 
 }
 
 fn listed(folder: &Path) -> BTreeMap<String, Vec<String>> {
-    let text = std::fs::read(folder.join(LIST_NAME)).unwrap_or_default();
+    let text = read_regular_file(&folder.join(LIST_NAME), MAX_LIST_BYTES).unwrap_or_default();
     serde_json::from_slice::<Listed>(&text).unwrap_or_default().job_files
 }
 

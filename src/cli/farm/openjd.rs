@@ -1,7 +1,8 @@
 //! Open Job Description (2023-09): a template that holds its scripts, and the files that AWS Deadline Cloud reads beside it.
 //!
 //! `template.json`: steps of up to 1024 tasks, the most that a list of values may have, and a step that merges the parts of a still.
-//! `parameter_values.json` and `asset_references.json`: values of parameters, and job attachments.
+//! `parameter_values.json` and `asset_references.json`: values of parameters, and job attachments. `parameters.json`: the same values for
+//! `openjd run`.
 
 use serde_json::{Value, json};
 
@@ -50,7 +51,7 @@ pub(super) fn files(plan: &JobPlan) -> Result<Vec<JobFile>> {
         { "name": "OutputFolder", "value": plan.output_folder },
         { "name": "deadline:maxRetriesPerTask", "value": 0 },
     ] });
-    // The job makes its own parameter file for other programs, by names alone.
+    // openjd-cli reads parameters by their names.
     let named = json!({ "Scene": plan.scene, "OutputFolder": plan.output_folder });
     let assets = json!({ "assetReferences": {
         "inputs": { "filenames": plan.assets, "directories": [] },

@@ -14,6 +14,13 @@ const LISTED: [&str; 7] = ["scene", "config", "output", "frames", "resolution", 
 /// Options that have no meaning here.
 const HIDDEN: [&str; 3] = ["dry_run", "resume", "progress"];
 
+/// Help of options with other defaults.
+const OWN_HELP: [(&str, &str); 3] = [
+    ("output", "Output name: shot.####.exr, shot.png [default: <scene>.####.exr]"),
+    ("threads", "Threads of a task, and cores that it requests [default: 4]"),
+    ("max_memory", "Memory limit of a task, such as 8G [default: four fifths of --memory]"),
+];
+
 /// Options of `rayframe farm`: writes job files, and submits nothing.
 #[derive(Clone, Debug, Args)]
 pub(in crate::cli) struct FarmArgs {
@@ -123,10 +130,13 @@ impl Args for SharedOptions {
     fn augment_args(command: Command) -> Command {
         let names = RenderOptions::augment_args(Command::new("render"));
         let names: Vec<String> = names.get_arguments().map(|arg| arg.get_id().to_string()).collect();
-        names.into_iter().fold(RenderOptions::augment_args(command), |command, name| {
+        let command = names.into_iter().fold(RenderOptions::augment_args(command), |command, name| {
             let is_listed = LISTED.contains(&name.as_str());
             let is_hidden = HIDDEN.contains(&name.as_str());
             command.mut_arg(name, |arg| arg.hide_short_help(!is_listed).hide(is_hidden))
+        });
+        OWN_HELP.into_iter().fold(command, |command, (name, help)| {
+            command.mut_arg(name, |arg| arg.help(help).long_help(help))
         })
     }
 

@@ -63,8 +63,11 @@ pub(super) fn plan(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Resul
         plan.tasks = frame_tasks(args, &job, &plan)?;
     } else {
         let frame = plan.pin.frame;
-        for (index, (name, option)) in parts.into_iter().enumerate() {
-            let output_name = format!("parts/{}.{index:04}.exr", plan.plain_name(80));
+        for (name, option) in parts {
+            // Jobs of one folder never share parts.
+            let own = name.replace([' ', ','], "-");
+            let hash = plan.pin.render_hash.get(..8).unwrap_or_default();
+            let output_name = format!("parts/{}-{hash}.{own}.exr", plan.plain_name(80));
             plan.parts.push(output_name.clone());
             plan.tasks.push(Task { name, options: vec![format!("--frames={frame}"), option], output_name });
         }

@@ -2,6 +2,8 @@
 //!
 //! Options with paths are given by the script, because `#SBATCH` lines have no quoting for every character.
 
+use std::fmt::Write as _;
+
 use super::job_files::JobFile;
 use super::job_plan::JobPlan;
 use super::shell::quoted;
@@ -70,11 +72,12 @@ fn submit(plan: &JobPlan) -> String {
         at("array.sbatch"),
     );
     if !plan.parts.is_empty() {
-        text.push_str(&format!(
-            "sbatch --parsable --output={} --dependency=\"afterok:${{job%%;*}}\" --kill-on-invalid-dep=yes \"$@\" {}\n",
+        let _ = writeln!(
+            text,
+            "sbatch --parsable --output={} --dependency=\"afterok:${{job%%;*}}\" --kill-on-invalid-dep=yes \"$@\" {}",
             log("%j"),
             at("merge.sbatch"),
-        ));
+        );
     }
     text.push_str("echo \"$job\"\n");
     text

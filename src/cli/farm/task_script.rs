@@ -57,7 +57,7 @@ pub(super) fn script(plan: &JobPlan, form: ScriptForm<'_>) -> String {
     for (key, task) in form.keys.iter().zip(form.tasks) {
         let options: Vec<String> = task.options.iter().map(|option| quoted(option)).collect();
         let output = quoted(&task.output_name);
-        let _ = writeln!(text, "{}) set -- {} -o \"$output\"/{output} ;;", quoted(key), options.join(" "));
+        let _ = writeln!(text, "{}) set -- {} -o \"$pattern\"/{output} ;;", quoted(key), options.join(" "));
     }
     if !plan.parts.is_empty() {
         let _ = writeln!(text, "{MERGE}) {} ;;", merge_command(plan));
@@ -67,7 +67,7 @@ pub(super) fn script(plan: &JobPlan, form: ScriptForm<'_>) -> String {
     text.push_str("\n# The scene and the settings that the job was written for\n");
     let _ = writeln!(
         text,
-        "plan=$(\"$rayframe\" render \"$scene\" --config \"$shot\" --frames={} -o \"$output\"/{} --resume --dry-run --quiet --progress json) || exit $?",
+        "plan=$(\"$rayframe\" render \"$scene\" --config \"$shot\" --frames={} -o \"$pattern\"/{} --resume --dry-run --quiet --progress json) || exit $?",
         pin.frame,
         quoted(output_name)
     );
@@ -92,6 +92,8 @@ fn variables(plan: &JobPlan) -> String {
     format!(
         "rayframe=${{RAYFRAME:-{}}}\nshot=${{2:-{}}}\nscene=${{RAYFRAME_SCENE:-{}}}\noutput=${{RAYFRAME_OUTPUT_FOLDER:-{}}}\n\
          threads=${{RAYFRAME_THREADS:-{}}}\n\
+         # In patterns %, # and {{ have a meaning, and the folder is none\n\
+         pattern=$(printf '%s.' \"$output\" | sed 's/[%#{{]/%&/g')\npattern=${{pattern%.}}\n\
          fail() {{\n    printf 'rayframe: error: %s\\n' \"$2\" >&2\n    exit \"$1\"\n}}\n",
         quoted(&plan.program),
         quoted(&shot),
@@ -105,7 +107,7 @@ fn variables(plan: &JobPlan) -> String {
 fn merge_command(plan: &JobPlan) -> String {
     let parts: Vec<String> = plan.parts.iter().map(|part| format!("\"$output\"/{}", quoted(part))).collect();
     format!(
-        "exec \"$rayframe\" merge {} -o \"$output\"/{} --threads \"$threads\" --max-memory {}",
+        "exec \"$rayframe\" merge {} -o \"$pattern\"/{} --threads \"$threads\" --max-memory {}",
         parts.join(" "),
         quoted(&plan.output_name),
         plan.resources.limit_bytes()
@@ -130,8 +132,8 @@ mod tests {
         let [script, shot] = numbered_files(&plan());
         assert_eq!(shot.content, plan().shot_file);
         for line in [
-            "'0') set -- '--frames=1-2' -o \"$output\"/'a.####.exr' ;;",
-            "'1') set -- '--frames=3' -o \"$output\"/'a.####.exr' ;;",
+            "'0') set -- '--frames=1-2' -o \"$pattern\"/'a.####.exr' ;;",
+            "'1') set -- '--frames=3' -o \"$pattern\"/'a.####.exr' ;;",
             "[ \"$version\" = 'rayframe 0.1.0' ]",
             "*'\"render_hash\":\"00ff\"'*) ;;",
             "scene=${RAYFRAME_SCENE:-'/shots/it'\\''s \"new\"\n.glb'}",
@@ -144,7 +146,7 @@ mod tests {
     #[test]
     fn stills_have_a_task_that_merges_their_parts() {
         let [script, _] = numbered_files(&still());
-        let merge = "merge) exec \"$rayframe\" merge \"$output\"/'parts/s.0000.exr' \"$output\"/'parts/s.0001.exr' -o \"$output\"/'s.exr'";
+        let merge = "merge) exec \"$rayframe\" merge \"$output\"/'parts/s.0000.exr' \"$output\"/'parts/s.0001.exr' -o \"$pattern\"/'s.exr'";
         assert!(script.content.contains(merge), "{}", script.content);
     }
 

@@ -46,7 +46,7 @@ fn pipes_are_refused_without_waiting() {
     }
     let render = ["render", "good.gltf", "-r", "8x8"];
     assert_eq!(code(folder.path(), &[&render[..], &["-o", "a.exr"]].concat()), Some(0));
-    let cases: [(&[&str], i32); 16] = [
+    let cases: [(&[&str], i32); 17] = [
         (&["render", "bad.gltf"], 65),
         (&["render", "p.gltf"], 65),
         (&["render", "p.toml"], 65),
@@ -60,6 +60,7 @@ fn pipes_are_refused_without_waiting() {
         (&["diff", "p.exr", "a.exr"], 65),
         (&["diff", "a.exr", "p.exr"], 65),
         (&["merge", "p.exr", "-o", "c.exr"], 65),
+        (&["farm", "slurm", "good.gltf", "--out-dir", "job", "--cost", "p.json"], 65),
         (&["check", "p.exr"], 1),
         (&["accept", "--approvals", "p.json"], 65),
         (&["accept", "--from", "report"], 65),

@@ -1,0 +1,253 @@
+//! `rayframe farm`: the job files, what they may replace, and what is refused.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Output;
+
+use serde_json::Value;
+
+use crate::{both, names, rayframe, stderr};
+
+const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/demo/whitted_1980.gltf");
+
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// Writes the job files of an engine into `job` of a folder, with the frames in `out`.
+fn farm(folder: &Path, engine: &str, more: &[&str]) -> Output {
+    let (job, out) = (folder.join("job"), folder.join("out/a.####.exr"));
+    let given = ["farm", engine, SCENE, "-r", "16x9", "-o", text(&out), "--out-dir", text(&job)];
+    rayframe(&both(&given, more))
+}
+
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+}
+
+#[test]
+fn each_engine_has_its_files() {
+    let common = ["assets.list", "job.json"];
+    for (engine, own) in [
+        (
+            "openjd",
+            vec!["asset_references.json", "parameter_values.json", "parameters.json", "template.json"],
+        ),
+        ("slurm", vec!["array.sbatch", "shot.toml", "submit.sh", "task.sh", "tasks.txt"]),
+        ("k8s", vec!["job.k8s.json", "submit.sh", "tasks.txt"]),
+        ("parallel", vec!["run.sh", "shot.toml", "task.sh", "tasks", "tasks.txt"]),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let wrote = farm(folder.path(), engine, &["-f", "0-9"]);
+        assert_eq!(wrote.status.code(), Some(0), "{engine}: {}", stderr(&wrote));
+        let mut expected = both(&common, &own);
+        expected.sort_unstable();
+        assert_eq!(names(&folder.path().join("job")), expected, "{engine}");
+        assert_eq!(names(&folder.path().join("out")), [] as [&str; 0], "nothing is rendered");
+        // The assets are those of the scene.
+        let assets = std::fs::read_to_string(folder.path().join("job/assets.list")).unwrap();
+        assert!(assets.ends_with("whitted_1980.gltf\0"), "{assets}");
+    }
+}
+
+#[test]
+fn chunks_cover_every_frame_once() {
+    for more in [&["--chunk", "7"][..], &["--chunk", "1"], &["--interleaved", "--chunk", "4"], &[]] {
+        let folder = tempfile::tempdir().unwrap();
+        let wrote = farm(folder.path(), "parallel", &both(&["-f", "-3-20,40"], more));
+        assert_eq!(wrote.status.code(), Some(0), "{}", stderr(&wrote));
+        let job = json(&folder.path().join("job/job.json"));
+        let mut counts = BTreeMap::new();
+        for task in job["tasks"].as_array().unwrap() {
+            let plan =
+                rayframe(&["render", SCENE, "-n", "--progress", "json", "-q", "-f", task.as_str().unwrap()]);
+            let plan: Value = serde_json::from_slice(&plan.stdout).unwrap();
+            for frame in plan["frames"].as_array().unwrap() {
+                *counts.entry(frame["frame"].as_i64().unwrap()).or_insert(0) += 1;
+            }
+        }
+        let expected: BTreeMap<i64, i32> = (-3..=20).chain([40]).map(|frame| (frame, 1)).collect();
+        assert_eq!(counts, expected, "{more:?}");
+    }
+}
+
+#[test]
+fn costly_frames_have_tasks_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let stats = folder.path().join("stats.json");
+    // 10 s a frame at a quarter of the pixels and on half of the threads makes 20 s; the last frame takes 2000 s.
+    let frame =
+        |frame: i64, seconds: f64| format!(r#"{{"frame": {frame}, "seconds": {{"total": {seconds}}}}}"#);
+    let frames = [frame(0, 10.0), frame(8, 10.0), frame(9, 1000.0)].join(", ");
+    let content = format!(r#"{{"resolution": [8, 9], "samples": 2, "threads": 2, "frames": [{frames}]}}"#);
+    std::fs::write(&stats, content).unwrap();
+    let wrote =
+        farm(folder.path(), "slurm", &["-f", "0-9", "--samples", "4", "-t", "4", "--cost", text(&stats)]);
+    assert_eq!(wrote.status.code(), Some(0), "{}", stderr(&wrote));
+    let tasks = json(&folder.path().join("job/job.json"))["tasks"].clone();
+    let tasks: Vec<_> = tasks.as_array().unwrap().iter().filter_map(Value::as_str).collect();
+    assert_eq!(tasks.last(), Some(&"9"), "{tasks:?}");
+    std::fs::write(&stats, "{}").unwrap();
+    let refused = farm(folder.path(), "slurm", &["-f", "0-9", "--cost", text(&stats)]);
+    assert_eq!(refused.status.code(), Some(65), "{}", stderr(&refused));
+}
+
+#[test]
+fn files_of_others_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join("job").join(name);
+    assert_eq!(farm(folder.path(), "parallel", &["-f", "0-9"]).status.code(), Some(0));
+    // Its own files are replaced.
+    assert_eq!(farm(folder.path(), "parallel", &["-f", "0-5"]).status.code(), Some(0));
+    assert_eq!(
+        farm(folder.path(), "slurm", &["-f", "0-5"]).status.code(),
+        Some(0),
+        "two engines share a folder"
+    );
+    // What was changed since, and what others made, is not.
+    for (name, engine) in [("run.sh", "parallel"), ("template.json", "openjd"), ("job.json", "slurm")] {
+        std::fs::write(at(name), "of somebody else\n").unwrap();
+        let before = names(&folder.path().join("job"));
+        let refused = farm(folder.path(), engine, &["-f", "0-3"]);
+        assert_eq!(refused.status.code(), Some(73), "{name}: {}", stderr(&refused));
+        assert!(stderr(&refused).contains(name), "{}", stderr(&refused));
+        assert_eq!(std::fs::read(at(name)).unwrap(), b"of somebody else\n");
+        assert_eq!(names(&folder.path().join("job")), before);
+        assert_eq!(farm(folder.path(), engine, &["-f", "0-3", "--overwrite"]).status.code(), Some(0));
+    }
+}
+
+#[test]
+fn what_cannot_be_divided_is_refused() {
+    for (options, why) in [
+        (&["--tiles", "2x2", "-f", "0-3"][..], "divides a still"),
+        (&["--tiles", "2x2", "-f", "3", "--exr", "half,dwaa"], "lossless"),
+        (&["--tiles", "2x2", "-f", "3", "--preview", "png"], "previews"),
+        (&["--tiles", "2x2", "-f", "3", "--crop", "0,0,8,8"], "--tiles"),
+        (&["--tiles", "0x2", "-f", "3"], "4x2"),
+        (&["--sample-ranges", "4", "-f", "3"], "--integrator path"),
+        (&["-f", "0-3", "--stats", "s.json"], "one file of all frames"),
+        (&["-f", "0-3", "--camera", "each"], "name one camera"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let refused = farm(folder.path(), "slurm", options);
+        assert_eq!(refused.status.code(), Some(2), "{options:?}: {}", stderr(&refused));
+        assert!(stderr(&refused).contains(why), "{options:?}: {}", stderr(&refused));
+        assert_eq!(names(&folder.path().join("job")), [] as [&str; 0]);
+    }
+}
+
+#[test]
+fn several_shots_have_a_folder_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out/{scene}.####.exr");
+    let wrote = rayframe(&[
+        "farm",
+        "k8s",
+        SCENE,
+        SCENE,
+        "-f",
+        "0-3",
+        "-o",
+        text(&out),
+        "--out-dir",
+        text(&folder.path().join("job")),
+    ]);
+    assert_eq!(wrote.status.code(), Some(0), "{}", stderr(&wrote));
+    assert_eq!(names(&folder.path().join("job")), ["whitted_1980", "whitted_1980-2"]);
+}
+
+#[cfg(unix)]
+mod run {
+    use std::os::unix::ffi::OsStrExt as _;
+    use std::process::Command;
+
+    use super::*;
+
+    const DIFFICULT: &str = "it's \"a\" $HOME\n`b` 100%#é";
+
+    #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+    fn task(job: &Path, task: &str) -> Output {
+        Command::new("sh").arg(job.join("task.sh")).arg(task).output().unwrap()
+    }
+
+    #[test]
+    fn scripts_render_frames_of_difficult_names() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join(DIFFICULT);
+        std::fs::create_dir(&folder).unwrap();
+        let scene = folder.join("s.gltf");
+        std::fs::copy(SCENE, &scene).unwrap();
+        let shot = folder.join("s.toml");
+        std::fs::write(&shot, "scene = \"s.gltf\"\nresolution = \"16x9\"\nsamples = 1\n").unwrap();
+        let (job, plain) = (folder.join("job"), root.path().join("plain.####.exr"));
+        let wrote = Command::new(env!("CARGO_BIN_EXE_rayframe"))
+            .args([
+                "farm",
+                "slurm",
+                "s.toml",
+                "-o",
+                "out/a.####.exr",
+                "-f",
+                "0-3",
+                "--chunk",
+                "2",
+                "--out-dir",
+                "job",
+            ])
+            .args(["--program", env!("CARGO_BIN_EXE_rayframe"), "-t", "1"])
+            .current_dir(&folder)
+            .output()
+            .unwrap();
+        assert_eq!(wrote.status.code(), Some(0), "{}", stderr(&wrote));
+        for index in ["0", "1"] {
+            let ran = task(&job, index);
+            assert_eq!(ran.status.code(), Some(0), "{}", stderr(&ran));
+        }
+        assert_eq!(
+            rayframe(&[
+                "render",
+                SCENE,
+                "-r",
+                "16x9",
+                "--samples",
+                "1",
+                "-f",
+                "0-3",
+                "-q",
+                "-o",
+                text(&plain)
+            ])
+            .status
+            .code(),
+            Some(0)
+        );
+        for frame in 0..4 {
+            let plain = std::fs::read(root.path().join(format!("plain.{frame:04}.exr"))).unwrap();
+            assert_eq!(std::fs::read(folder.join(format!("out/a.{frame:04}.exr"))).unwrap(), plain);
+        }
+        // A scene that changed since is refused before the first frame.
+        std::fs::write(&scene, std::fs::read_to_string(SCENE).unwrap() + " ").unwrap();
+        let ran = task(&job, "0");
+        assert_eq!(ran.status.code(), Some(65), "{}", stderr(&ran));
+        assert!(stderr(&ran).contains("has changed since"), "{}", stderr(&ran));
+        assert_eq!(task(&job, "9").status.code(), Some(2));
+    }
+
+    #[test]
+    fn names_that_are_not_unicode_are_refused() {
+        let root = tempfile::tempdir().unwrap();
+        let out = root.path().join(std::ffi::OsStr::from_bytes(b"a\xff.exr"));
+        let refused = Command::new(env!("CARGO_BIN_EXE_rayframe"))
+            .args(["farm", "slurm", SCENE, "-f", "0", "--out-dir"])
+            .arg(root.path().join("job"))
+            .arg("-o")
+            .arg(out)
+            .output()
+            .unwrap();
+        assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+        assert!(stderr(&refused).contains("is not Unicode"), "{}", stderr(&refused));
+    }
+}

@@ -9,7 +9,7 @@ pub(super) fn quoted(text: &str) -> String {
 mod tests {
     use std::process::Command;
 
-    use super::quoted;
+    use super::*;
 
     #[test]
     fn the_shell_reads_what_was_quoted() {

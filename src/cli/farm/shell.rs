@@ -7,19 +7,14 @@ pub(super) fn quoted(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    #![cfg(unix)]
-
-    use std::process::Command;
-
-    use super::*;
-
     #[test]
+    #[cfg(unix)]
     fn the_shell_reads_what_was_quoted() {
         for text in
             ["", "plain", "two words", "it's", "'", "$HOME `id` \\ \"x\"", "a\nb\n", "*?[x]", "-n", "é→😀"]
         {
-            let script = format!("printf '<%s>' {}", quoted(text));
-            let output = Command::new("sh").args(["-c", &script]).output().unwrap();
+            let script = format!("printf '<%s>' {}", super::quoted(text));
+            let output = std::process::Command::new("sh").args(["-c", &script]).output().unwrap();
             assert_eq!(String::from_utf8(output.stdout).unwrap(), format!("<{text}>"));
         }
     }

@@ -46,7 +46,8 @@ impl Engine {
             Self::K8s => kubernetes::files(plan)?,
             Self::Parallel => parallel::files(plan),
         };
-        let assets = plan.assets.iter().map(|asset| format!("{asset}\0")).collect();
+        // Names of files hold any character but zero.
+        let assets = plan.assets.join("\0") + "\0";
         files.push(JobFile { name: "assets.list", content: assets });
         Ok(files)
     }

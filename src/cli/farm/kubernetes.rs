@@ -1,5 +1,7 @@
 //! Kubernetes: an Indexed Job of `batch/v1` with the script in a ConfigMap, as JSON, and a second Job that merges the parts of a still.
 
+use std::fmt::Write as _;
+
 use serde_json::{Value, json};
 
 use rayframe::error::{Error, Result};
@@ -127,11 +129,12 @@ fn submit(plan: &JobPlan) -> String {
         at("job.k8s.json")
     );
     if !plan.parts.is_empty() {
-        text.push_str(&format!(
+        let _ = write!(
+            text,
             "kubectl wait --for=condition=complete --timeout=-1s job/{} \"$@\"\nkubectl apply -f {} \"$@\"\n",
             name(plan),
             at("merge.k8s.json")
-        ));
+        );
     }
     text
 }

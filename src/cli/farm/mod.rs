@@ -31,11 +31,8 @@ use rayframe::error::{Error, Result};
 use super::render_options::NamedShot;
 use super::summary::counted;
 use job_files::{check_files, write_files};
-use job_plan::JobPlan;
+use job_plan::{DEFAULT_THREADS, JobPlan};
 pub(super) use options::FarmArgs;
-
-/// Threads of a task where none are requested.
-const DEFAULT_THREADS: u16 = 4;
 
 /// Plans the jobs of all shots, checks every file, and writes them.
 pub(super) fn run(args: &FarmArgs) -> Result<()> {

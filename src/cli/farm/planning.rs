@@ -9,10 +9,9 @@ use rayframe::sequence::{Plan, canonical, estimated_bytes, frames_text, render_h
 use rayframe::shot::{RenderJob, ShotSettings, resolve};
 
 use super::super::warnings::report_warnings;
-use super::DEFAULT_THREADS;
 use super::chunks::{ChunkRule, chunks};
 use super::frame_costs::{FrameCosts, Workload};
-use super::job_plan::{JobPlan, Pin, Resources, Task};
+use super::job_plan::{DEFAULT_THREADS, JobPlan, Pin, Resources, Task};
 use super::options::FarmArgs;
 use super::settings::{check_shared_files, not_unicode, of_first_part, parts, shot_file};
 

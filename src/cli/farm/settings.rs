@@ -100,28 +100,25 @@ pub(super) fn parts(
     job: &RenderJob,
     division: Division,
 ) -> Result<Vec<(String, String)>> {
-    let option = match division {
-        Division::Frames => return Ok(Vec::new()),
-        Division::Tiles(..) => "--tiles",
-        Division::Samples(_) => "--sample-ranges",
+    let refuse_others = |option| {
+        refuse_own_division(&shot.settings, "crop", option)?;
+        check_merge(shot, job, option)
     };
-    refuse_own_division(&shot.settings, "crop", option)?;
-    check_merge(shot, job, option)?;
-    Ok(match division {
-        Division::Tiles(columns, rows) => tiles(job.sequence.render.resolution, (columns, rows))
-            .into_iter()
-            .map(|[x0, y0, x1, y1]| format!("{x0},{y0},{x1},{y1}"))
-            .map(|crop| (format!("tile {crop}"), format!("--crop={crop}")))
-            .collect(),
-        _ => {
-            let Division::Samples(count) = division else { return Ok(Vec::new()) };
-            sample_ranges(shot.values.samples, count)
-                .into_iter()
-                .map(|(first, last)| format!("{first}-{last}"))
-                .map(|range| (format!("samples {range}"), format!("--sample-range={range}")))
-                .collect()
+    match division {
+        Division::Frames => Ok(Vec::new()),
+        Division::Tiles(columns, rows) => {
+            refuse_others("--tiles")?;
+            let tiles = tiles(job.sequence.render.resolution, (columns, rows)).into_iter();
+            let crops = tiles.map(|[x0, y0, x1, y1]| format!("{x0},{y0},{x1},{y1}"));
+            Ok(crops.map(|crop| (format!("tile {crop}"), format!("--crop={crop}"))).collect())
         }
-    })
+        Division::Samples(count) => {
+            refuse_others("--sample-ranges")?;
+            let ranges = sample_ranges(shot.values.samples, count).into_iter();
+            let ranges = ranges.map(|(first, last)| format!("{first}-{last}"));
+            Ok(ranges.map(|range| (format!("samples {range}"), format!("--sample-range={range}"))).collect())
+        }
+    }
 }
 
 fn check_merge(shot: &ShotSettings, job: &RenderJob, option: &str) -> Result<()> {

@@ -5,19 +5,16 @@ pub(super) fn quoted(text: &str) -> String {
     format!("'{}'", text.replace('\'', r"'\''"))
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
 mod tests {
-    use std::process::Command;
-
-    use super::quoted;
-
+    #[cfg(unix)]
     #[test]
     fn the_shell_reads_what_was_quoted() {
         for text in
             ["", "plain", "two words", "it's", "'", "$HOME `id` \\ \"x\"", "a\nb\n", "*?[x]", "-n", "é→😀"]
         {
-            let script = format!("printf '<%s>' {}", quoted(text));
-            let output = Command::new("sh").args(["-c", &script]).output().unwrap();
+            let script = format!("printf '<%s>' {}", super::quoted(text));
+            let output = std::process::Command::new("sh").args(["-c", &script]).output().unwrap();
             assert_eq!(String::from_utf8(output.stdout).unwrap(), format!("<{text}>"));
         }
     }

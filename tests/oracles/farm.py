@@ -167,10 +167,10 @@ def slurm(farm):
         cluster.run("sbatch", "--partition=high", "--cpus-per-task=4", "--output=/dev/null", "--wrap=sleep 3", check=True)
         cluster.wait_for_the_end()
         farm.check("slurm", "preempted", out, SLOW_IMAGE, logs(job), start)
-        preempted = [line for line in logs(job).splitlines() if "DUE TO PREEMPTION" in line]
-        if not preempted:
+        ended = [line for line in logs(job).splitlines() if "Terminated" in line or "DUE TO PREEMPTION" in line]
+        if not ended:
             raise Failure(f"nothing was preempted: {logs(job)}")
-        print("\n".join(preempted))
+        print("\n".join(ended))
 
         # The node is lost.
         start = time.monotonic()

@@ -3,7 +3,7 @@
 
     python3 tests/oracles/farm_scale.py target/release/rayframe [--frames 10000] [--workers 100,1000] [--mean 120] [--load 20]
 
-The times of three sequences are recorded with `--stats`: a clip, a turntable, and a camera that flies up to glass. Each is scaled to
+The times of three sequences are recorded with `--stats`: a clip, a turntable, and a camera that flies up to glass. Each is resampled to
 --frames and scaled to a mean of --mean seconds. A task costs one second of the scheduler, --load seconds of reading and decoding the scene,
 and its frames. Workers differ by 10 % (standard deviation) in speed, and take the next task of the list as soon as they are free. `--cost` knows
 every 50th frame with an error of 10 %. The seed is fixed.
@@ -61,7 +61,7 @@ def recorded(program, folder):
     return times
 
 
-def scaled_to(times, frames, mean):
+def resampled(times, frames, mean):
     """The profile over more frames, linear between recorded ones, with the given mean."""
     values = []
     for frame in range(frames):
@@ -102,9 +102,9 @@ def simulate(times, options):
     print(f"{frames} frames of {options.mean:g} s on average, {options.load:g} s to load the scene")
     print(f"{'sequence':16} {'workers':>7}  {'rule':28} {'tasks':>6} {'makespan h':>11} {'waste':>7}")
     for name, recorded_times in times.items():
-        seconds = scaled_to(recorded_times, frames, options.mean)
+        seconds = resampled(recorded_times, frames, options.mean)
         known = [seconds[frame] * generator.gauss(1, 0.1) for frame in range(0, frames, 50)]
-        measured = scaled_to(known, frames, options.mean)
+        measured = resampled(known, frames, options.mean)
         equal = [1.0] * frames
         for workers in options.workers:
             speeds = [max(0.5, generator.gauss(1, 0.1)) for _ in range(workers)]

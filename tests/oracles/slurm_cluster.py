@@ -9,7 +9,7 @@ import socket
 import subprocess
 import time
 
-PROGRAMS = ["munged", "mungekey", "slurmctld", "slurmd", "sbatch", "squeue", "scontrol", "sinfo"]
+PROGRAMS = ["munged", "mungekey", "slurmctld", "slurmd", "sbatch", "srun", "squeue", "scontrol"]
 CONFIGURATION = """\
 ClusterName=rayframe
 SlurmctldHost={host}(127.0.0.1)
@@ -31,8 +31,7 @@ TaskPlugin=task/none
 SelectType=select/cons_tres
 SelectTypeParameters=CR_CPU
 SlurmdParameters=config_overrides
-# Without preempt_send_user_signal batch scripts are not told, and are killed when the grace is over.
-SchedulerParameters=sched_interval=1,sched_min_interval=0,bf_interval=1,preempt_send_user_signal
+SchedulerParameters=sched_interval=1,sched_min_interval=0,bf_interval=1
 PreemptType=preempt/partition_prio
 PreemptMode=REQUEUE
 ReturnToService=2
@@ -92,7 +91,7 @@ class Cluster:
         self.wait_for(lambda: (self.folder / "munge.socket").exists(), "munged")
         self.start("slurmctld", "-D")
         self.start("slurmd", "-D", "-N", self.host)
-        self.wait_for(lambda: "idle" in self.run("sinfo", "-h", "-o", "%T"), "the node")
+        self.wait_for(lambda: "State=IDLE" in self.run("scontrol", "show", "node"), "the node")
 
     def __exit__(self, *_):
         if "slurmd" in self.daemons:

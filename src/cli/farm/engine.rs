@@ -46,9 +46,9 @@ impl Engine {
             Self::K8s => kubernetes::files(plan)?,
             Self::Parallel => parallel::files(plan),
         };
-        // Each ends with a zero byte, as names may have line breaks.
-        let assets: Vec<&str> = plan.assets.iter().flat_map(|asset| [asset.as_str(), "\0"]).collect();
-        files.push(JobFile { name: "assets.list", content: assets.concat() });
+        // Names of files hold any character but zero.
+        let assets = plan.assets.join("\0") + "\0";
+        files.push(JobFile { name: "assets.list", content: assets });
         Ok(files)
     }
 

@@ -2,6 +2,9 @@
 
 use std::fmt::Write as _;
 
+/// Threads of a task where none are requested.
+pub(super) const DEFAULT_THREADS: u16 = 4;
+
 /// A job: tasks that may run at once on any machine, and a last step that joins their files.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct JobPlan {

@@ -31,8 +31,7 @@ use rayframe::error::{Error, Result};
 use super::render_options::NamedShot;
 use super::summary::counted;
 use job_files::{check_files, write_files};
-use job_plan::JobPlan;
-use options::DEFAULT_THREADS;
+use job_plan::{DEFAULT_THREADS, JobPlan};
 pub(super) use options::FarmArgs;
 
 /// Plans the jobs of all shots, checks every file, and writes them.

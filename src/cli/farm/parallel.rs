@@ -12,7 +12,7 @@ use super::task_script::{MERGE, TASK_SCRIPT, TRANSIENT, numbered_files};
 /// `task.sh`, `shot.toml`, `tasks` and `run.sh`.
 pub(super) fn files(plan: &JobPlan) -> Vec<JobFile> {
     let mut files = numbered_files(plan).to_vec();
-    let numbers: Vec<_> = (0..plan.tasks.len()).map(|index| index.to_string()).collect();
+    let numbers: Vec<String> = (0..plan.tasks.len()).map(|index| index.to_string()).collect();
     files.push(JobFile { name: "tasks", content: numbers.join("\n") + "\n" });
     files.push(JobFile { name: "run.sh", content: run(plan) });
     files.push(JobFile { name: "tasks.txt", content: plan.task_list() });

@@ -11,8 +11,8 @@ use rayframe::shot::{RenderJob, ShotSettings, resolve};
 use super::super::warnings::report_warnings;
 use super::chunks::{ChunkRule, chunks};
 use super::frame_costs::{FrameCosts, Workload};
-use super::job_plan::{JobPlan, Pin, Resources, Task};
-use super::options::{DEFAULT_THREADS, FarmArgs};
+use super::job_plan::{DEFAULT_THREADS, JobPlan, Pin, Resources, Task};
+use super::options::FarmArgs;
 use super::settings::{check_shared_files, not_unicode, of_first_part, parts, shot_file};
 
 /// Frames of a task where no costs are known.

@@ -100,26 +100,25 @@ pub(super) fn parts(
     job: &RenderJob,
     division: Division,
 ) -> Result<Vec<(String, String)>> {
-    let check = |option| {
+    let refuse_others = |option| {
         refuse_own_division(&shot.settings, "crop", option)?;
         check_merge(shot, job, option)
     };
-    let parts: Vec<_> = match division {
-        Division::Frames => Vec::new(),
+    match division {
+        Division::Frames => Ok(Vec::new()),
         Division::Tiles(columns, rows) => {
-            check("--tiles")?;
-            let crops = tiles(job.sequence.render.resolution, (columns, rows));
-            let crops = crops.into_iter().map(|[x0, y0, x1, y1]| format!("{x0},{y0},{x1},{y1}"));
-            crops.map(|crop| (format!("tile {crop}"), format!("--crop={crop}"))).collect()
+            refuse_others("--tiles")?;
+            let tiles = tiles(job.sequence.render.resolution, (columns, rows)).into_iter();
+            let crops = tiles.map(|[x0, y0, x1, y1]| format!("{x0},{y0},{x1},{y1}"));
+            Ok(crops.map(|crop| (format!("tile {crop}"), format!("--crop={crop}"))).collect())
         }
         Division::Samples(count) => {
-            check("--sample-ranges")?;
+            refuse_others("--sample-ranges")?;
             let ranges = sample_ranges(shot.values.samples, count).into_iter();
             let ranges = ranges.map(|(first, last)| format!("{first}-{last}"));
-            ranges.map(|range| (format!("samples {range}"), format!("--sample-range={range}"))).collect()
+            Ok(ranges.map(|range| (format!("samples {range}"), format!("--sample-range={range}"))).collect())
         }
-    };
-    Ok(parts)
+    }
 }
 
 fn check_merge(shot: &ShotSettings, job: &RenderJob, option: &str) -> Result<()> {

@@ -7,8 +7,8 @@ pub(super) fn quoted(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    #[test]
     #[cfg(unix)]
+    #[test]
     fn the_shell_reads_what_was_quoted() {
         for text in
             ["", "plain", "two words", "it's", "'", "$HOME `id` \\ \"x\"", "a\nb\n", "*?[x]", "-n", "é→😀"]

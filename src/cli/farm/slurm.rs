@@ -37,7 +37,10 @@ fn merge(plan: &JobPlan) -> String {
 fn batch_script(plan: &JobPlan, name: &str, array: &str, task: &str) -> String {
     let JobPlan { version, folder, retries, resources, .. } = plan;
     let script = quoted(&format!("{folder}/{TASK_SCRIPT}"));
-    let run = run_and_wait(&format!("sh {script} {task}"));
+    let run = run_and_wait(&format!(
+        "srun --ntasks=1 --cpus-per-task=\"$RAYFRAME_THREADS\" --export=ALL sh {script} {task}"
+    ));
+    let failures = quoted(&format!("{folder}/logs/"));
     format!(
         "#!/bin/sh\n# Written by {version}. Submitted by submit.sh\n\
          #SBATCH --job-name={name}\n{array}\
@@ -48,10 +51,13 @@ fn batch_script(plan: &JobPlan, name: &str, array: &str, task: &str) -> String {
          #SBATCH --open-mode=append\n\
          #SBATCH --signal=B:TERM@{GRACE_SECONDS}\n\n\
          export RAYFRAME_THREADS=\"${{SLURM_CPUS_PER_TASK:-{threads}}}\"\n\n\
-         # Preemption and the time limit come as SIGTERM\n{run}\n\
-         # Failures that may pass are repeated, others are not. After preemption Slurm repeats the task itself\n\
+         # Preemption signals the step, and the time limit this script\n{run}\n\
+         # Failures that may pass are repeated, others are not. Preemption does not count\n\
+         failures={failures}\"$SLURM_JOB_ID\".failures\n\
          case $code in\n{TRANSIENT})\n    \
-             if [ \"${{SLURM_RESTART_COUNT:-0}}\" -lt {retries} ]; then\n        \
+             [ \"$code$ended\" = 143 ] || echo \"$code\" >> \"$failures\"\n    \
+             count=$(cat \"$failures\" 2>/dev/null | wc -l)\n    \
+             if [ \"$count\" -le {retries} ]; then\n        \
                  scontrol requeue \"$SLURM_JOB_ID\" && sleep {GRACE_SECONDS}\n    \
              fi\n    ;;\nesac\nexit \"$code\"\n",
         threads = resources.threads,
@@ -100,9 +106,9 @@ mod tests {
             "#SBATCH --array=0-1%7",
             "#SBATCH --cpus-per-task=4",
             "#SBATCH --mem=300M",
-            "sh '/jobs/two words/task.sh' \"$SLURM_ARRAY_TASK_ID\" &",
+            "srun --ntasks=1 --cpus-per-task=\"$RAYFRAME_THREADS\" --export=ALL sh '/jobs/two words/task.sh' \"$SLURM_ARRAY_TASK_ID\" &",
             "74|75|130|137|143)",
-            "if [ \"${SLURM_RESTART_COUNT:-0}\" -lt 3 ]; then",
+            "    if [ \"$count\" -le 3 ]; then",
         ] {
             assert!(array.contains(&format!("{line}\n")), "{line}\n{array}");
         }

@@ -9,9 +9,6 @@ use rayframe::settings::parse as options;
 use super::super::render_options::{NamedShot, RenderOptions};
 use super::engine::Engine;
 
-/// Threads of a task where none are requested.
-pub(super) const DEFAULT_THREADS: u16 = 4;
-
 /// Options of `rayframe render` that the short help lists.
 const LISTED: [&str; 7] = ["scene", "config", "output", "frames", "resolution", "samples", "threads"];
 /// Options that have no meaning here.

@@ -1,11 +1,12 @@
 //! References of a build: boxes of whole triangles, or of parts of triangles where splitting helps.
 //!
-//! Splitting pays where boxes overlap heavily, and does harm elsewhere. `E`, the sum of the boxes' areas over the area of the
-//! scene's box, is the average number of boxes that a line through the scene intersects. [`Split::Auto`] splits nothing while
-//! `E ≤ 16`. It splits nothing either where the average box takes more than a quarter of the scene's area, because a few cuts
-//! cannot separate such triangles (identical ones, for example). Otherwise it aims at
-//! `R = min(budget, 1 + ((E − 16) / 118)^0.57)` references per triangle ([`super::priority`]). [`Split::Area`] follows Ernst
-//! and Greiner ([`super::area`]).
+//! Splitting pays where many boxes overlap that are nearly empty, and does harm elsewhere. `E`, the sum of the boxes' areas over
+//! the area of the scene's box, is the average number of boxes that a line through the scene intersects; `D` is the same sum over
+//! sparse boxes alone, those at least four times as large as what splits could leave of them ([`priority::sparse_overlap`]).
+//! Walls and floors have large boxes that splits cannot empty: they count in `E` and not in `D`. [`Split::Auto`] splits nothing
+//! while `D ≤ 4`. It splits nothing either where the average box takes more than a quarter of the scene's area, because a few
+//! cuts cannot separate such triangles (identical ones, for example). Otherwise it aims at `R = min(budget, 1 + (D / 118)^0.57)`
+//! references per triangle ([`super::priority`]). [`Split::Area`] follows Ernst and Greiner ([`super::area`]).
 
 use std::time::Instant;
 
@@ -15,13 +16,13 @@ use crate::bvh::settings::{BuildSettings, Split};
 use crate::bvh::wide_tree::MAX_TRIANGLES;
 use crate::cancel::Cancelled;
 
-/// Overlap `E` up to which `Split::Auto` splits nothing.
-const OVERLAP_WORTH_SPLITTING: f64 = 16.0;
+/// Overlap `D` of sparse boxes up to which `Split::Auto` splits nothing.
+const OVERLAP_WORTH_SPLITTING: f64 = 4.0;
 /// Share of the scene's area of the average box above which `Split::Auto` splits nothing.
 const SHARE_BEYOND_SPLITTING: f64 = 0.25;
-/// Overlap beyond [`OVERLAP_WORTH_SPLITTING`] at which `Split::Auto` aims at one more reference per triangle.
+/// Overlap `D` at which `Split::Auto` aims at one more reference per triangle.
 const OVERLAP_SCALE: f64 = 118.0;
-/// Exponent of the growth of references with that excess.
+/// Exponent of the growth of references with `D`.
 const OVERLAP_EXPONENT: f64 = 0.57;
 
 /// Scratch memory kept between builds.
@@ -72,25 +73,39 @@ pub(crate) fn gather(
             let threshold = area::gather(input, f64::from(sa_max), limit, &mut scratch.area, references)?;
             (gathered.sa_max, gathered.budget_reached) = (threshold.sa_max, threshold.budget_reached);
         }
-        Split::Auto if automatic_aim(&whole, budget) > whole.count as u64 => {
-            let aim = automatic_aim(&whole, budget).min(limit) as usize;
+        Split::Auto => {
+            let aim = automatic_aim(input, &whole, references, budget)?.min(limit) as usize;
+            if aim <= whole.count {
+                return Ok(gathered);
+            }
             priority::split(input, &whole, aim, &mut scratch.priority, references)?;
         }
-        _ => return Ok(gathered),
+        Split::Area(_) | Split::Off => return Ok(gathered),
     }
     gathered.measures = measure(references);
     Ok(gathered)
 }
 
 /// Number of references that [`Split::Auto`] aims at.
-fn automatic_aim(whole: &Measures, budget: f64) -> u64 {
+fn automatic_aim(
+    input: Input,
+    whole: &Measures,
+    references: &[Reference],
+    budget: f64,
+) -> Result<u64, Cancelled> {
+    let count = whole.count as u64;
     let overlap = whole.overlap();
     let share = overlap / whole.count as f64;
+    // `D` is `E` at most: most scenes need no second pass over their triangles.
     if !overlap.is_finite() || overlap <= OVERLAP_WORTH_SPLITTING || share > SHARE_BEYOND_SPLITTING {
-        return whole.count as u64;
+        return Ok(count);
     }
-    let ratio = 1.0 + libm::pow((overlap - OVERLAP_WORTH_SPLITTING) / OVERLAP_SCALE, OVERLAP_EXPONENT);
-    (whole.count as f64 * ratio.min(budget)) as u64
+    let sparse = priority::sparse_overlap(input, whole, references)?;
+    if sparse <= OVERLAP_WORTH_SPLITTING {
+        return Ok(count);
+    }
+    let ratio = 1.0 + libm::pow(sparse / OVERLAP_SCALE, OVERLAP_EXPONENT);
+    Ok((whole.count as f64 * ratio.min(budget)) as u64)
 }
 
 #[cfg(test)]
@@ -129,7 +144,7 @@ mod tests {
 
     #[test]
     fn scattered_triangles_are_not_split() {
-        // 1000 small triangles in a large box: E is far below 16.
+        // 1000 small triangles in a large box: E is far below 4.
         let triangles: Vec<Triangle> = (0..1000)
             .map(|i| {
                 let p = Vec3::new((i % 10) as f32, (i / 10 % 10) as f32, (i / 100) as f32);
@@ -137,6 +152,40 @@ mod tests {
             })
             .collect();
         assert_eq!(chosen(&triangles, Split::Auto, 4.0).0.sa_max, f64::INFINITY);
+    }
+
+    /// A thin triangle along the line from `a` to `b`, as finely divided pipes have.
+    fn strip(a: Vec3, b: Vec3) -> Triangle {
+        let side = (b - a).any_orthonormal_vector() * 0.01;
+        Triangle { vertices: [a, b, a + side] }
+    }
+
+    #[test]
+    fn sparse_boxes_decide_and_full_ones_do_not() {
+        // Twenty floors of two triangles each: E is 20 and more, but no split can empty their boxes.
+        let floors: Vec<Triangle> = (0..40)
+            .map(|i| {
+                let y = (i / 2) as f32 * 0.05;
+                let corner = |x: i32, z: i32| Vec3::new(x as f32, y, z as f32);
+                let last = if i % 2 == 0 { corner(1, 0) } else { corner(0, 1) };
+                Triangle { vertices: [corner(0, 0), corner(1, 1), last] }
+            })
+            .collect();
+        assert_eq!(chosen(&floors, Split::Auto, 4.0), (chosen(&floors, Split::Off, 4.0).0, 40));
+
+        // Slanted strips along the diagonals of cells: E is between 4 and 16, and nearly all of it is air.
+        let strips: Vec<Triangle> = (0..240)
+            .map(|i| {
+                let cell = Vec3::new((i % 4) as f32, (i / 4 % 4) as f32, (i / 16 % 4) as f32);
+                let lift = Vec3::splat(0.02 * (i / 64) as f32);
+                // Different lengths, since equal ones would get equal numbers of splits.
+                strip(cell + lift, cell + lift + Vec3::new(0.9, 0.8, 0.85) * (0.7 + 0.001 * i as f32))
+            })
+            .collect();
+        let (whole, _) = chosen(&strips, Split::Off, 4.0);
+        assert!((4.0..16.0).contains(&whole.measures.overlap()), "{}", whole.measures.overlap());
+        let (split, count) = chosen(&strips, Split::Auto, 4.0);
+        assert!(count > 240 && split.measures.overlap() < 0.9 * whole.measures.overlap(), "{count}");
     }
 
     #[test]

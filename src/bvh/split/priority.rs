@@ -23,6 +23,8 @@ const LOG2_BINS_PER_OCTAVE: u32 = 6;
 const BINS: usize = 16 << LOG2_BINS_PER_OCTAVE;
 /// Steps of the search for D.
 const SEARCH_STEPS: u32 = 40;
+/// Area of a sparse box over that of many tiny boxes around its triangle.
+const SPARSE: f32 = 4.0;
 /// Maximum of splits of one triangle.
 const MAX_SPLITS: f32 = 4096.0;
 
@@ -127,11 +129,7 @@ fn compute_priorities(
 
 /// Priority of a triangle, from 0 to 1; `scale` makes the longest edge of the scene one.
 fn priority_of(triangle: &Triangle, reference: &Reference, grid: &Grid, scale: f32) -> f32 {
-    let e = reference.bounds.extent() * scale;
-    let area = e.x * e.y + e.y * e.z + e.z * e.x;
-    // Projected areas of the triangle along the axes: the limit of the areas of tiny boxes around it.
-    let [a, b, c] = triangle.vertices.map(|vertex| vertex * scale);
-    let ideal = 0.5 * (b - a).cross(c - a).abs().element_sum();
+    let (area, ideal) = half_areas(triangle, reference, scale);
     let waste = area - ideal;
     if waste > 0.0 && waste < f32::INFINITY {
         // In units of the half area of the scene's cube, which is three.
@@ -141,6 +139,40 @@ fn priority_of(triangle: &Triangle, reference: &Reference, grid: &Grid, scale: f
     } else {
         0.0
     }
+}
+
+/// Half the area of a triangle's box, and that of many tiny boxes around the triangle: the least that splits can leave. The latter is
+/// the sum of the triangle's projections along the axes.
+fn half_areas(triangle: &Triangle, reference: &Reference, scale: f32) -> (f32, f32) {
+    let e = reference.bounds.extent() * scale;
+    let [a, b, c] = triangle.vertices.map(|vertex| vertex * scale);
+    let ideal = 0.5 * (b - a).cross(c - a).abs().element_sum();
+    (e.x * e.y + e.y * e.z + e.z * e.x, ideal)
+}
+
+/// Average number of sparse boxes that a line through the scene intersects: the sum of their areas over that of the scene's box. A box
+/// is sparse if it is at least [`SPARSE`] times as large as many tiny boxes around its triangle; half of a wall's box is not.
+pub(super) fn sparse_overlap(
+    input: Input,
+    whole: &Measures,
+    references: &[Reference],
+) -> Result<f64, Cancelled> {
+    let scale = whole.scale();
+    let sums: Vec<f64> = references
+        .par_chunks(CHUNK)
+        .map(|chunk| {
+            input.cancel.check()?;
+            let areas = chunk.iter().map(|reference| {
+                let triangle = &input.triangles[reference.triangle_id as usize];
+                let (area, ideal) = half_areas(triangle, reference, scale);
+                if area >= SPARSE * ideal { f64::from(area) } else { 0.0 }
+            });
+            Ok(areas.sum())
+        })
+        .collect::<Result<_, _>>()?;
+    let e = whole.bounds.extent().as_dvec3() * f64::from(scale);
+    let scene = e.x * e.y + e.y * e.z + e.z * e.x;
+    Ok(if scene > 0.0 { sums.iter().sum::<f64>() / scene } else { 0.0 })
 }
 
 /// Cube root within a relative error of 0.002, equal on every machine.

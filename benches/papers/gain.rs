@@ -1,4 +1,4 @@
-//! What splits gain against the overlap E of a scene, in the product: evidence for the overlap from which it splits.
+//! What splits gain against the overlap of a scene's boxes, in the product: evidence for the overlap D of sparse boxes from which it splits.
 
 use std::fmt::Write as _;
 
@@ -14,6 +14,8 @@ pub(crate) struct Gain {
     pub(crate) triangles: usize,
     /// Areas of the triangles' boxes over that of the scene's.
     pub(crate) overlap: f64,
+    /// The same of sparse boxes alone.
+    pub(crate) sparse_overlap: f64,
     /// Rays' time, for each number of references a triangle, and for the product's choice.
     pub(crate) of_rays: [f64; BUDGETS.len() + 1],
     /// Time of building and of all rays.
@@ -22,10 +24,10 @@ pub(crate) struct Gain {
     pub(crate) chosen: f64,
 }
 
-/// The gains of scenes, by overlap. Each table has the rows of [`super::systems::splits`].
+/// The gains of scenes, by overlap of sparse boxes. Each table has the rows of [`super::systems::splits`].
 pub(crate) fn gains(tables: &[SceneTable]) -> Vec<Gain> {
     let mut gains: Vec<_> = tables.iter().filter_map(gain).collect();
-    gains.sort_by(|a, b| a.overlap.total_cmp(&b.overlap));
+    gains.sort_by(|a, b| a.sparse_overlap.total_cmp(&b.sparse_overlap));
     gains
 }
 
@@ -38,6 +40,7 @@ fn gain(table: &SceneTable) -> Option<Gain> {
         scene: table.scene.clone(),
         triangles: table.triangles,
         overlap: table.overlap,
+        sparse_overlap: table.sparse_overlap,
         of_rays: others.each_ref().map(|row| of_rays(unsplit) / of_rays(row)),
         of_frame: others.each_ref().map(|row| of_frame(unsplit) / of_frame(row)),
         chosen: others[BUDGETS.len()].references_a_triangle,
@@ -45,14 +48,15 @@ fn gain(table: &SceneTable) -> Option<Gain> {
 }
 
 fn cells(gain: &Gain) -> Vec<String> {
-    let mut cells = vec![gain.scene.clone(), gain.triangles.to_string(), format!("{:.1}", gain.overlap)];
+    let mut cells = vec![gain.scene.clone(), gain.triangles.to_string()];
+    cells.extend([gain.overlap, gain.sparse_overlap].map(|overlap| format!("{overlap:.1}")));
     cells.extend(gain.of_rays.iter().chain(&gain.of_frame).map(|gain| format!("{gain:.2}")));
     cells.push(format!("{:.2}", gain.chosen));
     cells
 }
 
 fn headings() -> Vec<String> {
-    let mut headings = ["scene", "triangles", "E"].map(str::to_owned).to_vec();
+    let mut headings = ["scene", "triangles", "E", "D"].map(str::to_owned).to_vec();
     for what in ["rays", "frame"] {
         headings.extend(BUDGETS.iter().map(|budget| format!("{what}, R {budget}")));
         headings.push(format!("{what}, automatic"));

@@ -78,7 +78,8 @@ fn tables(options: &Options) -> Result<Vec<SceneTable>> {
     let pool: ThreadPool = ThreadPoolBuilder::new().num_threads(options.threads).build()?;
     let mut tables = Vec::new();
     for name in &options.scenes {
-        let scene = TestScene::open(name)?;
+        let mut scene = TestScene::open(name)?;
+        scene.leave_out_large(options.largest);
         let mut on_row = |row: &measure::Row| {
             progress(&format!("{name}: {} {:.2} us a ray", row.system, row.primary.microseconds));
         };

@@ -10,7 +10,7 @@ use super::Result;
 use super::hierarchy::{Closest, Counters};
 use super::options::{Options, Report};
 use super::rays::{primary, secondary};
-use super::references::{bounds_of, overlap, whole};
+use super::references::{bounds_of, overlap, sparse_overlap, whole};
 use super::scenes::TestScene;
 use super::systems::{Properties, System, splits, sweep, systems};
 
@@ -50,6 +50,8 @@ pub(crate) struct SceneTable {
     pub(crate) triangles: usize,
     /// Overlap E: areas of the triangles' boxes over that of the scene's.
     pub(crate) overlap: f64,
+    /// Overlap D: the same of sparse boxes alone.
+    pub(crate) sparse_overlap: f64,
     pub(crate) rays: usize,
     pub(crate) rows: Vec<Row>,
     pub(crate) left_out: Vec<String>,
@@ -73,6 +75,7 @@ pub(crate) fn measure(
         scene: name.clone(),
         triangles: triangles.len(),
         overlap: overlap(&references),
+        sparse_overlap: sparse_overlap(&references, triangles),
         rays: 0,
         rows: Vec::new(),
         left_out: Vec::new(),

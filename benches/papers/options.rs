@@ -17,13 +17,14 @@ last bit; otherwise the run fails. Progress goes to stderr, tables to stdout.
 Options:
   --report NAME      table: all systems of the papers (default)
                      sweep: SA_max from coarse to fine, with the product's automatic choice marked
-                     gain: what splits gain against the overlap E of each scene
+                     gain: what splits gain against the overlap of each scene's boxes
                      throughput: triangles built a second, by threads and by number of triangles; needs no scene
   --size N           camera rays a row and a column of the image, pixels [1000]
   --factors A,B,…    SA_max of early splits, as multiples of the area of the scene's box over its triangles
                      [64,16,4; for sweep 1024 to 0.5]
   --threads N        threads that build; rays are traced on one [1; for throughput all]
   --repeats N        runs of each measurement, of which the fastest counts [1]
+  --largest SHARE    leave out triangles whose box has more than this share of the area of the scene's box [1]
   --no-overlap       leave out the end-point overlap, which takes long
   --output FOLDER    write NAME.csv, NAME.json and NAME.md, and plots as NAME.svg, except for table
   --help             print this
@@ -58,6 +59,8 @@ pub(crate) struct Options {
     pub(crate) size: u32,
     /// SA_max of early splits, as multiples of the scene's area over its triangles.
     pub(crate) factors: Vec<f64>,
+    /// Largest box of a triangle that is kept, as a share of the area of the scene's box.
+    pub(crate) largest: f64,
     pub(crate) threads: usize,
     pub(crate) repeats: u32,
     pub(crate) has_overlap: bool,
@@ -75,6 +78,7 @@ impl Options {
             scenes: Vec::new(),
             size: 1000,
             factors: Vec::new(),
+            largest: 1.0,
             threads: 0,
             repeats: 1,
             has_overlap: true,
@@ -94,6 +98,7 @@ impl Options {
                         .ok_or_else(|| format!("{name} is not a report: table, sweep, gain or throughput"))?;
                 }
                 "--size" => options.size = value()?.parse()?,
+                "--largest" => options.largest = value()?.parse()?,
                 "--threads" => options.threads = value()?.parse()?,
                 "--repeats" => options.repeats = value()?.parse()?,
                 "--factors" => {

@@ -67,23 +67,29 @@ pub(crate) fn sweep(file: &Path, tables: &[SceneTable]) -> Result<()> {
     draw(file, &chart, &series.collect::<Vec<_>>())
 }
 
-/// Gain of rays against overlap.
+/// Least overlap of sparse boxes that a plot shows; the scale is logarithmic.
+const LEAST_OVERLAP: f64 = 0.01;
+
+/// Gain of rays against the overlap of sparse boxes.
 pub(crate) fn gain(file: &Path, gains: &[Gain]) -> Result<()> {
     let names = BUDGETS.map(|budget| format!("R = {budget}")).into_iter().chain(["automatic".to_owned()]);
     let series: Vec<_> = names
         .enumerate()
         .map(|(index, name)| Series {
             name,
-            points: gains.iter().map(|gain| (gain.overlap, gain.of_rays[index])).collect(),
+            points: gains
+                .iter()
+                .map(|gain| (gain.sparse_overlap.max(LEAST_OVERLAP), gain.of_rays[index]))
+                .collect(),
             marked: None,
             is_line: false,
         })
         .collect();
     let chart = Chart {
         title: "Gain of splits: time of rays without splits over time with them",
-        x: "overlap E (line: 16, from which Rayframe splits)",
+        x: "overlap D of sparse boxes, 0.01 and more (line: 4, from which Rayframe splits)",
         y: "gain",
-        limit: Some(16.0),
+        limit: Some(4.0),
         legend: SeriesLabelPosition::UpperLeft,
     };
     draw(file, &chart, &series)

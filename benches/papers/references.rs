@@ -101,6 +101,19 @@ pub(crate) fn overlap(references: &[Reference]) -> f64 {
     references.iter().map(|reference| reference.bounds.area()).sum::<f64>() / bounds_of(references).area()
 }
 
+/// Box area over that of many tiny boxes around a triangle from which the box is sparse, as in the product.
+const SPARSE: f64 = 4.0;
+
+/// Overlap D: the same of sparse boxes alone. Tiny boxes around a triangle have twice the area of its projections along the axes.
+pub(crate) fn sparse_overlap(references: &[Reference], triangles: &[Triangle]) -> f64 {
+    let tiny = |reference: &Reference| {
+        let [a, b, c] = triangles[reference.triangle as usize].vertices.map(Vec3::as_dvec3);
+        (b - a).cross(c - a).abs().element_sum()
+    };
+    let sparse = references.iter().filter(|reference| reference.bounds.area() >= SPARSE * tiny(reference));
+    sparse.map(|reference| reference.bounds.area()).sum::<f64>() / bounds_of(references).area()
+}
+
 /// Whether all corners of a triangle are finite.
 pub(crate) fn is_finite(triangle: &Triangle) -> bool {
     triangle.vertices.iter().copied().all(Vec3::is_finite)

@@ -12,6 +12,7 @@ use rayframe::gltf::{ImportOptions, import};
 use rayframe::scene::{Projection, Scene, Selection, SelectionRequest, ViewRequest};
 
 use super::Result;
+use super::references::{bounds_of, whole};
 
 /// Names of the generated scenes.
 pub(crate) const GENERATED: [&str; 4] = ["scan", "mirror-hall", "mirror-hall-fine", "plant"];
@@ -54,6 +55,14 @@ impl TestScene {
         } else {
             Ok(Self { name, triangles, view })
         }
+    }
+
+    /// Leaves out triangles whose box has more than a share of the area of the scene's box.
+    pub(crate) fn leave_out_large(&mut self, largest: f64) {
+        let references = whole(&self.triangles);
+        let limit = largest * bounds_of(&references).area();
+        let mut kept = references.iter().map(|reference| reference.bounds.area() <= limit);
+        self.triangles.retain(|_| kept.next().unwrap_or(true));
     }
 }
 

@@ -77,14 +77,14 @@ pub(crate) fn markdown(table: &SceneTable) -> String {
 
 /// CSV of all scenes.
 pub(crate) fn csv(tables: &[SceneTable]) -> String {
-    let mut text = format!("scene,triangles,E,system,{}\n", HEADINGS.join(","));
+    let mut text = format!("scene,triangles,E,D,system,{}\n", HEADINGS.join(","));
     for table in tables {
         for row in &table.rows {
             let cells = cells(row).join(",");
             let _ = writeln!(
                 text,
-                "{},{},{:.2},\"{}\",{cells}",
-                table.scene, table.triangles, table.overlap, row.system
+                "{},{},{:.2},{:.2},\"{}\",{cells}",
+                table.scene, table.triangles, table.overlap, table.sparse_overlap, row.system
             );
         }
     }
@@ -92,7 +92,8 @@ pub(crate) fn csv(tables: &[SceneTable]) -> String {
 }
 
 fn title(table: &SceneTable) -> String {
-    format!("{}: {} triangles, E = {:.1}, {} rays", table.scene, table.triangles, table.overlap, table.rays)
+    let SceneTable { scene, triangles, overlap, sparse_overlap, rays, .. } = table;
+    format!("{scene}: {triangles} triangles, E = {overlap:.1}, D = {sparse_overlap:.1}, {rays} rays")
 }
 
 fn name(row: &Row) -> String {

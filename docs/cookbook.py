@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Runs every command of docs/cookbook.md, and makes the images of docs/cookbook/ from what they write.
+"""Runs every command of a page, and makes the images of docs/cookbook/ from what they write.
 
-usage: docs/cookbook.py [FOLDER]    RAYFRAME names the program, default: rayframe. Needs PIL.
+usage: docs/cookbook.py [PAGE [FOLDER]]    RAYFRAME names the program, default: rayframe. Needs PIL.
 
-Images go to FOLDER, default: docs/cookbook. An image NAME.jpg or NAME.gif is made of NAME.png or NAME.gif. The exit code is 1
-where a command fails, or an image is nearly of one colour.
+PAGE is docs/cookbook.md, or docs/compositing.md, whose commands also need oiiotool and the PyPI package OpenImageIO. Images go to
+FOLDER, default: docs/cookbook. An image NAME.jpg or NAME.gif is made of NAME.png or NAME.gif. The exit code is 1 where a
+command fails, or an image is nearly of one colour.
 """
 
 import os
@@ -23,11 +24,12 @@ WIDEST = 640
 
 
 def jobs(page):
-    """(title, command, images) of each section of the page that has a command."""
-    for section in re.split(r"^### ", page, flags=re.M)[1:]:
-        commands = re.findall(r"^```sh\n(.*?)\n```$", section, flags=re.M | re.S)
-        assert len(commands) == 1, f"one command is expected: {section}"
-        yield section.partition("\n")[0], commands[0], re.findall(r"\]\(cookbook/([\w.-]+)\)", section)
+    """(title, command, images) of each section of the page that has a command; images follow it."""
+    for section in re.split(r"^##+ ", page, flags=re.M)[1:]:
+        title, *blocks = re.split(r"^```sh$", section, flags=re.M)
+        for block in blocks:
+            command, _, rest = block.partition("\n```")
+            yield title.partition("\n")[0], command.strip("\n"), re.findall(r"\]\(cookbook/([\w.-]+)\)", rest)
 
 
 def copy_image(source, target):
@@ -46,7 +48,8 @@ def main():
     rayframe = shutil.which(os.environ.get("RAYFRAME", "rayframe"))
     if rayframe is None:
         sys.exit("there is no program rayframe; RAYFRAME names it")
-    target = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else DOCS / "cookbook").resolve()
+    page = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else DOCS / "cookbook.md")
+    target = pathlib.Path(sys.argv[2] if len(sys.argv) > 2 else DOCS / "cookbook").resolve()
     target.mkdir(exist_ok=True)
     failures = 0
     with tempfile.TemporaryDirectory() as name:
@@ -55,7 +58,7 @@ def main():
         (folder / "bin").mkdir()
         (folder / "bin/rayframe").symlink_to(os.path.realpath(rayframe))
         environment = {**os.environ, "PATH": f"{folder / 'bin'}:{os.environ['PATH']}"}
-        for title, command, images in jobs((DOCS / "cookbook.md").read_text()):
+        for title, command, images in jobs(page.read_text()):
             start = time.monotonic()
             run = subprocess.run(["sh", "-ec", command], cwd=folder, env=environment, capture_output=True, text=True)
             print(f"{run.returncode:4}  {time.monotonic() - start:5.1f} s  {title}", flush=True)

@@ -71,8 +71,15 @@ def is_help(entry):
     return entry in ("-h, --help", "-V, --version")
 
 
+def table(kind, rows):
+    """A table of rows, without the column of defaults where none has one."""
+    if any(default for _, _, default in rows):
+        return f"| {kind} | meaning | default |\n|---|---|---|\n" + "".join(f"| {entry} | {text} | {default} |\n" for entry, text, default in rows)
+    return f"| {kind} | meaning |\n|---|---|\n" + "".join(f"| {entry} | {text} |\n" for entry, text, _ in rows)
+
+
 def row(entry, texts, anchor):
-    """One row of a table: the entry, what it does, its default."""
+    """The cells of one row: the entry, what it does, its default."""
     text, default = " ".join(part for part in texts if not part.startswith(("- ", "Possible values:"))), ""
     if found := re.search(r"\s*\[default: (.*?)\](?= \[|$)", text):
         text, default = text[: found.start()] + text[found.end() :], found[1]
@@ -80,7 +87,7 @@ def row(entry, texts, anchor):
     values = [re.sub(r"^(\S+?): *", r"`\1`: ", escaped(item)) for item in items]
     text = "<br>".join([escaped(text), *values]).removeprefix("<br>")
     target = f'<a id="{anchor}"></a>' if anchor else ""
-    return f"| {target}`{cell(entry)}` | {cell(text)} | {cell(escaped(default))} |\n"
+    return f"{target}`{cell(entry)}`", cell(text), cell(escaped(default))
 
 
 def long_name(entry):
@@ -94,7 +101,7 @@ def verb_page(verb, text, base):
     page = f"\n## rayframe {verb}\n\n{escaped(description)}.\n\n```console\n$ {usage}\n```\n"
     shared = []
     for heading, entries in sections:
-        rows = ""
+        rows = []
         for entry, texts in entries:
             if is_help(entry):
                 continue
@@ -102,11 +109,11 @@ def verb_page(verb, text, base):
                 shared.append(entry)
                 continue
             name = long_name(entry)
-            rows += row(entry, texts, name and f"{verb}-{name}")
+            rows.append(row(entry, texts, name and f"{verb}-{name}"))
         if rows:
             kind = "argument" if heading == "Arguments" else "option"
             title = "" if heading in ("Arguments", "Options") else f"\n### {heading} of {verb}\n"
-            page += f"{title}\n| {kind} | meaning | default |\n|---|---|---|\n{rows}"
+            page += f"{title}\n{table(kind, rows)}"
     if shared:
         links = [f"[`--{long_name(entry)}`](#{BASE[verb]}-{long_name(entry)})" for entry in shared if long_name(entry)]
         page += f"\nAs for `{BASE[verb]}`: {', '.join(links)}.\n"

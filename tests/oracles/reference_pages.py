@@ -147,7 +147,7 @@ def type_of(node):
     text = " or ".join(kinds if isinstance(kinds, list) else [kinds])
     if "items" in node:
         count = f" of {node['minItems']}" if node.get("minItems") and node.get("minItems") == node.get("maxItems") else ""
-        text += f"{count}: {type_of(node['items'])}"
+        text = text.replace("array", f"array{count} ({type_of(node['items'])})")
     if "maximum" in node:
         text += f", {node['minimum']} to {node['maximum']}"
     elif node.get("minimum"):

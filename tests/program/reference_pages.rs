@@ -1,4 +1,4 @@
-//! The pages of the reference, docs/cli.md and docs/schemas.md, and the links between all pages.
+//! The pages of the reference, docs/cli.md and docs/schemas.md, the commands of docs/cookbook.md, and the links between all pages.
 
 use std::process::Command;
 
@@ -47,4 +47,43 @@ fn every_option_is_on_the_page_of_the_command_line() {
         }
     }
     assert!(options > 100, "{options} options were read");
+}
+
+/// A command of the cookbook with few pixels and samples; parts of samples keep their number.
+#[cfg(unix)]
+fn small(command: &str) -> String {
+    let mut words: Vec<&str> = command.split(' ').collect();
+    let has_parts = words.contains(&"--sample-range");
+    for index in 1..words.len() {
+        match words[index - 1] {
+            "-r" => words[index] = "32x18",
+            "--samples" if !has_parts => words[index] = "1",
+            _ => {}
+        }
+    }
+    words.join(" ")
+}
+
+#[cfg(unix)]
+#[test]
+fn commands_of_the_cookbook_succeed() {
+    use std::os::unix::fs::symlink;
+
+    let page = std::fs::read_to_string(format!("{ROOT}/docs/cookbook.md")).unwrap();
+    let commands: Vec<&str> =
+        page.split("\n```sh\n").skip(1).filter_map(|rest| Some(rest.split_once("\n```")?.0)).collect();
+    assert_eq!(commands.len(), 20);
+    let folder = tempfile::tempdir().unwrap();
+    symlink(format!("{ROOT}/scenes"), folder.path().join("scenes")).unwrap();
+    symlink(env!("CARGO_BIN_EXE_rayframe"), folder.path().join("rayframe")).unwrap();
+    let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap());
+    for command in commands {
+        let output = Command::new("sh")
+            .args(["-ec", &small(command)])
+            .current_dir(folder.path())
+            .env("PATH", &path)
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{command}: {}", stderr(&output));
+    }
 }

@@ -43,9 +43,9 @@ settings! {
     scene: FilePath, Input { value_name: "SCENE", is_common: true }
 
     /// Output name: shot.####.exr, shot.png, shot.mp4
-    /// . ####, %04d or {frame:04} is the frame number, .exr or .png the format. A still has no number. .apng, .webp,
-    /// .gif, and with ffmpeg .mp4, .mov, .webm and .mkv are one movie of all frames. {scene}, {shot}, {clip} and {camera}
-    /// are their names, here and in names of movies, contact sheets, statistics and manifests
+    /// . ####, %04d or {frame:04} is the frame number, .exr or .png the format. A still has no number. .apng, .webp, .gif,
+    /// and with ffmpeg .mp4, .mov, .webm and .mkv are one movie of all frames. {scene}, {shot}, {clip} and {camera} are
+    /// their names, here and in names of movies, contact sheets, statistics and manifests
     output: Pattern, Output {
         value_name: "PATTERN", short: Some('o'), hidden_aliases: &["outfile", "out"], is_common: true, is_for_runs: true,
         default_help: "<scene>.####.exr",
@@ -265,9 +265,9 @@ settings! {
     /// Background behind the scene: env (the environment light), none, white, black, '#rrggbb', an image, or as for `env`
     /// . none is transparent. R,G,B is linear light, exposed and tone-mapped like the rest. white, black and '#rrggbb'
     /// are exact sRGB values of PNG files, previews and movies, whatever the exposure and tone curve; EXR files stay
-    /// transparent there. An image is a PNG, JPEG or WebP file, a sequence such as plate.%04d.exr, or plate:FILE for a single
-    /// .exr or .hdr file. It covers EXR files, too; PNG, JPEG and WebP files keep their exact values in PNG files, previews and
-    /// movies. Quote # in shells
+    /// transparent there. An image is a PNG, JPEG or WebP file, a sequence such as plate.%04d.exr, or plate:FILE for a
+    /// single .exr or .hdr file. It covers EXR files, too; PNG, JPEG and WebP files keep their exact values in PNG files,
+    /// previews and movies. Quote # in shells
     background: BackgroundType = BackgroundSource::Light, Scene { value_name: "SOURCE", hidden_aliases: &["bg"] }
     /// How an image as background fills an image of another aspect ratio
     background_fit: OneOf<PlateFit> = PlateFit::Fill, Scene { value_name: "FIT" }

@@ -23,6 +23,7 @@ mod passes;
 mod plates;
 mod presentation;
 mod progress;
+mod reference_pages;
 mod refusals;
 mod run_conditions;
 mod scenes;

@@ -10,7 +10,7 @@ use super::Result;
 use super::hierarchy::{Closest, Counters};
 use super::options::{Options, Report};
 use super::rays::{primary, secondary};
-use super::references::{bounds_of, overlap, sparse_overlap, whole};
+use super::references::{Reference, bounds_of, overlap, sparse_overlap, whole};
 use super::scenes::TestScene;
 use super::systems::{Properties, System, splits, sweep, systems};
 
@@ -57,6 +57,21 @@ pub(crate) struct SceneTable {
     pub(crate) left_out: Vec<String>,
 }
 
+impl SceneTable {
+    /// A table without rows.
+    fn new(scene: &TestScene, references: &[Reference]) -> Self {
+        Self {
+            scene: scene.name.clone(),
+            triangles: scene.triangles.len(),
+            overlap: overlap(references),
+            sparse_overlap: sparse_overlap(references, &scene.triangles),
+            rays: 0,
+            rows: Vec::new(),
+            left_out: Vec::new(),
+        }
+    }
+}
+
 /// Builds and traces every system. Calls `on_row` after each.
 ///
 /// # Errors
@@ -67,19 +82,11 @@ pub(crate) fn measure(
     pool: &ThreadPool,
     on_row: &mut dyn FnMut(&Row),
 ) -> Result<SceneTable> {
-    let TestScene { name, triangles, view } = scene;
+    let TestScene { triangles, view, .. } = scene;
     let references = whole(triangles);
     let area_a_triangle = bounds_of(&references).area() / triangles.len() as f64;
     let camera_rays = primary(view, options.size);
-    let mut table = SceneTable {
-        scene: name.clone(),
-        triangles: triangles.len(),
-        overlap: overlap(&references),
-        sparse_overlap: sparse_overlap(&references, triangles),
-        rays: 0,
-        rows: Vec::new(),
-        left_out: Vec::new(),
-    };
+    let mut table = SceneTable::new(scene, &references);
 
     // The hits that all must have are the product's.
     let all = match options.report {

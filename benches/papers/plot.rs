@@ -147,12 +147,13 @@ fn draw(file: &Path, chart: &Chart, series: &[Series]) -> Result<()> {
         .x_label_formatter(&|x| format!("{x}"))
         .y_label_formatter(&|y| format!("{y}"))
         .light_line_style(BLACK.mix(0.06))
+        .max_light_lines(1)
         .bold_line_style(BLACK.mix(0.18))
         .draw()?;
     if let Some(limit) = chart.limit {
         let height = context.y_range();
         let line = vec![(limit, height.start), (limit, height.end)];
-        context.draw_series([PathElement::new(line, BLACK.mix(0.5))])?;
+        context.draw_series([PathElement::new(line, BLACK.stroke_width(2))])?;
     }
     for (index, series) in series.iter().enumerate() {
         plot_series(&mut context, series, index)?;

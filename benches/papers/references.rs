@@ -111,7 +111,8 @@ pub(crate) fn sparse_overlap(references: &[Reference], triangles: &[Triangle]) -
         (b - a).cross(c - a).abs().element_sum()
     };
     let sparse = references.iter().filter(|reference| reference.bounds.area() >= SPARSE * tiny(reference));
-    sparse.map(|reference| reference.bounds.area()).sum::<f64>() / bounds_of(references).area()
+    // Not a sum, which is -0.0 where nothing is sparse.
+    sparse.fold(0.0, |sum, reference| sum + reference.bounds.area()) / bounds_of(references).area()
 }
 
 /// Whether all corners of a triangle are finite.

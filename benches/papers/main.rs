@@ -79,7 +79,7 @@ fn tables(options: &Options) -> Result<Vec<SceneTable>> {
     let mut tables = Vec::new();
     for name in &options.scenes {
         let mut scene = TestScene::open(name)?;
-        scene.leave_out_large(options.largest);
+        scene.leave_out_large(options.largest)?;
         let mut on_row = |row: &measure::Row| {
             progress(&format!("{name}: {} {:.2} us a ray", row.system, row.primary.microseconds));
         };

@@ -58,11 +58,18 @@ impl TestScene {
     }
 
     /// Leaves out triangles whose box has more than a share of the area of the scene's box.
-    pub(crate) fn leave_out_large(&mut self, largest: f64) {
+    ///
+    /// # Errors
+    /// Nothing is left.
+    pub(crate) fn leave_out_large(&mut self, largest: f64) -> Result<()> {
         let references = whole(&self.triangles);
         let limit = largest * bounds_of(&references).area();
         let mut kept = references.iter().map(|reference| reference.bounds.area() <= limit);
         self.triangles.retain(|_| kept.next().unwrap_or(true));
+        if self.triangles.is_empty() {
+            return Err(format!("--largest {largest} leaves no triangle of {}", self.name).into());
+        }
+        Ok(())
     }
 }
 

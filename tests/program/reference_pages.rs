@@ -1,52 +1,20 @@
-//! The pages of the reference, docs/cli.md and docs/schemas.md, the commands of docs/cookbook.md, and the links between all pages.
+//! The pages of the reference, docs/cli.md and docs/schemas.md, and the commands of docs/cookbook.md.
 
 use std::process::Command;
 
-use crate::{rayframe, skipped, stderr};
+use crate::{skipped, stderr};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
-/// Runs a script of tests/oracles and fails with what it prints; skips where there is no Python.
-fn run_script(name: &str, arguments: &[&str]) {
-    let script = format!("tests/oracles/{name}");
-    let Ok(output) = Command::new("python3").current_dir(ROOT).arg(script).args(arguments).output() else {
+#[test]
+fn pages_of_the_reference_are_those_of_this_program() {
+    let script = "tests/oracles/reference_pages.py";
+    let arguments = [script, env!("CARGO_BIN_EXE_rayframe"), "--check"];
+    let Ok(output) = Command::new("python3").current_dir(ROOT).args(arguments).output() else {
         skipped("there is no python3");
         return;
     };
     assert!(output.status.success(), "{}{}", String::from_utf8_lossy(&output.stdout), stderr(&output));
-}
-
-#[test]
-fn pages_of_the_reference_are_those_of_this_program() {
-    run_script("reference_pages.py", &[env!("CARGO_BIN_EXE_rayframe"), "--check"]);
-}
-
-#[test]
-fn links_between_pages_are_whole() {
-    run_script("check_links.py", &[]);
-}
-
-#[test]
-fn every_option_is_on_the_page_of_the_command_line() {
-    let page = std::fs::read_to_string(format!("{ROOT}/docs/cli.md")).unwrap();
-    let mut options = 0;
-    for verb in
-        ["render", "merge", "farm", "check", "info", "diff", "test", "accept", "reject", "review", "watch"]
-    {
-        assert!(page.contains(&format!("\n## rayframe {verb}\n")), "{verb}");
-        let help = rayframe(&[verb, "--help"]);
-        let help = String::from_utf8_lossy(&help.stdout).into_owned();
-        let names = help.lines().map(str::trim_start).filter(|line| line.starts_with('-'));
-        let names = names.filter_map(|line| line.split_whitespace().find(|word| word.starts_with("--")));
-        for name in names {
-            let name = name.split(['=', '[', ',']).next().unwrap_or_default();
-            if !["--help", "--version"].contains(&name) {
-                assert!(page.contains(name), "{verb} {name}");
-                options += 1;
-            }
-        }
-    }
-    assert!(options > 100, "{options} options were read");
 }
 
 /// A command of the cookbook with few pixels and samples; parts of samples keep their number.

@@ -35,17 +35,23 @@ impl CameraSamples<'_> {
     }
 
     /// The sample points of a path.
-    pub(super) fn sequence(&self, points: &ZSobol, sample: usize) -> SampleSequence {
-        let index = self.first_index.wrapping_add((sample % self.offsets.len()) as u32);
-        points.sequence(self.pixels[sample / self.offsets.len()], index)
+    pub(super) fn sequence(&self, points: &ZSobol, sample: u32) -> SampleSequence {
+        let (pixel, index) = self.pixel_and_index(sample);
+        points.sequence(pixel, index)
     }
 
     /// The seed of a sample.
-    pub(super) fn seed(&self, camera: &CameraRays, sample: usize) -> Seed {
+    pub(super) fn seed(&self, camera: &CameraRays, sample: u32) -> Seed {
+        let (pixel, index) = self.pixel_and_index(sample);
+        camera.seed(pixel, index)
+    }
+
+    /// The pixel of a sample, and the sample's index in it.
+    fn pixel_and_index(&self, sample: u32) -> ((u32, u32), u32) {
         // Divisions of 32 bits take a fraction of the time of those of 64.
-        let (sample, per_pixel) = (sample as u32, self.offsets.len() as u32);
+        let per_pixel = self.offsets.len() as u32;
         let index = self.first_index.wrapping_add(sample % per_pixel);
-        camera.seed(self.pixels[(sample / per_pixel) as usize], index)
+        (self.pixels[(sample / per_pixel) as usize], index)
     }
 }
 
@@ -81,9 +87,8 @@ impl CameraRayBatch {
         } else {
             rays.clear();
             let positions = columns.iter().zip(&*rows).map(|(&x, &y)| Vec2::new(x, y));
-            let seeded =
-                positions.enumerate().map(|(sample, at)| camera.ray(at, samples.seed(camera, sample)));
-            rays.extend(seeded);
+            let seeded = (0..).zip(positions);
+            rays.extend(seeded.map(|(sample, at)| camera.ray(at, samples.seed(camera, sample))));
         }
     }
 }

@@ -10,7 +10,7 @@ use super::media::{MediaStack, Medium};
 use super::opaque_materials::{OpaqueAlbedos, is_opaque};
 use super::path::EmissiveTriangles;
 use super::random::hash;
-use super::settings::{EnvSamples, Integrator, IntegratorSettings, PathSettings};
+use super::settings::{EnvSamples, Integrator, IntegratorSettings, LightSize, PathSettings};
 use super::zsobol::ZSobol;
 use crate::bvh::{Hit, TraversalCounters};
 use crate::color::luminance;
@@ -51,6 +51,8 @@ pub struct IntegratorContext<'a> {
     pub(super) occluded_share: f32,
     /// Sample points of paths and of shadow rays to the environment.
     pub(super) sample_points: Option<ZSobol>,
+    /// Whether the seed of any ray state decides about its light.
+    pub(super) draws_by_seed: bool,
     /// The environment's peaks, which lookups of Whitted's tree do not contain.
     pub(super) peaks: Vec<KeyLight>,
     /// Luminance of the environment's irradiance on the ground that no shadow rays decide about.
@@ -94,6 +96,7 @@ impl<'a> IntegratorContext<'a> {
                 .then(|| Arc::new(EnvironmentDirections::new(view.environment))),
             occluded_share,
             sample_points: (is_path || traces_environment).then(|| sample_points(view.frame, &settings)),
+            draws_by_seed: draws_by_seed(view.frame, &settings),
             peaks: view.environment.peaks(),
             ground_irradiance,
             settings,
@@ -163,6 +166,14 @@ fn open_share(view: SceneView<'_>) -> f32 {
     };
     let is_open = |direction| !view.bvh.occluded(&Ray::new(origin, direction), is_wall, &mut counters);
     directions.map(is_open).filter(|is_open| *is_open).count() as f32 / OPENNESS_RAYS as f32
+}
+
+/// Whether shadow rays to sized lights, glossy rays, shadow catchers or the ground use the seeds of ray states.
+fn draws_by_seed(frame: &Frame, settings: &IntegratorSettings) -> bool {
+    settings.light_size != LightSize::default()
+        || settings.glossy_samples > 0
+        || settings.ground.is_some()
+        || frame.materials.iter().any(|material| material.is_shadow_catcher)
 }
 
 /// The sample points of a frame.

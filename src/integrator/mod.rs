@@ -4,6 +4,7 @@
 //! pure function of (frame, settings, pixel, sample): it does not depend on the batch that holds it. [`whitted`] and [`path`] are
 //! the integrators. Pixels, films and files are not known here.
 
+mod albedo_slices;
 mod camera;
 mod camera_samples;
 mod color_channels;

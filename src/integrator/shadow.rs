@@ -4,6 +4,7 @@ use std::cell::{Cell, RefCell};
 
 use glam::Vec3;
 
+use super::albedo_slices::AlbedoSlices;
 use super::glass_passage::GlassPassage;
 use super::media::MediaCache;
 use super::transparent_hits::TransparentHits;
@@ -77,8 +78,18 @@ pub(super) struct ShadowBatch {
 #[derive(Debug, Default)]
 struct ShadowCache {
     glass: Option<ConstantGlass>,
+    albedo_slices: AlbedoSlices,
     media: MediaCache,
     probes: RefCell<TextureProbes>,
+}
+
+impl ShadowCache {
+    /// The lobes that straight light passes, from vacuum. The direction of anisotropy hardly changes how much light passes.
+    fn straight_lobes(&mut self, material: &MaterialSample) -> Bsdf {
+        let albedo_slice = self.albedo_slices.between(1.0, material.ior);
+        let isotropic = MaterialSample { anisotropy: None, ..*material };
+        Bsdf::with_albedos(&isotropic, 1.0, material.ior, albedo_slice)
+    }
 }
 
 /// The lobes of the last constant material.
@@ -284,7 +295,7 @@ fn glass_transmittance(
     let index = point.instance.material;
     if context.constant_materials[index.index()] && !point.instance.has_colors(view.scene) {
         if cache.glass.as_ref().is_none_or(|known| known.material != index) {
-            let bsdf = straight_lobes(&material_values(view, &point, &cache.probes));
+            let bsdf = cache.straight_lobes(&material_values(view, &point, &cache.probes));
             cache.glass = Some(ConstantGlass { material: index, bsdf });
         }
         return cache.glass.as_ref().map_or(Vec3::ZERO, |glass| passage.transmittance(&glass.bsdf, wo));
@@ -293,15 +304,10 @@ fn glass_transmittance(
     // An anisotropic wall is rough along one direction at least.
     let is_clear = passage == GlassPassage::Straight || material.anisotropy.is_none();
     if material.transmission > 0.0 && is_clear {
-        passage.transmittance(&straight_lobes(&material), wo) * coat_transmittance(&material, &point)
+        passage.transmittance(&cache.straight_lobes(&material), wo) * coat_transmittance(&material, &point)
     } else {
         Vec3::ZERO
     }
-}
-
-/// The lobes that straight light passes, from vacuum. The direction of anisotropy hardly changes how much light passes.
-fn straight_lobes(material: &MaterialSample) -> Bsdf {
-    Bsdf::new(&MaterialSample { anisotropy: None, ..*material }, 1.0, material.ior)
 }
 
 fn coat_transmittance(material: &MaterialSample, point: &SurfacePoint<'_>) -> f32 {

@@ -64,7 +64,8 @@ impl Tracer<'_, '_> {
         // Lobes
         let outside = ior_outside(state, own_medium, point.facing, channels);
         let inside = ior_transmission_side(material, &transmission_side.media, channels);
-        let bsdf = Bsdf::new(material, outside, inside);
+        let albedo_slice = self.albedo_slices.between(outside, inside);
+        let bsdf = Bsdf::with_albedos(material, outside, inside, albedo_slice);
         let world_from_local = shading_frame(point.shading_normal, material.anisotropy.as_ref());
         let local_from_world = world_from_local.transpose();
         let coat =

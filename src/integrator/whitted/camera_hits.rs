@@ -9,7 +9,7 @@ use super::tracer::{SampleValue, Tracer, seconds_since};
 use super::wavefront::{RaySignature, Wavefront};
 use crate::geometry::{ActiveLanes, LANES, Ray, Vec3Lanes, vectorized};
 use crate::integrator::camera::DifferentialLanes;
-use crate::integrator::{CameraRays, CameraSamples, IntegratorContext, LightPass, MediaStack};
+use crate::integrator::{CameraRays, CameraSamples, IntegratorContext, LightPass, MediaStack, Seed};
 use crate::interaction::alpha_at;
 use crate::scene::LookupLanes;
 
@@ -75,7 +75,11 @@ impl Tracer<'_, '_> {
             for (lane, &sample) in followed.iter().enumerate() {
                 let ray = &rays[sample as usize];
                 let media = media.cloned().unwrap_or_else(|| self.context.media_around_start(ray));
-                let seed = samples.seed(camera, sample as usize);
+                let draws = self.context.draws_by_seed;
+                let seed = if draws { samples.seed(camera, sample) } else { Seed::default() };
+                if let Some(points) = &self.context.sample_points {
+                    self.sequences[sample as usize] = samples.sequence(points, sample);
+                }
                 let state = CameraRays::ray_state(differentials.get(lane), media, sample, seed);
                 let slot = wavefront.push(RaySignature::CAMERA, *ray, state);
                 let (ray, state) = wavefront.ray(slot);

@@ -30,7 +30,7 @@ impl Tracer<'_, '_> {
             lookups.push(EnvironmentLookup { radiance: weight * seen, lobe, is_outside: true });
         }
         let media = &shading.transmission_side.media;
-        self.add_lookups(&shading.arrival(), media, lookups, shading.material.base_color);
+        self.add_lookups(&shading.arrival(), media, &mut lookups, shading.material.base_color);
     }
 
     /// Diffuse lobes and sheen. `reached` multiplies light that leaves from below the coat.

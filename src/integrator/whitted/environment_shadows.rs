@@ -79,7 +79,7 @@ impl Tracer<'_, '_> {
         &mut self,
         arrival: &Arrival<'_, '_>,
         beyond: &MediaStack,
-        mut lookups: EnvironmentLookups,
+        lookups: &mut [EnvironmentLookup],
         color: Vec3,
     ) {
         let Arrival { signature, state, light_pass, point } = *arrival;
@@ -91,15 +91,15 @@ impl Tracer<'_, '_> {
             }
             return;
         };
-        join_faint(&mut lookups);
-        lookups.retain(|lookup| lookup.radiance.max_element() > 0.0);
+        join_faint(lookups);
         let rays = match context.settings.env_samples {
             EnvSamples::Fixed(rays) if state.depth == 0 => rays,
             EnvSamples::Fixed(_) | EnvSamples::Auto => 1,
         };
         let sequence = self.sequences[state.sample as usize];
         let passes_inside = context.settings.glass_shadows == GlassShadows::Straight;
-        for (index, &EnvironmentLookup { radiance, lobe, is_outside }) in lookups.iter().enumerate() {
+        let bright = lookups.iter().filter(|lookup| lookup.radiance.max_element() > 0.0);
+        for (index, &EnvironmentLookup { radiance, lobe, is_outside }) in bright.enumerate() {
             // The far side of glass that casts full shadows would hide everything.
             if !is_outside && !passes_inside {
                 self.add(state.sample, light_pass, radiance);
@@ -156,16 +156,18 @@ fn surrounding_light(color: Vec3) -> Vec3 {
 }
 
 /// Adds faint lookups to the brightest one of their side.
-fn join_faint(lookups: &mut EnvironmentLookups) {
+fn join_faint(lookups: &mut [EnvironmentLookup]) {
+    let mut luminances = [0.0; MAX_LOOKUPS];
+    for (luminance_of, lookup) in luminances.iter_mut().zip(&*lookups) {
+        *luminance_of = luminance(lookup.radiance);
+    }
     for side in [true, false] {
-        let brightness = |lookup: &EnvironmentLookup| luminance(lookup.radiance);
-        let on_side = lookups.iter().enumerate().filter(|(_, lookup)| lookup.is_outside == side);
-        let brightest = on_side.max_by(|(_, a), (_, b)| brightness(a).total_cmp(&brightness(b)));
-        let Some((index, &EnvironmentLookup { radiance, .. })) = brightest else { continue };
-        let limit = luminance(radiance) * MIN_SHARE;
+        let on_side = (0..lookups.len()).filter(|&index| lookups[index].is_outside == side);
+        let Some(index) = on_side.max_by(|&a, &b| luminances[a].total_cmp(&luminances[b])) else { continue };
+        let limit = luminances[index] * MIN_SHARE;
         let mut joined = Vec3::ZERO;
         for (other, lookup) in lookups.iter_mut().enumerate() {
-            if other != index && lookup.is_outside == side && luminance(lookup.radiance) <= limit {
+            if other != index && lookup.is_outside == side && luminances[other] <= limit {
                 joined += std::mem::take(&mut lookup.radiance);
             }
         }

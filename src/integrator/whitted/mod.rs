@@ -11,7 +11,6 @@
 //! environment, and in between both are blended by roughness. Shadow rays towards the environment take sampled directions, as do
 //! lenses, sized lights and glossy samples; nothing else is random.
 
-mod albedo_slices;
 mod camera_hits;
 mod coat;
 mod direct_light;

@@ -58,7 +58,7 @@ impl Tracer<'_, '_> {
         let arrival = Arrival { signature: slot.signature, state, light_pass, point };
         let direction = block.reflected.mirrored.get(lane);
         let roughness = block.reflected.lobe_roughness[lane];
-        let lookups = [
+        let mut lookups = [
             EnvironmentLookup {
                 radiance: block.reflected.diffuse.get(lane),
                 lobe: LookupLobe::Diffuse { normal: point.shading_normal },
@@ -71,7 +71,7 @@ impl Tracer<'_, '_> {
             },
         ];
         let color = block.materials.base_color.get(lane);
-        self.add_lookups(&arrival, &MediaStack::default(), lookups.into_iter().collect(), color);
+        self.add_lookups(&arrival, &MediaStack::default(), &mut lookups, color);
         let weight = block.reflected.specular.get(lane);
         self.send_mirror_ray(&arrival, direction, weight);
     }

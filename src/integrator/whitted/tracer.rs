@@ -4,7 +4,6 @@ use std::time::Instant;
 
 use glam::Vec3;
 
-use super::albedo_slices::AlbedoSlices;
 use super::opaque_block::OpaqueBlock;
 use super::sample_aovs::{InstanceCoverage, SampleAovFlags, SampleAovs};
 use super::shading_order::ShadingOrder;
@@ -13,6 +12,7 @@ use super::surface_hit::SurfaceHit;
 use super::transmission_probes::TransmissionProbes;
 use super::wavefront::Wavefront;
 use crate::bvh::{Hit, TraversalCounters};
+use crate::integrator::albedo_slices::AlbedoSlices;
 use crate::integrator::camera_samples::CameraRayBatch;
 use crate::integrator::media::MediaCache;
 use crate::integrator::shadow::ShadowBatch;
@@ -69,11 +69,11 @@ pub struct Tracer<'w, 'a> {
     pub(in crate::integrator) shadows: ShadowQueue,
     /// The shadow rays of one point of a shadow catcher or the ground.
     pub(in crate::integrator) catcher_shadows: ShadowBatch,
-    /// The sample points of each sample; empty where none are needed.
+    /// The sample points of each sample that is followed; empty where none are needed.
     pub(in crate::integrator) sequences: Vec<SampleSequence>,
     /// Surfaces that touch those of the shaded block.
     pub(super) probes: TransmissionProbes,
-    pub(super) albedo_slices: AlbedoSlices,
+    pub(in crate::integrator) albedo_slices: AlbedoSlices,
     pub(super) media_cache: MediaCache,
     pub(in crate::integrator) aovs: SampleAovs,
     pub(in crate::integrator) counters: TraversalCounters,
@@ -140,9 +140,8 @@ impl<'w, 'a> Tracer<'w, 'a> {
         self.values.clear();
         self.values.resize(samples.len(), SampleValue::default());
         self.aovs.clear(samples.len());
-        self.sequences.clear();
-        if let Some(points) = &self.context.sample_points {
-            self.sequences.extend((0..samples.len()).map(|sample| samples.sequence(points, sample)));
+        if self.context.sample_points.is_some() {
+            self.sequences.resize(samples.len(), SampleSequence::default());
         }
         let mut wavefront = std::mem::take(&mut self.wavefront);
         self.find_camera_hits(camera, samples, &mut wavefront);

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::Vec2;
+
 use super::environment_directions::EnvironmentDirections;
 use super::glass_passage::GlassPassage;
 use super::interiors::Interiors;
@@ -47,6 +49,8 @@ pub struct IntegratorContext<'a> {
     pub(super) emissive_triangles: Option<EmissiveTriangles>,
     /// Directions of the shadow rays of [`Integrator::Whitted`] to the environment; `None` where its light is not occluded.
     pub(super) environment_directions: Option<Arc<EnvironmentDirections>>,
+    /// Whether shadow rays of paths sample the environment.
+    pub(super) samples_environment: bool,
     /// Share of the environment's light that shadow rays decide about.
     pub(super) occluded_share: f32,
     /// Sample points of paths and of shadow rays to the environment.
@@ -94,6 +98,7 @@ impl<'a> IntegratorContext<'a> {
             emissive_triangles: is_path.then(|| EmissiveTriangles::new(view)),
             environment_directions: traces_environment
                 .then(|| Arc::new(EnvironmentDirections::new(view.environment))),
+            samples_environment: is_path && view.environment.sample(Vec2::splat(0.5)).is_some(),
             occluded_share,
             sample_points: (is_path || traces_environment).then(|| sample_points(view.frame, &settings)),
             draws_by_seed: draws_by_seed(view.frame, &settings),

@@ -63,13 +63,26 @@ impl ZSobol {
 impl SampleSequence {
     /// A number in [0, 1): the first coordinate of [`SampleSequence::point`].
     pub(crate) fn number(&self, dimension: u32) -> f32 {
-        let keys = Keys::new(self.seed, dimension);
-        to_unit_interval(scramble(bits_of_first_dimension(self.shuffled_index(keys.shuffle)), keys.x))
+        self.number_by(&DimensionKeys::new(self.seed, dimension))
     }
 
     /// A point in the unit square, coordinates in [0, 1). The points of different dimensions are independent.
     pub(crate) fn point(&self, dimension: u32) -> Vec2 {
-        let keys = Keys::new(self.seed, dimension);
+        self.point_by(&DimensionKeys::new(self.seed, dimension))
+    }
+
+    /// The seed of the keys of all dimensions.
+    pub(crate) fn seed(&self) -> u32 {
+        self.seed
+    }
+
+    /// [`SampleSequence::number`] of the dimension of `keys`, which are those of this seed.
+    pub(crate) fn number_by(&self, keys: &DimensionKeys) -> f32 {
+        to_unit_interval(scramble(bits_of_first_dimension(self.shuffled_index(keys.shuffle)), keys.x))
+    }
+
+    /// [`SampleSequence::point`] of the dimension of `keys`, which are those of this seed.
+    pub(crate) fn point_by(&self, keys: &DimensionKeys) -> Vec2 {
         let index = self.shuffled_index(keys.shuffle);
         let x = scramble(bits_of_first_dimension(index), keys.x);
         let y = scramble(bits_of_second_dimension(index), keys.y);
@@ -117,14 +130,16 @@ fn next_hash(hashed: u64, key: u64) -> u64 {
 }
 
 /// Keys of the shuffle and of both scrambles of a dimension.
-struct Keys {
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct DimensionKeys {
     shuffle: u64,
     x: u32,
     y: u32,
 }
 
-impl Keys {
-    fn new(seed: u32, dimension: u32) -> Self {
+impl DimensionKeys {
+    /// The keys of a dimension of sequences with this seed.
+    pub(crate) fn new(seed: u32, dimension: u32) -> Self {
         let shuffle = mix(u64::from(seed) << 32 | u64::from(dimension));
         let scrambles = mix(shuffle);
         Self { shuffle, x: scrambles as u32, y: (scrambles >> 32) as u32 }

@@ -26,6 +26,17 @@ impl<'a> SurfacePoint<'a> {
         point
     }
 
+    /// [`SurfacePoint::new`] of a flat surface without a normal map, for a ray without extent.
+    pub fn flat(view: SceneView<'a>, ray: &Ray, hit: &Hit) -> Self {
+        let mut point = Self::unshaded(view, ray, hit);
+        let corners = view.frame.triangles[hit.triangle as usize].vertices;
+        point.position = position_of(corners, [hit.u, hit.v]);
+        point.shadow_position = point.position;
+        let front_normal = point.geometric_normal * point.side();
+        point.offset_distance = offset_distance(front_normal, point.position, corners);
+        point
+    }
+
     pub(super) fn with_lookups(
         textures: &Lookups<'_, 'a>,
         ray: &Ray,
@@ -34,11 +45,9 @@ impl<'a> SurfacePoint<'a> {
     ) -> Self {
         let view = textures.view();
         let frame = view.frame;
-        let mut point = Self::unshaded(view, ray, hit);
+        let mut point = Self::flat(view, ray, hit);
         let triangle = &frame.triangles[hit.triangle as usize];
         let front_normal = point.geometric_normal * point.side();
-        point.position = position_of(triangle.vertices, [hit.u, hit.v]);
-        point.offset_distance = offset_distance(front_normal, point.position, triangle.vertices);
 
         // Steps to the hits of the neighbouring rays
         if *differential != RayDifferential::ZERO {

@@ -1,7 +1,13 @@
 //! Dimensions of a path's sample points.
 
+use glam::Vec2;
+
+use crate::integrator::zsobol::{DimensionKeys, SampleSequence};
+
 /// Dimensions of one bounce.
 const OF_BOUNCE: u32 = 16;
+/// Number of decisions.
+const DECISIONS: usize = Decision::Coverage as usize + 1;
 
 /// A decision at one surface of a path. Each has a sample point of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,5 +36,70 @@ impl Decision {
     /// Its dimension at a surface after `depth` bounces.
     pub(super) fn dimension(self, depth: u32) -> u32 {
         depth.wrapping_mul(OF_BOUNCE).wrapping_add(self as u32)
+    }
+}
+
+/// The keys of all decisions after some number of bounces. The paths of a wavefront share them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::integrator) struct BounceKeys {
+    /// Seed and number of bounces; `None` before the first use.
+    of: Option<(u32, u32)>,
+    keys: [DimensionKeys; DECISIONS],
+}
+
+impl BounceKeys {
+    /// Replaces the keys unless they are those of `sequence` after `depth` bounces.
+    pub(super) fn prepare(&mut self, sequence: &SampleSequence, depth: u32) {
+        let of = Some((sequence.seed(), depth));
+        if self.of == of {
+            return;
+        }
+        self.of = of;
+        for (decision, keys) in (0..).zip(&mut self.keys) {
+            let dimension = depth.wrapping_mul(OF_BOUNCE).wrapping_add(decision);
+            *keys = DimensionKeys::new(sequence.seed(), dimension);
+        }
+    }
+}
+
+/// The sample points of one path after some number of bounces.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BounceSamples<'k> {
+    pub(super) sequence: SampleSequence,
+    /// The keys of `sequence`.
+    pub(super) keys: &'k BounceKeys,
+}
+
+impl BounceSamples<'_> {
+    /// A number in [0, 1).
+    pub(super) fn number(&self, decision: Decision) -> f32 {
+        self.sequence.number_by(&self.keys.keys[decision as usize])
+    }
+
+    /// A point in the unit square.
+    pub(super) fn point(&self, decision: Decision) -> Vec2 {
+        self.sequence.point_by(&self.keys.keys[decision as usize])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrator::zsobol::ZSobol;
+
+    #[test]
+    fn samples_by_keys_are_those_of_the_dimensions() {
+        let mut keys = BounceKeys::default();
+        // Sample 5 is beyond the four of a pixel and has a seed of its own.
+        for (depth, sample) in [(0, 1), (3, 1), (3, 5), (0, 2)] {
+            let sequence = ZSobol::new(4, 7).sequence((10, 20), sample);
+            keys.prepare(&sequence, depth);
+            let samples = BounceSamples { sequence, keys: &keys };
+            for decision in [Decision::Channel, Decision::Direction, Decision::Coverage] {
+                let dimension = decision.dimension(depth);
+                assert_eq!(samples.number(decision), sequence.number(dimension));
+                assert_eq!(samples.point(decision), sequence.point(dimension));
+            }
+        }
     }
 }

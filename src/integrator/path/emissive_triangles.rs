@@ -36,6 +36,11 @@ impl EmissiveTriangles {
         Self { triangles, tree: LightTree::new(&emitters) }
     }
 
+    /// Whether there are none.
+    pub(super) fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
+    }
+
     /// Samples a point on an emissive triangle for a surface at `position`. `normal` is that of a surface that scatters light of its own side
     /// alone.
     pub(super) fn sample_emitter(
@@ -44,9 +49,6 @@ impl EmissiveTriangles {
         (position, normal): (Vec3, Option<Vec3>),
         (u_emitter, u): (f32, Vec2),
     ) -> Option<EmitterSample> {
-        if self.triangles.is_empty() {
-            return None;
-        }
         let (emitter, probability) = self.tree.sample(position, normal, u_emitter)?;
         let triangle = self.triangles[emitter as usize];
         let Triangle { vertices } = view.frame.triangles[triangle as usize];
@@ -61,7 +63,12 @@ impl EmissiveTriangles {
             return None;
         }
         let ray = Ray::new(position, sample.direction);
-        let point = SurfacePoint::new(view, &ray, &hit, &RayDifferential::ZERO);
+        let material = &view.frame.materials[view.frame.instance(triangle).material.index()];
+        let point = if material.clear_coat.is_some() {
+            SurfacePoint::new(view, &ray, &hit, &RayDifferential::ZERO)
+        } else {
+            SurfacePoint::flat(view, &ray, &hit)
+        };
         let radiance = radiance * coat_transmittance(view, &point);
         let pdf = probability * sample.pdf;
         Some(EmitterSample { end: point.origin_outside(), wi: sample.direction, radiance, pdf })

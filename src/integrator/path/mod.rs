@@ -24,6 +24,7 @@ mod scatter;
 mod shade;
 mod shaded_point;
 
+pub(super) use dimensions::BounceKeys;
 pub(super) use emission::clamped;
 pub(super) use emissive_triangles::EmissiveTriangles;
 pub(super) use mis::LastScatter;

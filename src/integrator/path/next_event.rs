@@ -26,9 +26,11 @@ impl Tracer<'_, '_> {
     /// One of the lights that rays cannot hit, chosen by the light that the surface would scatter without occlusion.
     fn queue_punctual_light(&mut self, shaded: &ShadedPoint<'_, '_>) {
         let context = self.context;
-        let number = |decision: Decision| shaded.sequence.number(decision.dimension(shaded.state.depth));
-        let u_point = shaded.sequence.point(Decision::LightPoint.dimension(shaded.state.depth));
-        let (mut u, mut sum) = (number(Decision::Light), 0.0_f32);
+        if context.lights.is_empty() {
+            return;
+        }
+        let u_point = shaded.samples.point(Decision::LightPoint);
+        let (mut u, mut sum) = (shaded.samples.number(Decision::Light), 0.0_f32);
         let mut chosen: Option<(usize, LightSample, Vec3, f32)> = None;
         for (index, light) in context.lights.iter().enumerate() {
             let Some(sample) = light.sample(shaded.point.position, u_point) else { continue };
@@ -64,7 +66,10 @@ impl Tracer<'_, '_> {
     }
 
     fn queue_environment(&mut self, shaded: &ShadedPoint<'_, '_>) {
-        let u = shaded.sequence.point(Decision::Environment.dimension(shaded.state.depth));
+        if !self.context.samples_environment {
+            return;
+        }
+        let u = shaded.samples.point(Decision::Environment);
         let Some((wi, pdf)) = self.context.view.environment.sample(u) else { return };
         let Some(local) = shaded.local(wi) else { return };
         let (scattered, scattered_pdf) = shaded.scattering.eval_and_pdf(local);
@@ -84,9 +89,10 @@ impl Tracer<'_, '_> {
     }
 
     fn queue_emitter(&mut self, shaded: &ShadedPoint<'_, '_>) {
-        let Some(lights) = &self.context.emissive_triangles else { return };
-        let u_emitter = shaded.sequence.number(Decision::Emitter.dimension(shaded.state.depth));
-        let u = shaded.sequence.point(Decision::EmitterPoint.dimension(shaded.state.depth));
+        let lights = self.context.emissive_triangles.as_ref().filter(|lights| !lights.is_empty());
+        let Some(lights) = lights else { return };
+        let u_emitter = shaded.samples.number(Decision::Emitter);
+        let u = shaded.samples.point(Decision::EmitterPoint);
         let surface = (shaded.point.position, shaded.light_normal());
         let Some(sample) = lights.sample_emitter(self.context.view, surface, (u_emitter, u)) else { return };
         let Some(local) = shaded.local(sample.wi) else { return };

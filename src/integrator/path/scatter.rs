@@ -19,8 +19,8 @@ impl Tracer<'_, '_> {
     /// sends it on.
     pub(super) fn send_path(&mut self, shaded: ShadedPoint<'_, '_>, share: f32) -> bool {
         let depth = shaded.state.depth;
-        let u = shaded.sequence.point(Decision::Direction.dimension(depth));
-        let choices = shaded.sequence.point(Decision::LobeAndRoulette.dimension(depth));
+        let u = shaded.samples.point(Decision::Direction);
+        let choices = shaded.samples.point(Decision::LobeAndRoulette);
         let Some(sample) = shaded.scattering.sample(choices.x, u) else { return false };
         let Some(direction) = world_direction(&shaded, &sample) else { return false };
         let mut weight = shaded.weight * sample.weight;

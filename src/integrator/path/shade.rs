@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::dimensions::Decision;
+use super::dimensions::{BounceSamples, Decision};
 use super::mis::LastScatter;
 use super::shaded_point::ShadedPoint;
 use crate::bsdf::{Bsdf, Coat, Scattering};
@@ -54,9 +54,12 @@ impl Tracer<'_, '_> {
         let own_medium = self.context.interiors.medium(point.instance);
         let is_dispersive = transmission_side.disperses(state, own_medium, material);
         let sequence = self.sequences[state.sample as usize];
+        self.bounce_keys.prepare(&sequence, state.depth);
+        let keys = self.bounce_keys;
+        let samples = BounceSamples { sequence, keys: &keys };
         let mut channels = state.channels;
         if is_dispersive {
-            let u = sequence.number(Decision::Channel.dimension(state.depth));
+            let u = samples.number(Decision::Channel);
             channels = ColorChannels::SINGLE[((u * 3.0) as usize).min(2)];
             weight *= channels.mask() * 3.0;
         }
@@ -84,7 +87,7 @@ impl Tracer<'_, '_> {
             is_glass: material.transmission > 0.0,
             is_thin: material.thin,
             transmits: material.transmission > 0.0 || material.diffuse_transmission > 0.0,
-            sequence,
+            samples,
             last,
         };
         self.queue_lights(&shaded);

@@ -4,10 +4,10 @@ use glam::{Mat3, Vec3};
 
 use crate::bsdf::Scattering;
 use crate::integrator::whitted::{RaySignature, TransmissionSide};
-use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{ColorChannels, LightPass, RayState};
 use crate::interaction::SurfacePoint;
 
+use super::dimensions::BounceSamples;
 use super::mis::LastScatter;
 
 /// A surface with its lobes, seen by one path.
@@ -34,7 +34,7 @@ pub(super) struct ShadedPoint<'p, 'a> {
     pub(super) is_glass: bool,
     /// Whether the surface is a thin wall.
     pub(super) is_thin: bool,
-    pub(super) sequence: SampleSequence,
+    pub(super) samples: BounceSamples<'p>,
     /// The surface that sampled the ray.
     pub(super) last: Option<LastScatter>,
 }

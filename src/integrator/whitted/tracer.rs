@@ -15,6 +15,7 @@ use crate::bvh::{Hit, TraversalCounters};
 use crate::integrator::albedo_slices::AlbedoSlices;
 use crate::integrator::camera_samples::CameraRayBatch;
 use crate::integrator::media::MediaCache;
+use crate::integrator::path::BounceKeys;
 use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{
@@ -74,6 +75,8 @@ pub struct Tracer<'w, 'a> {
     /// Surfaces that touch those of the shaded block.
     pub(super) probes: TransmissionProbes,
     pub(in crate::integrator) albedo_slices: AlbedoSlices,
+    /// The keys of the sample points of the shaded paths.
+    pub(in crate::integrator) bounce_keys: BounceKeys,
     pub(super) media_cache: MediaCache,
     pub(in crate::integrator) aovs: SampleAovs,
     pub(in crate::integrator) counters: TraversalCounters,
@@ -101,6 +104,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
             sequences: Vec::new(),
             probes: TransmissionProbes::default(),
             albedo_slices: AlbedoSlices::default(),
+            bounce_keys: BounceKeys::default(),
             media_cache: MediaCache::default(),
             aovs: SampleAovs::default(),
             counters: TraversalCounters::default(),

@@ -82,7 +82,9 @@ pub(crate) fn load(key: &Key) -> u64 {
 
 /// Counts the digits of all passes.
 fn count_all(keys: &[Key], shifts: &(impl Iterator<Item = u32> + Clone), histograms: &mut [Histogram]) {
-    histograms.iter_mut().for_each(|histogram| histogram.fill(0));
+    for histogram in &mut *histograms {
+        histogram.fill(0);
+    }
     for key in keys {
         let key = load(key);
         for (histogram, shift) in histograms.iter_mut().zip(shifts.clone()) {

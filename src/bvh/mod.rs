@@ -5,7 +5,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `references` | the boxes that a hierarchy is built over |
+//! | `references`, `lane_boxes` | the boxes that a hierarchy is built over |
 //! | `split` | early split clipping: several boxes for triangles with wasteful ones |
 //! | `build` | Morton codes, radix sort, Karras' radix tree with clustering, collapse to eight children, refit, cost model |
 //! | `wide_tree` | the memory layout that rays traverse |
@@ -23,6 +23,7 @@ mod build;
 mod builder;
 mod hierarchy;
 mod hit;
+mod lane_boxes;
 mod outer_boxes;
 mod reference;
 mod references;

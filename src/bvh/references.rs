@@ -7,6 +7,7 @@ use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
 use super::box_area::scaled_half_area;
+use super::lane_boxes::{LANES, LaneBounds, LaneBoxes};
 use super::triangle_flags::TriangleFlags;
 
 use crate::cancel::{CancelFlag, Cancelled};
@@ -199,18 +200,52 @@ pub(super) fn gather_whole(input: Input, references: &mut Vec<Reference>) -> Res
 
 /// Fills the front of `out` with the boxes of the traced triangles from `first` on.
 #[inline(always)]
-fn gather_chunk<S: Simd>(_: S, input: Input, first: usize, out: &mut [Reference]) -> Measures {
+fn gather_chunk<S: Simd>(simd: S, input: Input, first: usize, out: &mut [Reference]) -> Measures {
     let last = first + out.len();
+    let (triangles, flags) = (&input.triangles[first..last], &input.flags[first..last]);
     let mut measures = Measures::NONE;
-    let triangles = input.triangles[first..last].iter().zip(&input.flags[first..last]);
-    for (triangle_id, (triangle, &flags)) in (first as u32..).zip(triangles) {
-        let reference = Reference::of(triangle, triangle_id);
-        if is_traced(triangle, flags) {
-            out[measures.count] = reference;
-            measures.add(&reference.bounds);
+    let mut lanes = LaneBounds::empty(simd);
+    for (start, flags) in (0..).step_by(LANES).zip(flags.chunks(LANES)) {
+        let triangles = &triangles[start..start + flags.len()];
+        let next = &mut out[measures.count..];
+        let is_hidden = flags.iter().any(|flags| flags.has(TriangleFlags::HIDDEN));
+        if let Some(eight) = triangles.first_chunk().filter(|_| !is_hidden)
+            && let Some(boxes) = LaneBoxes::of(simd, eight)
+        {
+            for ((triangle_id, out), bounds) in ((first + start) as u32..).zip(next).zip(boxes.boxes()) {
+                *out = Reference { bounds, triangle_id };
+            }
+            lanes.add(&boxes);
+            measures.count += LANES;
+            boxes.areas().into_iter().for_each(|area| measures.add_area(f64::from(area)));
+        } else {
+            gather_some(triangles, flags, first + start, next, &mut measures);
         }
     }
+    let [bounds, centers] = lanes.total();
+    measures.bounds = measures.bounds.union(bounds);
+    measures.centers = measures.centers.union(centers);
     measures
+}
+
+/// Fills the front of `out` with the boxes of those of a few triangles that are traced.
+#[inline(never)]
+fn gather_some(
+    triangles: &[Triangle],
+    flags: &[TriangleFlags],
+    first: usize,
+    out: &mut [Reference],
+    measures: &mut Measures,
+) {
+    let mut out = out.iter_mut();
+    for (triangle_id, (triangle, &flags)) in (first as u32..).zip(triangles.iter().zip(flags)) {
+        if is_traced(triangle, flags)
+            && let Some(out) = out.next()
+        {
+            *out = Reference::of(triangle, triangle_id);
+            measures.add(&out.bounds);
+        }
+    }
 }
 
 /// Measures references.
@@ -229,6 +264,7 @@ pub(super) fn measure(references: &[Reference]) -> Measures {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bvh::SimdLevel;
     use glam::Vec3;
 
     /// Triangles of which some are hidden and some have zero area.
@@ -264,6 +300,45 @@ mod tests {
                     measures.bounds,
                     expected.iter().fold(Aabb::EMPTY, |all, reference| all.union(reference.bounds))
                 );
+            }
+        }
+    }
+
+    /// Triangles of mixed sizes, of which one in `gap` is hidden, one has no area, and one is not finite.
+    fn mixed(n: usize, gap: usize) -> (Vec<Triangle>, Vec<TriangleFlags>) {
+        let mut state = 7_u32;
+        let mut random = || {
+            state = state.wrapping_mul(747796405).wrapping_add(2891336453);
+            (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+        };
+        let triangles = (0..n)
+            .map(|i| {
+                let size = [1.0e-4, 0.01, 1.0, 50.0][i % 4];
+                let [a, b, c] = [0; 3].map(|_| Vec3::new(random(), random(), random()));
+                let b = if i % gap == 1 { a } else { a + b * size };
+                let c = if i % gap == 2 { Vec3::splat(f32::NAN) } else { a + c * size };
+                Triangle { vertices: [a, b, c] }
+            })
+            .collect();
+        let hidden = |i| if i % gap == 0 { TriangleFlags::HIDDEN } else { TriangleFlags::default() };
+        (triangles, (0..n).map(hidden).collect())
+    }
+
+    #[test]
+    fn lanes_equal_single_triangles_at_every_level() {
+        for (n, gap) in [(7, 100), (8, 100), (1003, 100), (1003, 9), (1003, 1_000_000)] {
+            let (triangles, flags) = mixed(n, gap);
+            let cancel = CancelFlag::new();
+            let input = Input { triangles: &triangles, flags: &flags, cancel: &cancel };
+            let mut expected = vec![Reference::NONE; n];
+            let mut measures = Measures::NONE;
+            gather_some(&triangles, &flags, 0, &mut expected, &mut measures);
+            for level in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
+                let mut out = vec![Reference::NONE; n];
+                let level = level.level();
+                let found = dispatch!(level, simd => gather_chunk(simd, input, 0, &mut out));
+                assert_eq!(found, measures, "{n} {gap} {level:?}");
+                assert_eq!(out[..found.count], expected[..found.count]);
             }
         }
     }

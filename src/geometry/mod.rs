@@ -24,5 +24,6 @@ pub(crate) use lanes::{F32Lanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
 pub use ray::Ray;
 pub(crate) use spiral::{GOLDEN_ANGLE, spiral_direction};
 pub use triangle::Triangle;
+pub(crate) use triangle::are_clearly_regular;
 pub(crate) use unit::{normalized_or, unit, unit_or};
 pub(crate) use watertight::{BOX_PADDING, ShearedRay, dominant_axes};

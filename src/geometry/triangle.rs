@@ -1,10 +1,16 @@
 //! Triangles: bounds, degeneracy and intersection.
 
+use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::{DVec3, Vec3};
 
 use super::hit::TriangleHit;
 use super::watertight::ShearedRay;
 use super::{Aabb, Ray};
+
+/// Rounding error of a component of the normal, relative to its products: three roundings of 2⁻²⁴ each contribute to one.
+const RELATIVE: f32 = 1.0 / (1 << 20) as f32;
+/// Products below this are not rounded relatively.
+const ABSOLUTE: f32 = 1.0e-36;
 
 /// A triangle in world space; the front face is the one whose vertices run counter-clockwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,9 +51,6 @@ impl Triangle {
     /// that is far larger than the rounding error of zero in `f32`.
     #[inline]
     fn is_clearly_regular(&self) -> bool {
-        // Three roundings of 2⁻²⁴ each contribute to a product. Below the second constant they are not relative.
-        const RELATIVE: f32 = 1.0 / (1 << 20) as f32;
-        const ABSOLUTE: f32 = 1.0e-36;
         let [a, b, c] = self.vertices;
         let (ab, ac) = (b - a, c - a);
         let plus = Vec3::new(ab.y * ac.z, ab.z * ac.x, ab.x * ac.y);
@@ -72,6 +75,22 @@ impl Triangle {
         let [a, b, c] = self.vertices.map(Vec3::abs);
         a.max(b).max(c).max_element()
     }
+}
+
+/// Whether eight triangles, given by the coordinates of their corners, all pass [`Triangle::is_clearly_regular`].
+#[inline(always)]
+pub(crate) fn are_clearly_regular<S: Simd>(simd: S, [a, b, c]: &[[f32x8<S>; 3]; 3]) -> bool {
+    let ab = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+    let ac = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
+    let zero = f32x8::splat(simd, 0.0);
+    let (mut is_clear, mut sum) = (zero.simd_lt(zero), zero);
+    for (u, v) in [(1, 2), (2, 0), (0, 1)] {
+        let (plus, minus) = (ab[u] * ac[v], ab[v] * ac[u]);
+        let normal = (plus - minus).abs();
+        is_clear |= normal.simd_gt((plus.abs() + minus.abs()) * RELATIVE + ABSOLUTE);
+        sum += normal;
+    }
+    (is_clear & sum.simd_lt(f32x8::splat(simd, f32::INFINITY))).all_true()
 }
 
 fn as_f64(point: Vec3) -> DVec3 {

@@ -8,6 +8,7 @@
 
 use std::sync::atomic::Ordering;
 
+use fearless_simd::{Level, Simd, dispatch};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -16,7 +17,7 @@ use crate::bvh::references::Reference;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Aabb;
 
-const CHUNK: usize = 1 << 12;
+const CHUNK: usize = 1 << 11;
 const BITS_PER_AXIS: u32 = 21;
 /// Bits of a key that hold the index of a reference; above them are the upper bits of its code.
 const INDEX_BITS: u32 = 28;
@@ -55,14 +56,11 @@ impl MortonOrder {
         let grid = Grid::around(centers);
         self.keys.resize_with(references.len(), Key::default);
         self.codes.resize(references.len(), 0);
+        let level = Level::new();
         let chunks = self.keys.par_chunks_mut(CHUNK).zip(self.codes.par_chunks_mut(CHUNK));
         chunks.zip(references.par_chunks(CHUNK)).enumerate().for_each(
             |(chunk, ((keys, codes), references))| {
-                let outputs = keys.iter_mut().zip(codes);
-                for (index, ((key, code), reference)) in (chunk * CHUNK..).zip(outputs.zip(references)) {
-                    *code = grid.code(reference.bounds.center());
-                    *key.get_mut() = *code >> LOWER_BITS << INDEX_BITS | index as u64;
-                }
+                dispatch!(level, simd => grid.fill(simd, references, chunk * CHUNK, keys, codes));
             },
         );
         radix_sort::sort(&mut self.keys, INDEX_BITS..u64::BITS, &mut self.scratch, cancel)?;
@@ -167,6 +165,24 @@ impl Grid {
             // Identical points are all in the first cell.
             metres_per_cell: extent / f64::from(1_u32 << BITS_PER_AXIS),
             cells_per_metre: if extent > 0.0 { f64::from(1_u32 << BITS_PER_AXIS) / extent } else { 0.0 },
+        }
+    }
+
+    /// Computes the codes and keys of references, of which the first has the index `first`.
+    #[inline(always)]
+    fn fill<S: Simd>(
+        &self,
+        _: S,
+        references: &[Reference],
+        first: usize,
+        keys: &mut [Key],
+        codes: &mut [u64],
+    ) {
+        for (code, reference) in codes.iter_mut().zip(references) {
+            *code = self.code(reference.bounds.center());
+        }
+        for (index, (key, code)) in (first..).zip(keys.iter_mut().zip(codes)) {
+            *key.get_mut() = *code >> LOWER_BITS << INDEX_BITS | index as u64;
         }
     }
 

@@ -51,10 +51,23 @@ pub(crate) fn sort(
     scratch.keys.resize_with(keys.len(), Key::default);
 
     let blocks = (keys.len() / SMALLEST_BLOCK).clamp(1, rayon::current_num_threads());
-    scratch.histograms.resize(blocks, [0; DIGITS]);
-    for shift in bits.step_by(DIGIT_BITS as usize) {
+    let shifts = bits.step_by(DIGIT_BITS as usize);
+    if blocks == 1 {
+        // A pass does not change the numbers of other digits.
+        scratch.histograms.resize(shifts.len(), [0; DIGITS]);
+        count_all(keys, &shifts, &mut scratch.histograms);
+    } else {
+        scratch.histograms.resize(blocks, [0; DIGITS]);
+    }
+    for (pass, shift) in shifts.enumerate() {
         cancel.check()?;
-        if pass(keys, &scratch.keys, shift, &mut scratch.histograms) {
+        let histograms = if blocks == 1 {
+            std::slice::from_mut(&mut scratch.histograms[pass])
+        } else {
+            count(keys, shift, &mut scratch.histograms);
+            scratch.histograms.as_mut_slice()
+        };
+        if scatter(keys, &scratch.keys, shift, histograms) {
             std::mem::swap(keys, &mut scratch.keys);
         }
     }
@@ -67,15 +80,33 @@ pub(crate) fn load(key: &Key) -> u64 {
     key.load(Ordering::Relaxed)
 }
 
-/// Copies all keys from `from` to `to` in the order of one digit. Copies nothing and returns false if all digits are equal.
-fn pass(from: &[Key], to: &[Key], shift: u32, histograms: &mut [Histogram]) -> bool {
-    let block = from.len().div_ceil(histograms.len());
-    from.par_chunks(block).zip(&mut *histograms).for_each(|(keys, histogram)| {
+/// Counts the digits of all passes.
+fn count_all(keys: &[Key], shifts: &(impl Iterator<Item = u32> + Clone), histograms: &mut [Histogram]) {
+    for histogram in &mut *histograms {
+        histogram.fill(0);
+    }
+    for key in keys {
+        let key = load(key);
+        for (histogram, shift) in histograms.iter_mut().zip(shifts.clone()) {
+            histogram[digit(key, shift)] += 1;
+        }
+    }
+}
+
+/// Counts the digits of one pass in each block.
+fn count(keys: &[Key], shift: u32, histograms: &mut [Histogram]) {
+    let block = keys.len().div_ceil(histograms.len());
+    keys.par_chunks(block).zip(histograms).for_each(|(keys, histogram)| {
         histogram.fill(0);
         for key in keys {
             histogram[digit(load(key), shift)] += 1;
         }
     });
+}
+
+/// Copies all keys from `from` to `to` in the order of one digit. Copies nothing and returns false if all digits are equal.
+fn scatter(from: &[Key], to: &[Key], shift: u32, histograms: &mut [Histogram]) -> bool {
+    let block = from.len().div_ceil(histograms.len());
 
     // Prefix sum: output positions of each block's keys of each digit.
     let mut start = 0;

@@ -50,17 +50,17 @@ pub(crate) struct ShearedRay {
 }
 
 /// Axis order with the largest component of the direction last that keeps the winding of triangles.
+#[inline(always)]
 pub(crate) fn dominant_axes(direction: Vec3) -> [usize; 3] {
+    // A table: branches on directions are mispredicted.
+    const ORDERS: [[usize; 3]; 8] =
+        [[1, 2, 0], [2, 1, 0], [2, 0, 1], [0, 2, 1], [0, 1, 2], [1, 0, 2], [0, 1, 2], [1, 0, 2]];
     let [x, y, z] = direction.abs().to_array();
-    let kz = if x > y {
-        if x > z { 0 } else { 2 }
-    } else if y > z {
-        1
-    } else {
-        2
-    };
-    let [kx, ky] = [(kz + 1) % 3, (kz + 2) % 3];
-    if direction[kz] < 0.0 { [ky, kx, kz] } else { [kx, ky, kz] }
+    let is_x = x > y;
+    let is_lateral = if is_x { x } else { y } > z;
+    let depth = 2 - usize::from(is_lateral) * (1 + usize::from(is_x));
+    let is_backward = direction.to_array()[depth] < 0.0;
+    ORDERS[2 * depth + usize::from(is_backward)]
 }
 
 impl ShearedRay {

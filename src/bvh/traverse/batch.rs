@@ -1,8 +1,8 @@
 //! Queries of batches of rays, as packets where rays are coherent.
 //!
 //! A batch is cut into packets of up to [`PACKET_SIZE`] consecutive rays. A packet whose rays share one depth axis and its sense
-//! is traversed at once ([`super::packet_walk`]). The rays of any other packet are sorted by direction ([`RayBins`]), and each bin is
-//! tried as a packet. What remains is traced ray by ray ([`super::single`]).
+//! is traversed at once ([`super::packet_walk`]). The rays of any other packet are sorted by direction ([`RayBins`]), and coherent
+//! bins are tried as packets. What remains is traced ray by ray ([`super::single`]).
 
 use std::ops::Range;
 
@@ -11,10 +11,10 @@ use fearless_simd::{Level, Simd};
 use super::any_hit::AnyHit;
 use super::closest_hit::ClosestHit;
 use super::frustum::Frustum;
-use super::packet::{PACKET_SIZE, Packet};
+use super::packet::{MIN_PACKET, PACKET_SIZE, Packet};
 use super::packet_query::{PacketAnyHit, PacketClosestHit, PacketRays};
 use super::packet_walk::{PacketWalk, Refine};
-use super::ray_bins::RayBins;
+use super::ray_bins::{RayBins, SortedRays, differ};
 use super::single::traverse;
 use super::visitor::{BatchFilter, LeafIntersector};
 use crate::bvh::hit::Hit;
@@ -47,14 +47,20 @@ macro_rules! packet_dispatch {
     };
 }
 
-/// Fewer rays than this are traced one by one.
-const MIN_PACKET: usize = 8;
 /// Packets from one point that spread less than this per unit of depth test boxes at leaves only.
 const NARROW_SPREAD: f32 = 0.06;
-/// Binned rays that spread more than this per unit of depth have little in common unless they are [`MANY_RAYS`].
-const SCATTERED_SPREAD: f32 = 1.0;
-/// See [`SCATTERED_SPREAD`].
-const MANY_RAYS: usize = 48;
+/// Indices of the rays of a packet in their order.
+const IN_ORDER: [u8; PACKET_SIZE] = in_order();
+
+const fn in_order() -> [u8; PACKET_SIZE] {
+    let mut indices = [0; PACKET_SIZE];
+    let mut i = 0;
+    while i < PACKET_SIZE {
+        indices[i] = i as u8;
+        i += 1;
+    }
+    indices
+}
 
 /// Batch of rays for one tree.
 #[derive(Clone, Copy)]
@@ -82,15 +88,22 @@ impl Batch<'_> {
     pub(crate) fn closest_hits(self, hits: &mut [Option<Hit>], counters: &mut TraversalCounters) {
         let mut packet = Packet::EMPTY;
         for (part, hits) in self.parts().zip(hits.chunks_mut(PACKET_SIZE)) {
-            if part.closest_hits_of_packet(&mut packet, None, hits, counters) {
+            if !differ(part.batch.rays) && part.closest_hits_of_packet(&mut packet, None, hits, counters) {
                 continue;
             }
             let bins = RayBins::new(part.batch.rays);
+            if !bins.has_packets() {
+                part.closest_hits_one_by_one(&IN_ORDER, hits, counters);
+                continue;
+            }
+            let bins = bins.sorted();
             let mut sorted = [None; PACKET_SIZE];
-            for range in bins.ranges() {
+            for (range, is_coherent) in bins.bins() {
                 let (bin, indices) = part.bin(&bins, range);
                 let sorted = &mut sorted[..indices.len()];
-                if !bin.closest_hits_of_packet(&mut packet, Some(indices), sorted, counters) {
+                let is_done =
+                    is_coherent && bin.closest_hits_of_packet(&mut packet, Some(indices), sorted, counters);
+                if !is_done {
                     bin.closest_hits_one_by_one(indices, sorted, counters);
                 }
                 for (&index, hit) in indices.iter().zip(sorted) {
@@ -104,15 +117,22 @@ impl Batch<'_> {
     pub(crate) fn occluded_rays(self, occluded: &mut [bool], counters: &mut TraversalCounters) {
         let mut packet = Packet::EMPTY;
         for (part, occluded) in self.parts().zip(occluded.chunks_mut(PACKET_SIZE)) {
-            if part.occlusion_of_packet(&mut packet, None, occluded, counters) {
+            if !differ(part.batch.rays) && part.occlusion_of_packet(&mut packet, None, occluded, counters) {
                 continue;
             }
             let bins = RayBins::new(part.batch.rays);
+            if !bins.has_packets() {
+                part.occlusion_one_by_one(&IN_ORDER, occluded, counters);
+                continue;
+            }
+            let bins = bins.sorted();
             let mut sorted = [false; PACKET_SIZE];
-            for range in bins.ranges() {
+            for (range, is_coherent) in bins.bins() {
                 let (bin, indices) = part.bin(&bins, range);
                 let sorted = &mut sorted[..indices.len()];
-                if !bin.occlusion_of_packet(&mut packet, Some(indices), sorted, counters) {
+                let is_done =
+                    is_coherent && bin.occlusion_of_packet(&mut packet, Some(indices), sorted, counters);
+                if !is_done {
                     bin.occlusion_one_by_one(indices, sorted, counters);
                 }
                 for (&index, is_occluded) in indices.iter().zip(sorted) {
@@ -132,7 +152,7 @@ impl<'a> Batch<'a> {
 
 impl<'a> Part<'a> {
     /// Rays of a bin, and their indices in this part.
-    fn bin<'b>(&self, bins: &'b RayBins, range: Range<usize>) -> (Part<'b>, &'b [u8])
+    fn bin<'b>(&self, bins: &'b SortedRays, range: Range<usize>) -> (Part<'b>, &'b [u8])
     where
         'a: 'b,
     {
@@ -238,16 +258,8 @@ fn any_hits<S: Simd>(
     true
 }
 
-/// Fills the packet with rays that are coherent enough to be traversed at once, and bounds them.
+/// Fills the packet with rays that share a depth axis and its sense, and bounds them.
 #[inline(always)]
 fn fill<S: Simd>(simd: S, packet: &mut Packet, rays: &PacketRays) -> Option<Frustum> {
-    if !packet.fill(simd, rays.rays) {
-        return None;
-    }
-    let frustum = Frustum::around(simd, packet);
-    let is_coherent = rays.indices.is_none()
-        || frustum.has_one_origin()
-        || packet.count >= MANY_RAYS
-        || frustum.spread() < SCATTERED_SPREAD;
-    is_coherent.then_some(frustum)
+    packet.fill(simd, rays.rays).then(|| Frustum::around(simd, packet))
 }

@@ -57,7 +57,7 @@ impl LaneRay {
     #[inline(always)]
     pub(super) fn new(ray: &Ray, lower: f32) -> Self {
         let axes = dominant_axes(ray.direction);
-        let depth = ray.direction[axes[2]];
+        let [x, y, depth] = axes.map(|axis| ray.direction.to_array()[axis]);
         let largest = depth.abs();
         // Largest power of two not above the largest component, by its exponent bits, and its reciprocal.
         let exponent = (largest.to_bits() >> 23).clamp(1, 253);
@@ -78,8 +78,8 @@ impl LaneRay {
             lower: lower_or_zero(lower) * scale,
             axes,
             origin: ray.origin.to_array(),
-            shear: [ray.direction[axes[0]] / depth, ray.direction[axes[1]] / depth],
-            depth_reciprocal: reciprocal[axes[2]] * over_scale,
+            shear: [x / depth, y / depth],
+            depth_reciprocal: reciprocal.to_array()[axes[2]] * over_scale,
         }
     }
 

@@ -13,6 +13,9 @@ pub(super) const VECTORS: usize = 4;
 /// Rays of a packet.
 pub(super) const PACKET_SIZE: usize = LANES * VECTORS;
 
+/// Fewer rays than this are traced one by one.
+pub(super) const MIN_PACKET: usize = 8;
+
 /// Smallest direction component, in units of the one along the depth axis.
 const MIN_COMPONENT: f32 = 1.0 / (1 << 30) as f32;
 /// Upper limit of origin coordinates.

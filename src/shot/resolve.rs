@@ -19,7 +19,7 @@ use crate::sequence::{
     ExistingFiles, PixelMemory, Plan, Plates, SequenceJob, SequenceOutputs, SharedExposure, Shutter,
     check_framing_memory, check_image_memory, lowest_band,
 };
-use crate::settings::{BackgroundSource, DenoiserKind, GroundKind, SettingValues, parse, suggest};
+use crate::settings::{BackgroundSource, DenoiserKind, GroundKind, SettingValues, Switch, parse, suggest};
 
 use super::environment::{LoadedEnvironment, LoadedEnvironments, environment_request};
 use super::ineffective::ineffective_settings;
@@ -282,6 +282,7 @@ fn sequence_job(
         keep_going: args.keep_going && !outline.output.is_movie(),
         strict: args.strict,
         max_memory_bytes: max_memory_bytes(args),
+        write_behind: args.write_behind == Switch::On,
     }
 }
 

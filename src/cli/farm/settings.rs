@@ -52,6 +52,10 @@ pub(super) fn shot_file(shot: &ShotSettings, job: &RenderJob) -> Result<String> 
     match toml.lines().find(|line| line.starts_with('#') && line.ends_with("for it is not Unicode")) {
         Some(line) => Err(not_unicode(line.split_whitespace().nth(1).unwrap_or_default())),
         None => Ok(format!("{toml}\n")),
+    // A killed worker loses one frame at most.
+    if shot.settings.origin_of("write_behind").is_none() {
+        settings.set("write_behind", OsStr::new("off"), &Provenance::Default).map_err(Error::from)?;
+    }
     }
 }
 

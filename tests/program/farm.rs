@@ -6,6 +6,7 @@ use std::process::Output;
 
 use serde_json::Value;
 
+use crate::progress::schema::Schema;
 use crate::{both, names, rayframe, stderr};
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/demo/whitted_1980.gltf");
@@ -50,6 +51,30 @@ fn each_engine_has_its_files() {
         let assets = std::fs::read_to_string(folder.path().join("job/assets.list")).unwrap();
         assert!(assets.ends_with("whitted_1980.gltf\0"), "{assets}");
     }
+}
+
+#[test]
+fn job_lists_match_the_schema() {
+    let schema = Schema::read("job");
+    for engine in ["openjd", "slurm", "k8s", "parallel"] {
+        for more in [&["-f", "0-9"][..], &["-f", "3", "--tiles", "2x1"]] {
+            let folder = tempfile::tempdir().unwrap();
+            let wrote = farm(folder.path(), engine, more);
+            assert_eq!(wrote.status.code(), Some(0), "{engine}: {}", stderr(&wrote));
+            let job = json(&folder.path().join("job/job.json"));
+            schema.check(&job);
+            assert_eq!(job["engine"], engine);
+            let listed: Vec<&String> = job["job_files"].as_object().unwrap().keys().collect();
+            let mut written = names(&folder.path().join("job"));
+            written.retain(|name| name != "job.json");
+            assert_eq!(listed, written.iter().collect::<Vec<_>>());
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    farm(folder.path(), "slurm", &["-f", "0"]);
+    let mut job = json(&folder.path().join("job/job.json"));
+    job["job_files"]["task.sh"] = Value::from(vec!["no hash"]);
+    assert!(!schema.accepts(&job));
 }
 
 #[test]

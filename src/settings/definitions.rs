@@ -290,6 +290,13 @@ settings! {
     }
     /// Memory limit, such as 8G
     max_memory: MemorySize, Run { value_name: "SIZE", default_help: "80 % of the available memory" }
+    /// Folder that keeps decoded images between runs; never changes the image
+    /// . Any number of processes share it. What cannot be written there is a warning
+    asset_cache: FilePath, Run { value_name: "DIR", is_for_runs: true }
+    /// Size that the folder of `asset_cache` may reach; what was used longest ago is removed
+    asset_cache_size: MemorySize = 10 << 30, Run {
+        value_name: "SIZE", default_help: "10G", requires: Some("asset_cache"), is_for_runs: true,
+    }
     /// BVH builder; never changes the image
     bvh: OneOf<BuilderKind> = BuilderKind::Auto, Run { value_name: "KIND" }
     /// Split triangles whose boxes waste much area; never changes the image

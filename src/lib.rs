@@ -53,6 +53,8 @@ pub mod image_file;
 
 pub mod scene;
 
+mod asset_cache;
+
 #[doc(hidden)]
 pub mod gltf;
 

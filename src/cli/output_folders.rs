@@ -7,7 +7,7 @@ use rayframe::sequence::canonical;
 use rayframe::settings::Settings;
 
 /// The settings that name outputs.
-const OUTPUTS: [&str; 5] = ["output", "movie", "contact_sheet", "stats", "manifest"];
+const OUTPUTS: [&str; 6] = ["output", "movie", "contact_sheet", "stats", "manifest", "asset_cache"];
 
 /// Checks the outputs that shot files name.
 ///
@@ -22,6 +22,7 @@ pub(super) fn check_outputs(settings: &Settings, allowed: &[PathBuf]) -> Result<
             "movie" => values.movie.clone(),
             "contact_sheet" => values.contact_sheet.clone(),
             "stats" => values.stats.clone(),
+            "asset_cache" => values.asset_cache.clone(),
             _ => values.manifest.clone(),
         };
         if let Some(path) = path {

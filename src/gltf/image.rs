@@ -1,27 +1,40 @@
 //! Decoded images of textures and image-based lights.
 
+use std::path::Path;
+
 use rayon::prelude::*;
 
 use super::accessor::Data;
 use super::context::Context;
 use super::encoded_image::{EncodedImage, fetch, in_quotes};
 use super::image_budget;
-use super::options::ImageLoading;
+use super::options::{ImageLoading, ImageSource};
 use super::resources::Resources;
 use super::texture::TextureTable;
+use crate::asset_cache::{AssetCache, ImageShape, SourceKey};
 use crate::error::{Error, Result};
 use crate::image_file::{DecodedTexels, ImageHeader, decode_texels, image_format};
 use crate::scene::{Image, StoredImage, Texels};
 
-/// Imports the images of `textures` in their order, loaded as far as `loading` says, and tells how they are stored. Decodes in
+/// The images of textures, in their order.
+pub(super) struct ImportedImages {
+    pub(super) images: Vec<Image>,
+    /// How they are stored.
+    pub(super) stored: Vec<StoredImage>,
+    /// What a cache knows them by; empty without texels.
+    pub(super) keys: Vec<Option<SourceKey>>,
+}
+
+/// Imports the images of `textures` in their order, loaded as far as `source` says, and tells how they are stored. Decodes in
 /// parallel.
 pub(super) fn import(
     context: &mut Context,
     data: &Data,
     resources: &mut Resources,
     textures: &TextureTable,
-    loading: ImageLoading,
-) -> Result<(Vec<Image>, Vec<StoredImage>)> {
+    source: ImageSource<'_>,
+) -> Result<ImportedImages> {
+    let ImageSource { loading, cache } = source;
     let mut encoded = Vec::new();
     for &index in &textures.images {
         encoded.push(fetch(context, data, resources, index)?);
@@ -34,29 +47,46 @@ pub(super) fn import(
         }
     }
     if loading != ImageLoading::Texels {
-        return Ok((encoded.into_iter().map(without_texels).collect(), stored));
+        let images = encoded.into_iter().map(without_texels).collect();
+        return Ok(ImportedImages { images, stored, keys: Vec::new() });
     }
     for image in &encoded {
         context.charge(image.header.decoded_bytes, &image.pointer)?;
     }
-    let context = &*context;
     let path = context.path;
-    let decoded: Vec<Result<Image>> = encoded
-        .into_par_iter()
-        .map(|image| {
-            let texels = decode_texels(&image.bytes).map_err(|why| {
-                let message = format!("the image{} {why}", in_quotes(image.name.as_deref()));
-                Error::invalid(path, image.pointer, message)
-            })?;
-            let texels = match texels {
-                DecodedTexels::Rgba8(texels) => Texels::Rgba8(texels),
-                DecodedTexels::Rgba16(texels) => Texels::Rgba16(texels),
-            };
-            Ok(Image { name: image.name, width: image.header.width, height: image.header.height, texels })
-        })
-        .collect();
+    let decoded: Vec<Result<_>> =
+        encoded.into_par_iter().map(|image| decoded_image(path, image, cache)).collect();
     // The first error in the order of the file, independent of thread timing.
-    Ok((decoded.into_iter().collect::<Result<_>>()?, stored))
+    let (images, keys) = decoded.into_iter().collect::<Result<Vec<_>>>()?.into_iter().unzip();
+    Ok(ImportedImages { images, stored, keys })
+}
+
+/// Decodes an image, or takes its texels from the cache.
+fn decoded_image(
+    path: &Path,
+    image: EncodedImage<'_>,
+    cache: Option<&AssetCache>,
+) -> Result<(Image, Option<SourceKey>)> {
+    let ImageHeader { width, height, texel_bytes, .. } = image.header;
+    let shape = ImageShape { width, height, is_deep: texel_bytes == 8 };
+    let kept = cache.and_then(|cache| Some((cache, shape.key_of(&image.bytes)?)));
+    let known = kept.and_then(|(cache, key)| cache.texels(key, shape));
+    let is_known = known.is_some();
+    let texels = match known {
+        Some(texels) => Ok(texels),
+        None => decode_texels(&image.bytes).map(|decoded| match decoded {
+            DecodedTexels::Rgba8(texels) => Texels::Rgba8(texels),
+            DecodedTexels::Rgba16(texels) => Texels::Rgba16(texels),
+        }),
+    };
+    let texels = texels.map_err(|why| {
+        let message = format!("the image{} {why}", in_quotes(image.name.as_deref()));
+        Error::invalid(path, image.pointer, message)
+    })?;
+    if !is_known && let Some((cache, key)) = kept {
+        cache.store_texels(key, shape, &texels);
+    }
+    Ok((Image { name: image.name, width, height, texels }, kept.map(|(_, key)| key)))
 }
 
 fn stored_image(image: &EncodedImage<'_>) -> StoredImage {

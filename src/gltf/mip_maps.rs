@@ -4,19 +4,21 @@ use std::sync::Arc;
 
 use super::context::Context;
 use super::encoded_image::in_quotes;
-use super::options::ImageLoading;
+use super::options::{ImageLoading, ImageSource};
 use super::texture::TextureTable;
+use crate::asset_cache::{ImageShape, SourceKey};
 use crate::error::{Result, over_limit, readable_bytes};
-use crate::scene::{Encoding, Image, ImageMips, Texels, mip_bytes, mip_levels, mip_working_bytes};
+use crate::scene::{Encoding, Image, ImageMips, MipLevel, Texels, mip_bytes, mip_levels, mip_working_bytes};
 
-/// Computes the mip maps of `images` one image at a time, each in parallel; none of images without texels.
+/// Computes the mip maps of `images` one image at a time, each in parallel; none of images without texels. Those that the cache keeps are
+/// read.
 pub(super) fn import(
     context: &mut Context,
-    images: &[Image],
+    (images, keys): (&[Image], &[Option<SourceKey>]),
     textures: &TextureTable,
-    loading: ImageLoading,
+    source: ImageSource<'_>,
 ) -> Result<Vec<ImageMips>> {
-    if loading != ImageLoading::Texels {
+    if source.loading != ImageLoading::Texels {
         return Ok(Vec::new());
     }
     let mut mips = vec![ImageMips::default(); images.len()];
@@ -37,10 +39,26 @@ pub(super) fn import(
         let kept = mip_bytes(image.width, image.height, texel_bytes);
         let working = mip_working_bytes(image.width, image.height);
         charge(context, image, textures.images.get(index.index()), kept.saturating_add(working))?;
-        image_mips.set(encoding, Arc::from(mip_levels(image, encoding)));
+        let key = keys.get(index.index()).copied().flatten();
+        image_mips.set(encoding, Arc::from(levels(image, key, encoding, source)));
         context.release_temporaries(used_before, kept);
     }
     Ok(mips)
+}
+
+fn levels(
+    image: &Image,
+    key: Option<SourceKey>,
+    encoding: Encoding,
+    source: ImageSource<'_>,
+) -> Vec<MipLevel> {
+    let (Some(cache), Some(key)) = (source.cache, key) else { return mip_levels(image, encoding) };
+    let shape = ImageShape::of(image);
+    cache.mip_levels(key, shape, encoding).unwrap_or_else(|| {
+        let levels = mip_levels(image, encoding);
+        cache.store_mip_levels(key, shape, (encoding, &levels));
+        levels
+    })
 }
 
 fn charge(context: &mut Context, image: &Image, index: Option<&usize>, bytes: u64) -> Result<()> {

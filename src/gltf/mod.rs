@@ -67,7 +67,8 @@ mod variants;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use crate::error::{Error, Result};
+use crate::asset_cache::AssetCache;
+use crate::error::{Error, Result, Warning};
 use crate::scene::Scene;
 
 pub use extensions::{ExtensionSupport, extension_support};
@@ -78,7 +79,9 @@ use animation::AnimationTargets;
 use container::SceneFile;
 use context::Context;
 use document::Document;
+use image::ImportedImages;
 use node::LightCounts;
+use options::ImageSource;
 use resources::Resources;
 
 /// Imports the glTF file at `path` and the files that it refers to.
@@ -89,26 +92,42 @@ use resources::Resources;
 /// unsupported extension, [`Error::Refused`] if it exceeds the memory limit or refers to a file outside its folder, and
 /// [`Error::Invalid`] if it is malformed.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
+    import_with_cache(path, options, None)
+}
+
+/// The same. Images that `cache` keeps are not decoded.
+///
+/// # Errors
+/// Those of [`import`].
+pub(crate) fn import_with_cache(
+    path: &Path,
+    options: &ImportOptions,
+    cache: Option<&AssetCache>,
+) -> Result<Scene> {
     // Crates that decode images or compute tangents may panic. Turn that into an error.
-    catch_unwind(AssertUnwindSafe(|| import_unguarded(path, *options)))
+    catch_unwind(AssertUnwindSafe(|| import_unguarded(path, *options, cache)))
         .unwrap_or_else(|_| Err(Error::invalid(path, "", "could not be imported; please report this file")))
 }
 
-fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
+fn import_unguarded(path: &Path, options: ImportOptions, cache: Option<&AssetCache>) -> Result<Scene> {
     let mut context = Context::new(path, options.max_memory_bytes);
 
     let file = container::read(&mut context)?;
     std::thread::scope(|threads| {
         let resources = Resources::new(&context, &file.bytes, threads);
-        import_file(context, &file, resources, options)
+        import_file(context, &file, resources, ImageSource { loading: options.images, cache })
     })
+}
+
+fn note(message: String) -> Warning {
+    Warning { pointer: String::new(), message }
 }
 
 fn import_file(
     mut context: Context,
     file: &SceneFile,
     mut resources: Resources,
-    options: ImportOptions,
+    source: ImageSource<'_>,
 ) -> Result<Scene> {
     // Read the JSON and the buffers.
     let path = context.path;
@@ -125,9 +144,9 @@ fn import_file(
     // Import independent objects first, then those that refer to them.
     let mut textures = texture::TextureTable::new(&document);
     let materials = material::import(&mut context, &document, &mut textures)?;
-    let (images, stored_images) =
-        image::import(&mut context, &data, &mut resources, &textures, options.images)?;
-    let mips = mip_maps::import(&mut context, &images, &textures, options.images)?;
+    let ImportedImages { images, stored: stored_images, keys } =
+        image::import(&mut context, &data, &mut resources, &textures, source)?;
+    let mips = mip_maps::import(&mut context, (&images, &keys), &textures, source)?;
     let meshes = mesh::import(&mut context, &data, &materials)?;
     let variants = variants::import(&context, &document)?;
     let lights = light::import(&context, &document)?;
@@ -171,5 +190,6 @@ fn import_file(
         storage,
         memory: context.memory(),
         warnings: context.into_warnings(),
+        notes: source.cache.and_then(AssetCache::trouble).map(note).into_iter().collect(),
     })
 }

@@ -1,5 +1,7 @@
 //! Import options.
 
+use crate::asset_cache::AssetCache;
+
 /// Options of an import.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImportOptions {
@@ -20,6 +22,15 @@ pub enum ImageLoading {
     Budget,
     /// Read headers only. Sizes are known, texels are not.
     Headers,
+}
+
+/// Where texels come from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ImageSource<'a> {
+    /// How far images are loaded.
+    pub(super) loading: ImageLoading,
+    /// Keeps what was decoded.
+    pub(super) cache: Option<&'a AssetCache>,
 }
 
 impl Default for ImportOptions {

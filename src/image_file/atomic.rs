@@ -50,10 +50,10 @@ pub fn write_single_file(path: &Path, bytes: &[u8]) -> Result<()> {
 
 /// A temporary file that takes its final name when it is complete. Dropping it removes the file.
 #[derive(Debug)]
-pub(super) struct Replacement(NamedTempFile);
+pub(crate) struct Replacement(NamedTempFile);
 
 /// Creates the temporary file for `path`.
-pub(super) fn begin_replacing(path: &Path) -> Result<Replacement> {
+pub(crate) fn begin_replacing(path: &Path) -> Result<Replacement> {
     create_temporary(path).map(Replacement)
 }
 
@@ -64,7 +64,7 @@ impl Replacement {
     }
 
     /// The file, open for reading and writing.
-    pub(super) fn file(&mut self) -> &mut File {
+    pub(crate) fn file(&mut self) -> &mut File {
         self.0.as_file_mut()
     }
 
@@ -74,7 +74,7 @@ impl Replacement {
     }
 
     /// Syncs the content and renames the file to `path`.
-    pub(super) fn commit(self, path: &Path) -> Result<()> {
+    pub(crate) fn commit(self, path: &Path) -> Result<()> {
         let failed = |source: io::Error| Error::WriteFailed { path: path.to_owned(), source };
         self.0.as_file().sync_all().map_err(failed)?;
         self.0.persist(path).map_err(|error| failed(error.error))?;

@@ -33,8 +33,8 @@ mod texture_decode;
 mod texture_format;
 mod webp_animation;
 
+pub(crate) use atomic::{begin_replacing, hidden_prefix, process_mark};
 pub use atomic::{check_name, probe_folder, remove_stale_temporaries, write_atomically, write_single_file};
-pub(crate) use atomic::{hidden_prefix, process_mark};
 pub use display::{DisplayImage, decode_png, decode_png_values};
 pub use environment_read::{EnvironmentPixels, read_environment};
 pub use existing_output::{

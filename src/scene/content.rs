@@ -74,6 +74,8 @@ pub struct Scene {
     pub memory: SceneMemory,
     /// Features of the file that are not honoured.
     pub warnings: Vec<Warning>,
+    /// Notes about the import that say nothing about the scene, such as a cache that cannot be written.
+    pub notes: Vec<Warning>,
 }
 
 impl Scene {

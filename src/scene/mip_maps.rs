@@ -51,13 +51,15 @@ impl ImageMips {
     }
 }
 
+/// Sizes of all levels below an image, the largest first.
+pub(crate) fn mip_sizes(size: (u32, u32)) -> impl Iterator<Item = (u32, u32)> {
+    std::iter::successors(halved(size), |size| halved(*size))
+}
+
 /// Memory of all levels of one encoding, in bytes.
 pub(crate) fn mip_bytes(width: u32, height: u32, bytes_per_texel: u64) -> u64 {
-    let (mut size, mut texels) = ((width, height), 0_u64);
-    while let Some(smaller) = halved(size) {
-        texels = texels.saturating_add(u64::from(smaller.0) * u64::from(smaller.1));
-        size = smaller;
-    }
+    let texels = |(width, height): (u32, u32)| u64::from(width) * u64::from(height);
+    let texels = mip_sizes((width, height)).map(texels).fold(0_u64, u64::saturating_add);
     texels.saturating_mul(bytes_per_texel)
 }
 

@@ -64,7 +64,7 @@ pub use material_extensions::{
 pub use memory::SceneMemory;
 pub use mesh::{Mesh, MorphTarget, Primitive, SkinInfluences};
 pub use mip_maps::{ImageMips, MipLevel, mip_levels};
-pub(crate) use mip_maps::{mip_bytes, mip_working_bytes};
+pub(crate) use mip_maps::{mip_bytes, mip_sizes, mip_working_bytes};
 pub use node::{LocalTransform, Node, Skin};
 pub use resolve_each::NamedSelection;
 pub use selected_camera::{CameraChanges, SelectedCamera, Turntable};

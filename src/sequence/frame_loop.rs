@@ -1,7 +1,7 @@
 //! The loop over frames: pose, build, trace, and hand over to the writer.
 //!
 //! While a frame is encoded and written, the next one is posed, built and traced. There are two films, so that the loop is
-//! never further ahead.
+//! never further ahead. Without write-behind, a frame is on the disk before the next one begins.
 
 use std::panic::resume_unwind;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -32,6 +32,8 @@ use super::{
 
 /// Most films: one is traced, one is written.
 const FILMS: usize = 2;
+/// The same where nothing is traced while a frame is written.
+const FILMS_WITHOUT_WRITE_BEHIND: usize = 1;
 
 /// Pause between two looks at frames that other runs render.
 const PAUSE: Duration = Duration::from_millis(100);
@@ -97,13 +99,15 @@ fn render_and_write(run: &Run<'_>) -> Summary {
     let (results, received_results) = channel();
     let (free_films, films) = channel();
     // Bands have films of their own.
-    let films_needed = if plan.band_rows.is_none() { FILMS.min(plan.remaining()) } else { 0 };
+    let most_films = if job.write_behind { FILMS } else { FILMS_WITHOUT_WRITE_BEHIND };
+    let films_needed = if plan.band_rows.is_none() { most_films.min(plan.remaining()) } else { 0 };
     for _ in 0..films_needed {
         let _ = free_films.send(FrameTracer::empty_film(job));
     }
     let (writer_lives, writer_ended) = channel::<()>();
+    let (written, received_written) = channel();
     let movie = MovieOutput::new(job, plan, cancel);
-    let writer = Writer { job, cancel, stop, on_event, free_films, movie };
+    let writer = Writer { job, cancel, stop, on_event, free_films, written, movie };
     rayon::in_place_scope(|pool| {
         thread::scope(|threads| {
             let write = move || {
@@ -123,6 +127,8 @@ fn render_and_write(run: &Run<'_>) -> Summary {
                 results,
                 films,
                 film: None,
+                written: received_written,
+                has_unwritten: false,
                 band_rows: plan.band_rows,
                 look: look.unwrap_or(job.look(0.0)),
                 tracer: FrameTracer::new(job, stop),
@@ -150,6 +156,10 @@ struct FrameLoop<'a, 's, 'p> {
     films: Receiver<Film>,
     /// The film of the current frame.
     film: Option<Film>,
+    /// A value for each traced frame that the writer is done with.
+    written: Receiver<()>,
+    /// Whether the writer may not be done with the last frame. Stays false where the job writes behind.
+    has_unwritten: bool,
     /// Rows of the bands that frames are rendered in.
     band_rows: Option<u32>,
     look: PreviewLook,
@@ -177,6 +187,7 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
                     Err(Error::Interrupted(_)) => return false,
                     Err(error) => LoopResult::Failed(planned, error),
                 };
+                self.has_unwritten |= !self.job.write_behind && matches!(result, LoopResult::Traced(_));
                 let is_last = matches!(result, LoopResult::Failed(..)) && !self.job.keep_going;
                 if self.results.send(result).is_err() {
                     // The writer has ended the run.
@@ -214,8 +225,12 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
     }
 
     fn frame(&mut self, planned: &'a PlannedFrame) -> Result<Option<LoopResult<'a>>> {
-        // Wait until the frame before the previous one is written. Until then another run may claim the frame.
+        // Wait until the frame before the previous one is written, or the previous one. Until then another run may claim the frame.
         let started = Instant::now();
+        if !planned.is_done && self.has_unwritten {
+            receive_while_working(&self.written).ok_or(Cancelled)?;
+            self.has_unwritten = false;
+        }
         if !planned.is_done && self.band_rows.is_none() && self.film.is_none() {
             self.film = Some(receive_while_working(&self.films).ok_or(Cancelled)?);
         }

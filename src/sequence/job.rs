@@ -63,6 +63,8 @@ pub struct SequenceJob {
     pub denoiser: Option<Denoiser>,
     /// Whether finished passes of a frame of paths are kept beside it until it is done.
     pub checkpoint: bool,
+    /// Whether a frame is written while the next one is rendered.
+    pub write_behind: bool,
     /// Memory limit, bytes.
     pub max_memory_bytes: u64,
 }

@@ -44,7 +44,7 @@ const MOST_PREFILTERED_BYTES: u128 = 10_000_000;
 
 /// Upper estimate of the bytes that `job` needs without splits where its frames are rendered at once. Splits get what is left.
 pub fn estimated_bytes(job: &SequenceJob) -> u128 {
-    bytes_with_pixels(job, job.render.window, job.frames.len() > 1)
+    bytes_with_pixels(job, job.render.window, job.write_behind && job.frames.len() > 1)
 }
 
 /// The same where the pixels of `window` are in memory, those of a frame or a band of it; `has_next` where the next ones are, too.

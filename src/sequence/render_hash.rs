@@ -84,6 +84,7 @@ fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
         strict: _,
         denoiser,
         checkpoint: _,
+        write_behind: _,
         max_memory_bytes: _,
     } = job;
     let Selection { roots, clips, camera, camera_changes, image_light: _, variant } = selection;

@@ -106,6 +106,8 @@ pub(super) struct Writer<'a> {
     pub(super) on_event: &'a (dyn Fn(SequenceEvent<'_>) + Sync),
     /// Takes back films whose frames are written.
     pub(super) free_films: Sender<Film>,
+    /// Is told of each traced frame that is written or has failed.
+    pub(super) written: Sender<()>,
     /// The movie, where it is the output.
     pub(super) movie: Option<MovieOutput<'a>>,
 }
@@ -173,7 +175,12 @@ impl Writer<'_> {
                     (planned, written.map(|()| None))
                 }
                 LoopResult::Failed(planned, error) => (planned, Err(error)),
-                LoopResult::Traced(frame) => (frame.planned, self.write(frame, last_completed).map(Some)),
+                LoopResult::Traced(frame) => {
+                    let planned = frame.planned;
+                    let report = self.write(frame, last_completed);
+                    let _ = self.written.send(());
+                    (planned, report.map(Some))
+                }
             };
             last_completed = Some(Instant::now());
             match completed {

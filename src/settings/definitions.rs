@@ -7,7 +7,7 @@ use crate::image::PlateFit;
 use crate::render::{EnvSamples, GlassShadows, Integrator, PixelFilter};
 use crate::scene::ClipSelection;
 
-use super::choices::{DenoiserKind, FocusRequest, GroundKind, PreviewFormat, ProgressStyle};
+use super::choices::{DenoiserKind, FocusRequest, GroundKind, PreviewFormat, ProgressStyle, Switch};
 use super::definition::{Access, Assigned, DefinitionOf, Group, set};
 use super::environment_source::BackgroundSource;
 use super::exposure::Exposure;
@@ -82,6 +82,9 @@ settings! {
     resume: Flag = false, Output { excludes: &["overwrite"], is_common: true, is_for_runs: true }
     /// Keep finished passes of the path integrator beside a frame until it is done, and continue from them
     checkpoint: Flag = false, Output { is_for_runs: true }
+    /// Write a frame while the next one is rendered; never changes the image
+    /// . off: a frame is on the disk before the next one begins, so that a killed run loses one frame at most
+    write_behind: OneOf<Switch> = Switch::On, Output { value_name: "on|off", is_for_runs: true }
     /// Render every frame and replace existing files
     overwrite: Flag = false, Output { is_common: true, is_for_runs: true }
     /// Statistics of each frame as JSON
@@ -287,6 +290,13 @@ settings! {
     }
     /// Memory limit, such as 8G
     max_memory: MemorySize, Run { value_name: "SIZE", default_help: "80 % of the available memory" }
+    /// Folder that keeps decoded images between runs; never changes the image
+    /// . Any number of processes share it. What cannot be written there is a warning
+    asset_cache: FilePath, Run { value_name: "DIR", is_for_runs: true }
+    /// Size that the folder of `asset_cache` may reach; what was used longest ago is removed
+    asset_cache_size: MemorySize = 10 << 30, Run {
+        value_name: "SIZE", default_help: "10G", requires: Some("asset_cache"), is_for_runs: true,
+    }
     /// BVH builder; never changes the image
     bvh: OneOf<BuilderKind> = BuilderKind::Auto, Run { value_name: "KIND" }
     /// Split triangles whose boxes waste much area; never changes the image

@@ -49,7 +49,7 @@ pub use crate::image_file::ExrCompression;
 pub use crate::render::{Aperture, GlassShadows, Integrator, PixelFilter};
 pub use camera_path_source::CameraPathSource;
 pub(crate) use camera_values::field_of_view_of;
-pub use choices::{DenoiserKind, FocusRequest, GroundKind, LookAt, PreviewFormat, ProgressStyle};
+pub use choices::{DenoiserKind, FocusRequest, GroundKind, LookAt, PreviewFormat, ProgressStyle, Switch};
 pub use definition::{Assigned, DefinitionOf, Group};
 pub use definitions::{DEFINITIONS, Definition, SettingValues, Settings};
 pub(crate) use duplicates::number_duplicates;

@@ -6,7 +6,7 @@ use crate::framing::NamedView;
 use crate::image::PlateFit;
 use crate::render::{GlassShadows, Integrator, PixelFilter};
 
-use super::choices::{DenoiserKind, GroundKind, PreviewFormat, ProgressStyle};
+use super::choices::{DenoiserKind, GroundKind, PreviewFormat, ProgressStyle, Switch};
 
 /// An enum whose values have names.
 pub trait Named: Copy + std::fmt::Debug + PartialEq + 'static {
@@ -48,6 +48,10 @@ named! {
     DenoiserKind {
         None = "none", "No denoiser";
         Oidn = "oidn", "Open Image Denoise, guided by albedo and normals; with 16 samples or more";
+    }
+    Switch {
+        On = "on", "Yes";
+        Off = "off", "No";
     }
     GroundKind {
         None = "none", "No ground";

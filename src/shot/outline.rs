@@ -95,7 +95,8 @@ impl ShotOutline {
             return Err(error);
         }
         let request = selection_request(args);
-        let (mut selections, choices) = Selection::resolve_each(&request, scene)?;
+        let (mut selections, mut choices) = Selection::resolve_each(&request, scene)?;
+        choices.extend(scene.notes.iter().cloned());
         let mut inputs = vec![shot.scene.clone()];
         if let Some(source) = &args.camera_path {
             let LoadedPath { path, files } = camera_path::load(source, max_memory_bytes(args))?;

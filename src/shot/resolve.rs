@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::asset_cache::AssetCache;
 use crate::bvh::{BuildSettings, SimdLevel};
 use crate::denoise::Denoiser;
 use crate::error::{Error, Result, Warning};
@@ -19,7 +20,7 @@ use crate::sequence::{
     ExistingFiles, PixelMemory, Plan, Plates, SequenceJob, SequenceOutputs, SharedExposure, Shutter,
     check_framing_memory, check_image_memory, lowest_band,
 };
-use crate::settings::{BackgroundSource, DenoiserKind, GroundKind, SettingValues, parse, suggest};
+use crate::settings::{BackgroundSource, DenoiserKind, GroundKind, SettingValues, Switch, parse, suggest};
 
 use super::environment::{LoadedEnvironment, LoadedEnvironments, environment_request};
 use super::ineffective::ineffective_settings;
@@ -103,7 +104,10 @@ fn check_scene(shot: &ShotSettings, scene: Arc<Scene>) -> Result<ShotOutline> {
 /// Those of the import, and [`Error::Refused`] where a band of the image or the scene needs more memory than the limit.
 pub(crate) fn load_scene(shot: &ShotSettings, images: ImageLoading) -> Result<Scene> {
     check_image(shot).map_err(|error| shot.settings.locate(error))?;
-    gltf::import(&shot.scene, &ImportOptions { max_memory_bytes: max_memory_bytes(&shot.values), images })
+    let values = &shot.values;
+    let cache = values.asset_cache.as_deref().map(|folder| AssetCache::new(folder, values.asset_cache_size));
+    let options = ImportOptions { max_memory_bytes: max_memory_bytes(values), images };
+    gltf::import_with_cache(&shot.scene, &options, cache.as_ref())
 }
 
 /// Refuses an image that needs too much memory even in bands of rows, where its size does not depend on the scene.
@@ -278,6 +282,7 @@ fn sequence_job(
         existing: existing_files(args),
         denoiser: None,
         checkpoint: args.checkpoint,
+        write_behind: args.write_behind == Switch::On,
         // Of a movie all frames are needed; other scenes may go on.
         keep_going: args.keep_going && !outline.output.is_movie(),
         strict: args.strict,

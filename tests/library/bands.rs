@@ -74,6 +74,26 @@ fn bands_of_whitted_frames_have_the_bytes_of_whole_frames() {
 }
 
 #[test]
+fn without_write_behind_bands_are_on_the_disk_before_the_next_frame_begins() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut job =
+        job("skin/two_bone_strip.toml", folder.path(), "a.##.exr", &["resolution=16x70", "frames=0-4"]);
+    job.write_behind = false;
+    let mut plan = Plan::new(&job).unwrap();
+    plan.band_rows = Some(32);
+    let missing = std::sync::Mutex::new(Vec::new());
+    let summary = run(&job, &plan, &CancelFlag::new(), &|event| {
+        if let SequenceEvent::FrameStarted(planned) = event
+            && (0..planned.frame).any(|frame| !job.output.path(frame).is_file())
+        {
+            missing.lock().unwrap().push(planned.frame);
+        }
+    });
+    assert_eq!(summary.written.len(), 5);
+    assert_eq!(missing.into_inner().unwrap(), [0_i64; 0]);
+}
+
+#[test]
 fn bands_of_paths_have_the_bytes_of_whole_frames() {
     let shot = "path/box.toml";
     let paths = ["integrator=path", "frames=0", "resolution=24x70"];

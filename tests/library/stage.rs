@@ -218,6 +218,7 @@ pub(crate) fn sequence_job(
         keep_going: false,
         denoiser: None,
         checkpoint: false,
+        write_behind: true,
         strict: false,
         max_memory_bytes: 1 << 30,
     }

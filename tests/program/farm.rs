@@ -6,6 +6,7 @@ use std::process::Output;
 
 use serde_json::Value;
 
+use crate::progress::schema::Schema;
 use crate::{both, names, rayframe, stderr};
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/demo/whitted_1980.gltf");
@@ -50,6 +51,30 @@ fn each_engine_has_its_files() {
         let assets = std::fs::read_to_string(folder.path().join("job/assets.list")).unwrap();
         assert!(assets.ends_with("whitted_1980.gltf\0"), "{assets}");
     }
+}
+
+#[test]
+fn job_lists_match_the_schema() {
+    let schema = Schema::read("job");
+    for engine in ["openjd", "slurm", "k8s", "parallel"] {
+        for more in [&["-f", "0-9"][..], &["-f", "3", "--tiles", "2x1"]] {
+            let folder = tempfile::tempdir().unwrap();
+            let wrote = farm(folder.path(), engine, more);
+            assert_eq!(wrote.status.code(), Some(0), "{engine}: {}", stderr(&wrote));
+            let job = json(&folder.path().join("job/job.json"));
+            schema.check(&job);
+            assert_eq!(job["engine"], engine);
+            let listed: Vec<&String> = job["job_files"].as_object().unwrap().keys().collect();
+            let mut written = names(&folder.path().join("job"));
+            written.retain(|name| name != "job.json");
+            assert_eq!(listed, written.iter().collect::<Vec<_>>());
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    farm(folder.path(), "slurm", &["-f", "0"]);
+    let mut job = json(&folder.path().join("job/job.json"));
+    job["job_files"]["task.sh"] = Value::from(vec!["no hash"]);
+    assert!(!schema.accepts(&job));
 }
 
 #[test]
@@ -234,6 +259,56 @@ mod run {
         assert_eq!(ran.status.code(), Some(65), "{}", stderr(&ran));
         assert!(stderr(&ran).contains("has changed since"), "{}", stderr(&ran));
         assert_eq!(task(&job, "9").status.code(), Some(2));
+    }
+
+    #[test]
+    fn tasks_find_images_paths_and_the_cache_where_a_worker_has_them() {
+        let root = tempfile::tempdir().unwrap();
+        let here = |name: &str| root.path().join(name);
+        std::fs::create_dir_all(here("assets")).unwrap();
+        let sky = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/environment/quarters.hdr");
+        std::fs::copy(sky, here("assets/it's 50% sky.hdr")).unwrap();
+        let keys = "[[key]]\ntime = 0.0\nposition = [0, 1, 6]\nlook_at = [0, 0, 0]\n[[key]]\ntime = 1.0\nposition = [1, 1, 6]\nlook_at = [0, 0, 0]\n";
+        std::fs::write(here("assets/walk.toml"), keys).unwrap();
+        let plate = here("assets/plate.0000.png");
+        let made =
+            rayframe(&["render", SCENE, "-f", "0", "-r", "16x9", "--samples", "1", "-q", "-o", text(&plate)]);
+        assert_eq!(made.status.code(), Some(0), "{}", stderr(&made));
+        let (env, walk) = (here("assets/it's 50% sky.hdr@90"), here("assets/walk.toml"));
+        let (plates, cache) = (here("assets/plate.####.png"), here("cache"));
+        let options = ["-f", "0", "--program", env!("CARGO_BIN_EXE_rayframe"), "--asset-cache", text(&cache)];
+        let named = ["--env", text(&env), "--camera-path", text(&walk), "--background", text(&plates)];
+        let wrote = farm(root.path(), "slurm", &both(&options, &named));
+        assert_eq!(wrote.status.code(), Some(0), "{}", stderr(&wrote));
+        let shot = std::fs::read_to_string(here("job/shot.toml")).unwrap();
+        assert!(!shot.contains("assets") && !shot.contains("cache"), "{shot}");
+        assert!(shot.contains("write_behind = \"off\""), "{shot}");
+
+        // The worker has the assets elsewhere.
+        let elsewhere = here("else # where");
+        std::fs::rename(here("assets"), &elsewhere).unwrap();
+        let lost = task(&here("job"), "0");
+        assert_eq!(lost.status.code(), Some(66), "{}", stderr(&lost));
+        let mut mapped = Command::new("sh");
+        mapped.arg(here("job/task.sh")).arg("0").env("RAYFRAME_ASSET_CACHE", here("cache of the worker"));
+        for variable in ["RAYFRAME_ENV_FOLDER", "RAYFRAME_CAMERA_PATH_FOLDER", "RAYFRAME_BACKGROUND_FOLDER"] {
+            mapped.env(variable, &elsewhere);
+        }
+        let ran = mapped.output().unwrap();
+        assert_eq!(ran.status.code(), Some(0), "{}", stderr(&ran));
+        assert_eq!(names(&here("out")), ["a.0000.exr"]);
+        // Templates have a parameter for each.
+        std::fs::rename(&elsewhere, here("assets")).unwrap();
+        let wrote = farm(root.path(), "openjd", &both(&options, &named));
+        assert_eq!(wrote.status.code(), Some(0), "{}", stderr(&wrote));
+        let template = json(&here("job/template.json"));
+        let parameters = template["parameterDefinitions"].as_array().unwrap();
+        let parameters: Vec<_> = parameters.iter().filter_map(|one| one["name"].as_str()).collect();
+        let own = ["EnvFolder", "BackgroundFolder", "CameraPathFolder", "AssetCache"];
+        assert_eq!(parameters, both(&["Scene", "OutputFolder", "Rayframe"], &own));
+        let variables = &template["jobEnvironments"][0]["variables"];
+        assert_eq!(variables["RAYFRAME_ENV_FOLDER"], "{{Param.EnvFolder}}");
+        assert_eq!(json(&here("job/parameters.json"))["EnvFolder"], text(&here("assets")));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! A test that needs a privilege, a program or a processor feature that is missing prints a line `skipped: TEST: why`.
 
 mod aovs;
+mod asset_cache;
 mod bad_input;
 mod bands;
 mod camera_paths;

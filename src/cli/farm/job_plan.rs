@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use super::asset_folders::AssetFolder;
+
 /// Threads of a task where none are requested.
 pub(super) const DEFAULT_THREADS: u16 = 4;
 
@@ -20,6 +22,10 @@ pub(super) struct JobPlan {
     pub(super) scene: String,
     /// All settings that decide about pixels, as a shot file.
     pub(super) shot_file: String,
+    /// Folders of other files that the settings name.
+    pub(super) asset_folders: Vec<AssetFolder>,
+    /// Folder of decoded assets on each worker, and its largest size.
+    pub(super) asset_cache: Option<(String, u64)>,
     /// Absolute path of the folder of all outputs.
     pub(super) output_folder: String,
     /// Name of the frames in that folder.

@@ -3,6 +3,7 @@
 //! [`planning`] makes a [`JobPlan`] of a shot: its tasks, what they need and what they read. Each engine has a module that turns the plan
 //! into files, without any access to the system; [`job_files`] writes them.
 
+mod asset_folders;
 mod chunks;
 mod engine;
 mod frame_costs;

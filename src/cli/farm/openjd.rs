@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use rayframe::error::{Error, Result};
 
+use super::asset_folders::AssetFolder;
 use super::job_files::JobFile;
 use super::job_plan::{JobPlan, Task};
 use super::task_script::{MERGE, ScriptForm, TRANSIENT, run_and_wait, script};
@@ -27,7 +28,7 @@ const NOTIFY_SECONDS: u32 = 30;
 /// [`Error::Usage`] for more tasks than a template may have, and for names with `{{`, which templates replace.
 pub(super) fn files(plan: &JobPlan) -> Result<Vec<JobFile>> {
     let steps = steps(plan)?;
-    let template = json!({
+    let mut template = json!({
         "specificationVersion": "jobtemplate-2023-09",
         "name": plan.plain_name(128),
         "description": format!("Written by {}", plan.version),
@@ -46,13 +47,25 @@ pub(super) fn files(plan: &JobPlan) -> Result<Vec<JobFile>> {
         }],
         "steps": steps,
     });
-    let values = json!({ "parameterValues": [
-        { "name": "Scene", "value": plan.scene },
-        { "name": "OutputFolder", "value": plan.output_folder },
-        { "name": "deadline:maxRetriesPerTask", "value": 0 },
-    ] });
+    let mut values = vec![
+        json!({ "name": "Scene", "value": plan.scene }),
+        json!({ "name": "OutputFolder", "value": plan.output_folder }),
+        json!({ "name": "deadline:maxRetriesPerTask", "value": 0 }),
+    ];
     // openjd-cli reads parameters by their names.
-    let named = json!({ "Scene": plan.scene, "OutputFolder": plan.output_folder });
+    let mut named = json!({ "Scene": plan.scene, "OutputFolder": plan.output_folder });
+    for (definition, variable, value) in asset_parameters(plan) {
+        let name = definition["name"].clone();
+        named[name.as_str().unwrap_or_default()] = json!(value);
+        template["jobEnvironments"][0]["variables"][variable] =
+            json!(format!("{{{{Param.{}}}}}", name.as_str().unwrap_or_default()));
+        values.push(json!({ "name": name, "value": value }));
+        template["parameterDefinitions"]
+            .as_array_mut()
+            .into_iter()
+            .for_each(|list| list.push(definition.clone()));
+    }
+    let values = json!({ "parameterValues": values });
     let assets = json!({ "assetReferences": {
         "inputs": { "filenames": plan.assets, "directories": [] },
         "outputs": { "directories": [plan.output_folder] },
@@ -64,6 +77,21 @@ pub(super) fn files(plan: &JobPlan) -> Result<Vec<JobFile>> {
         json_file("parameters.json", &named)?,
         json_file("asset_references.json", &assets)?,
     ])
+}
+
+/// Parameters for files that settings name, and for the cache: definition, environment variable, value. The files themselves are asset
+/// references.
+fn asset_parameters(plan: &JobPlan) -> Vec<(Value, String, &str)> {
+    let folder = |asset: &'_ AssetFolder| {
+        let description = format!("Folder of what the setting {} names", asset.setting);
+        path_parameter(asset.parameter, "DIRECTORY", "NONE", &description)
+    };
+    let folders = plan.asset_folders.iter().map(|asset| (folder(asset), asset.variable(), &*asset.folder));
+    let cache = plan.asset_cache.iter().map(|(folder, _)| {
+        let definition = text_parameter("AssetCache", folder, "Folder of decoded assets on the workers");
+        (definition, "RAYFRAME_ASSET_CACHE".to_owned(), &**folder)
+    });
+    folders.chain(cache).collect()
 }
 
 fn json_file(name: &'static str, value: &Value) -> Result<JobFile> {

@@ -13,7 +13,8 @@ use super::chunks::{ChunkRule, chunks};
 use super::frame_costs::{FrameCosts, Workload};
 use super::job_plan::{DEFAULT_THREADS, JobPlan, Pin, Resources, Task};
 use super::options::FarmArgs;
-use super::settings::{check_shared_files, not_unicode, of_first_part, parts, shot_file};
+use super::settings::{check_shared_files, of_first_part, parts, shot_file};
+use super::shell::not_unicode;
 
 /// Frames of a task where no costs are known.
 const DEFAULT_CHUNK: usize = 10;
@@ -38,13 +39,17 @@ pub(super) fn plan(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Resul
     let (output_folder, output_name) = output(&job)?;
     let resources = resources(shot, args, &job);
     let name = shot.shot_file.as_ref().unwrap_or(&shot.scene).file_stem().unwrap_or_default();
+    let (shot_file, asset_folders) = shot_file(shot, &job)?;
+    let cache = shot.values.asset_cache.as_deref().map(absolute).transpose()?;
     let mut plan = JobPlan {
         name: name.to_string_lossy().into_owned(),
         folder,
         program: args.program.clone(),
         version: SOFTWARE.to_owned(),
         scene: absolute(&shot.scene)?,
-        shot_file: shot_file(shot, &job)?,
+        shot_file,
+        asset_folders,
+        asset_cache: cache.map(|folder| (folder, shot.values.asset_cache_size)),
         output_folder,
         output_name,
         pin: pin(&job),

@@ -7,13 +7,15 @@ use rayframe::image_file::ExrCompression;
 use rayframe::settings::{DenoiserKind, Integrator, OutputFormat, Settings};
 use rayframe::shot::{RenderJob, ShotSettings, resolved_settings};
 
+use super::asset_folders::{AssetFolder, take_asset_folders};
 use super::options::Division;
 use super::parts::{sample_ranges, tiles};
+use super::shell::not_unicode;
 
 /// Settings whose files are made of all frames.
 const OF_ALL_FRAMES: [&str; 4] = ["movie", "contact_sheet", "stats", "manifest"];
 /// Settings that each task has of its own, or that only matter to a terminal.
-const OF_TASKS: [&str; 14] = [
+const OF_TASKS: [&str; 16] = [
     "output",
     "show",
     "resume",
@@ -25,6 +27,8 @@ const OF_TASKS: [&str; 14] = [
     "frames",
     "threads",
     "max_memory",
+    "asset_cache",
+    "asset_cache_size",
     "progress",
     "quiet",
     "verbose",
@@ -42,24 +46,22 @@ pub(super) fn check_shared_files(shot: &ShotSettings) -> Result<()> {
     })
 }
 
-/// A shot file of what all tasks have in common, with absolute paths.
-pub(super) fn shot_file(shot: &ShotSettings, job: &RenderJob) -> Result<String> {
+/// A shot file of what all tasks have in common, and the folders of files that settings name, which are left out of it.
+pub(super) fn shot_file(shot: &ShotSettings, job: &RenderJob) -> Result<(String, Vec<AssetFolder>)> {
     let mut settings = resolved_settings(shot, std::slice::from_ref(job));
     for name in OF_TASKS {
         settings.clear(name);
     }
+    // A killed worker loses one frame at most.
+    if shot.settings.origin_of("write_behind").is_none() {
+        settings.set("write_behind", OsStr::new("off"), &Provenance::Default).map_err(Error::from)?;
+    }
+    let asset_folders = take_asset_folders(&mut settings)?;
     let toml = settings.to_toml();
     match toml.lines().find(|line| line.starts_with('#') && line.ends_with("for it is not Unicode")) {
         Some(line) => Err(not_unicode(line.split_whitespace().nth(1).unwrap_or_default())),
-        None => Ok(format!("{toml}\n")),
+        None => Ok((format!("{toml}\n"), asset_folders)),
     }
-}
-
-/// Error about a name that job files cannot hold.
-pub(super) fn not_unicode(name: &str) -> Error {
-    Error::usage(format!(
-        "{name}: the name is not Unicode (UTF-8), which job files are written in; rename it"
-    ))
 }
 
 /// The shot with the settings of its first part, so that what cannot be divided is refused with the reason of `render`.

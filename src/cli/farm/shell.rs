@@ -1,8 +1,17 @@
-//! Quoting for POSIX shells.
+//! Text of job files: quoting for POSIX shells, and names that have no text.
+
+use rayframe::error::Error;
 
 /// The text as one word of a shell command: between apostrophes nothing has a meaning but the apostrophe itself.
 pub(super) fn quoted(text: &str) -> String {
     format!("'{}'", text.replace('\'', r"'\''"))
+}
+
+/// Error about a name that job files cannot hold.
+pub(super) fn not_unicode(name: &str) -> Error {
+    Error::usage(format!(
+        "{name}: the name is not Unicode (UTF-8), which job files are written in; rename it"
+    ))
 }
 
 #[cfg(test)]

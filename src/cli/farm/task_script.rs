@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::asset_folders::AssetFolder;
 use super::job_files::JobFile;
 use super::job_plan::{JobPlan, Task};
 use super::shell::quoted;
@@ -64,10 +65,11 @@ pub(super) fn script(plan: &JobPlan, form: ScriptForm<'_>) -> String {
     }
     text.push_str("*) fail 2 \"the job has no task ${1-}\" ;;\nesac\n");
 
+    let assets: String = plan.asset_folders.iter().map(AssetFolder::shell_option).collect();
     text.push_str("\n# The scene and the settings that the job was written for\n");
     let _ = writeln!(
         text,
-        "plan=$(\"$rayframe\" render \"$scene\" --config \"$shot\" --frames={} -o \"$pattern\"/{} --resume --dry-run --quiet --progress json) || exit $?",
+        "plan=$(\"$rayframe\" render \"$scene\" --config \"$shot\"{assets} --frames={} -o \"$pattern\"/{} --resume --dry-run --quiet --progress json) || exit $?",
         pin.frame,
         quoted(output_name)
     );
@@ -77,9 +79,13 @@ pub(super) fn script(plan: &JobPlan, form: ScriptForm<'_>) -> String {
         pin.render_hash
     );
 
+    let cache = plan.asset_cache.as_ref();
+    let cache = cache.map_or_else(String::new, |(_, bytes)| {
+        format!(" --asset-cache \"$cache\" --asset-cache-size {bytes}")
+    });
     let _ = writeln!(
         text,
-        "\n# Finished frames are kept, so that a repeated task continues\nexec \"$rayframe\" render \"$scene\" --config \"$shot\" \"$@\" --resume --threads \"$threads\" --max-memory {} --progress {}",
+        "\n# Finished frames are kept, so that a repeated task continues\nexec \"$rayframe\" render \"$scene\" --config \"$shot\"{assets} \"$@\" --resume --threads \"$threads\" --max-memory {}{cache} --progress {}",
         plan.resources.limit_bytes(),
         form.progress
     );
@@ -89,11 +95,16 @@ pub(super) fn script(plan: &JobPlan, form: ScriptForm<'_>) -> String {
 /// Names and numbers that the environment may replace, as on machines where the storage is mounted elsewhere.
 fn variables(plan: &JobPlan) -> String {
     let shot = format!("{}/{SHOT_FILE}", plan.folder);
+    let mut more: String = plan.asset_folders.iter().map(AssetFolder::shell_lines).collect();
+    if let Some((folder, _)) = &plan.asset_cache {
+        let _ = writeln!(more, "cache=${{RAYFRAME_ASSET_CACHE:-{}}}", quoted(folder));
+    }
     format!(
         "rayframe=${{RAYFRAME:-{}}}\nshot=${{2:-{}}}\nscene=${{RAYFRAME_SCENE:-{}}}\noutput=${{RAYFRAME_OUTPUT_FOLDER:-{}}}\n\
          threads=${{RAYFRAME_THREADS:-{}}}\n\
          # In patterns %, # and {{ have a meaning, and the folder is none\n\
          pattern=$(printf '%s.' \"$output\" | sed 's/[%#{{]/%&/g')\npattern=${{pattern%.}}\n\
+         {more}\
          fail() {{\n    printf 'rayframe: error: %s\\n' \"$2\" >&2\n    exit \"$1\"\n}}\n",
         quoted(&plan.program),
         quoted(&shot),

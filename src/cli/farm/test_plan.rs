@@ -18,6 +18,8 @@ pub(super) fn plan() -> JobPlan {
         assets: vec![scene.clone(), "/shots/sky.hdr".to_owned()],
         scene,
         shot_file: "resolution = \"64x36\"\n".to_owned(),
+        asset_folders: Vec::new(),
+        asset_cache: None,
         output_folder: "/out".to_owned(),
         output_name: "a.####.exr".to_owned(),
         pin: Pin { frame: 1, render_hash: "00ff".to_owned() },

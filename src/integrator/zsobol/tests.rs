@@ -147,7 +147,7 @@ fn shuffles_use_all_permutations_of_a_digit() {
     for i in 0..24_000 {
         let digits: [u64; 4] = std::array::from_fn(|sample| {
             let sequence = sampler.sequence((i % 160, i / 160), sample as u32);
-            sequence.shuffled_index(Keys::new(11, i % 3).shuffle) & 3
+            sequence.shuffled_index(DimensionKeys::new(11, i % 3).shuffle) & 3
         });
         *counts.entry(digits).or_insert(0) += 1;
     }

@@ -54,8 +54,18 @@ fn check(schema: &Value, value: &Value) -> Result<(), String> {
             }
             "properties" => {
                 for (name, member) in value.as_object().into_iter().flatten() {
-                    let rule = rule.get(name).ok_or_else(|| format!("{name} is not described"))?;
+                    let rule = rule.get(name).or(keywords.get("additionalProperties"));
+                    let rule = rule.ok_or_else(|| format!("{name} is not described"))?;
                     check(rule, member).map_err(|why| format!("{name}: {why}"))?;
+                }
+                true
+            }
+            "additionalProperties" => {
+                let described = keywords.get("properties");
+                for (name, member) in value.as_object().into_iter().flatten() {
+                    if described.is_none_or(|described| described.get(name).is_none()) {
+                        check(rule, member).map_err(|why| format!("{name}: {why}"))?;
+                    }
                 }
                 true
             }

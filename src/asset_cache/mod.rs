@@ -1,0 +1,136 @@
+//! Cache of decoded assets in a folder: texels and mip levels of images, found by the SHA-256 of what they were decoded from.
+//!
+//! Any number of processes share a folder. An entry is a file that is written under a temporary name, synced and renamed, and its key
+//! covers the encoded bytes, the version of the program, the layout of entries, and what was computed of the bytes. A reader
+//! accepts an entry only if its header, its length and the checksum of every block match; everything else is a miss, whose entry is
+//! written anew. So the cache never changes an image, and needs no lock.
+//!
+//! The folder is bounded: before an entry is written, those that were used longest ago are removed. Failures end the use of the cache
+//! for writing and never the import; [`AssetCache::trouble`] tells the first.
+
+mod entry;
+mod eviction;
+#[cfg(test)]
+mod tests;
+mod texels;
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use sha2::{Digest as _, Sha256};
+
+use crate::error::{Error, Result};
+use crate::image_file::begin_replacing;
+use crate::sha256::hex;
+
+use entry::{EntryReader, EntryWriter};
+use eviction::{ENDING, make_space};
+pub(crate) use texels::ImageShape;
+
+/// Raised when texels or mip levels of equal files change within a version of the program.
+const DECODING: u32 = 1;
+
+/// A folder of decoded assets.
+#[derive(Debug)]
+pub(crate) struct AssetCache {
+    folder: PathBuf,
+    max_bytes: u64,
+    state: Mutex<State>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    /// Bytes of all entries, as far as this process knows them; `None` before the first look.
+    used_bytes: Option<u64>,
+    trouble: Option<String>,
+}
+
+/// SHA-256 of the encoded bytes of an asset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SourceKey([u8; 32]);
+
+impl SourceKey {
+    /// The key of `bytes`.
+    pub(crate) fn of(bytes: &[u8]) -> Self {
+        Self(Sha256::digest(bytes).into())
+    }
+
+    /// The key of `what` was computed of the bytes.
+    fn entry(self, what: &str) -> [u8; 32] {
+        let text = format!("rayframe {} {DECODING} {what} ", env!("CARGO_PKG_VERSION"));
+        Sha256::new().chain_update(text).chain_update(self.0).finalize().into()
+    }
+}
+
+impl AssetCache {
+    /// The cache in `folder`, whose entries take `max_bytes` at most. The folder is created when the first entry is written.
+    pub(crate) fn new(folder: &Path, max_bytes: u64) -> Self {
+        Self { folder: folder.to_owned(), max_bytes, state: Mutex::default() }
+    }
+
+    /// Why entries could not be written, where that has happened.
+    pub(crate) fn trouble(&self) -> Option<String> {
+        let trouble = self.state().trouble.clone()?;
+        Some(format!("the asset cache {} is not used for writing: {trouble}", self.folder.display()))
+    }
+
+    fn path(&self, key: &[u8; 32]) -> PathBuf {
+        self.folder.join(format!("{}{ENDING}", hex(key)))
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The entry of a key, where there is one of `file_bytes`. It counts as used now.
+    fn open(&self, key: &[u8; 32], file_bytes: u64) -> Option<EntryReader> {
+        let path = self.path(key);
+        // Pipes and links are no entries.
+        let metadata = fs::symlink_metadata(&path).ok()?;
+        if !metadata.is_file() || metadata.len() != file_bytes {
+            return None;
+        }
+        EntryReader::open(&path, *key)
+    }
+
+    /// Writes an entry of `file_bytes`.
+    fn store(
+        &self,
+        key: &[u8; 32],
+        file_bytes: u64,
+        write: impl FnOnce(&mut EntryWriter<'_>) -> io::Result<()>,
+    ) {
+        if file_bytes > self.max_bytes {
+            return;
+        }
+        let make_space = || {
+            let mut state = self.state();
+            if state.trouble.is_some() {
+                return Ok(false);
+            }
+            make_space(&self.folder, &mut state.used_bytes, (file_bytes, self.max_bytes)).map(|()| true)
+        };
+        let stored = match make_space() {
+            Ok(true) => self.write(key, write).map_err(|error| error.to_string()),
+            Ok(false) => return,
+            Err(error) => Err(error.to_string()),
+        };
+        if let Err(why) = stored {
+            self.state().trouble.get_or_insert(why);
+        }
+    }
+
+    fn write(
+        &self,
+        key: &[u8; 32],
+        write: impl FnOnce(&mut EntryWriter<'_>) -> io::Result<()>,
+    ) -> Result<()> {
+        let path = self.path(key);
+        let mut replacement = begin_replacing(&path)?;
+        let written = EntryWriter::new(replacement.file(), *key).and_then(|mut entry| write(&mut entry));
+        written.map_err(|source| Error::WriteFailed { path: path.clone(), source })?;
+        replacement.commit(&path)
+    }
+}

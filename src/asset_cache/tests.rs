@@ -179,7 +179,7 @@ fn threads_and_processes_that_store_at_once_see_whole_entries() {
             });
         }
     });
-    assert!(names(folder.path()).iter().all(|name| !name.ends_with(".tmp")));
+    assert!(names(folder.path()).iter().all(|name| name.ends_with(ENDING)));
 }
 
 #[test]

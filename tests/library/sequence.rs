@@ -267,9 +267,9 @@ fn without_write_behind_a_frame_is_on_the_disk_before_the_next_one_begins() {
         job.write_behind = false;
         let missing = Mutex::new(Vec::new());
         let on_event = |event: SequenceEvent<'_>| {
-            let started = match event {
-                SequenceEvent::FrameStarted(planned) | SequenceEvent::FrameProgress(planned, _) => planned,
-                _ => return,
+            let (SequenceEvent::FrameStarted(started) | SequenceEvent::FrameProgress(started, _)) = event
+            else {
+                return;
             };
             if (0..started.frame).any(|frame| !job.output.path(frame).is_file()) {
                 missing.lock().unwrap().push(started.frame);

@@ -96,7 +96,7 @@ impl Renderer {
 
     /// Sets any setting by its name, from the text that its option takes: `set("shutter", "180deg")`. It replaces its earlier value
     /// and settings that cannot be combined with it. `threads`, `stats`, `manifest`, `show`, `progress`, `quiet` and `verbose`
-    /// concern the program and have no effect here.
+    /// concern the program and have no effect here; `asset_cache` and `asset_cache_size` have one in the shot file that is opened.
     ///
     /// # Errors
     /// [`Error::Setting`](crate::Error::Setting) for an unknown name, with the closest one, and for a wrong value.

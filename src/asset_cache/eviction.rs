@@ -22,25 +22,22 @@ struct Found {
     bytes: u64,
 }
 
-/// Creates the folder and removes entries until a file of `new_bytes` fits into `max_bytes`. `used_bytes` are those that this process
-/// knows of, and then count the new file, too. Others may have written meanwhile, so the folder is read where the bound seems reached.
+/// Creates the folder and removes entries until a file of `new_bytes` fits into `max_bytes`; false where that cannot be reached. The folder is
+/// read each time, since other processes write into it.
 ///
 /// # Errors
 /// Those of creating and reading the folder.
-pub(super) fn make_space(
-    folder: &Path,
-    used_bytes: &mut Option<u64>,
-    (new_bytes, max_bytes): (u64, u64),
-) -> io::Result<()> {
-    let known = used_bytes.filter(|used| used.saturating_add(new_bytes) <= max_bytes);
-    let used = if let Some(used) = known {
-        used
-    } else {
-        fs::create_dir_all(folder)?;
-        removed_until(entries(folder)?, max_bytes.saturating_sub(new_bytes))
-    };
-    *used_bytes = Some(used + new_bytes);
-    Ok(())
+pub(super) fn make_space(folder: &Path, new_bytes: u64, max_bytes: u64) -> io::Result<bool> {
+    fs::create_dir_all(folder)?;
+    let most = max_bytes.saturating_sub(new_bytes);
+    Ok(removed_until(entries(folder)?, most) <= most)
+}
+
+/// Removes entries from a folder that is larger than `max_bytes`.
+pub(super) fn trim(folder: &Path, max_bytes: u64) {
+    if let Ok(entries) = entries(folder) {
+        removed_until(entries, max_bytes);
+    }
 }
 
 /// Removes entries until those that remain take `max_bytes` at most. Returns their bytes.

@@ -6,7 +6,7 @@
 //! written anew. So the cache never changes an image, and needs no lock.
 //!
 //! The folder is bounded: before an entry is written, those that were used longest ago are removed. Failures end the use of the cache
-//! for writing and never the import; [`AssetCache::trouble`] tells the first.
+//! for writing and never the import; [`AssetCache::write_error`] tells the first.
 
 mod entry;
 mod eviction;
@@ -26,7 +26,7 @@ use crate::image_file::begin_replacing;
 use crate::sha256::hex;
 
 use entry::{EntryReader, EntryWriter};
-use eviction::{ENDING, make_space};
+use eviction::{ENDING, make_space, trim};
 pub(crate) use texels::ImageShape;
 
 /// Raised when texels or mip levels of equal files change within a version of the program.
@@ -37,14 +37,8 @@ const DECODING: u32 = 1;
 pub(crate) struct AssetCache {
     folder: PathBuf,
     max_bytes: u64,
-    state: Mutex<State>,
-}
-
-#[derive(Debug, Default)]
-struct State {
-    /// Bytes of all entries, as far as this process knows them; `None` before the first look.
-    used_bytes: Option<u64>,
-    trouble: Option<String>,
+    /// Why the first entry that could not be written was not. Locked while an entry is made space for.
+    write_error: Mutex<Option<String>>,
 }
 
 /// SHA-256 of the encoded bytes of an asset.
@@ -65,27 +59,29 @@ impl SourceKey {
 }
 
 impl AssetCache {
-    /// The cache in `folder`, whose entries take `max_bytes` at most. The folder is created when the first entry is written.
-    pub(crate) fn new(folder: &Path, max_bytes: u64) -> Self {
-        Self { folder: folder.to_owned(), max_bytes, state: Mutex::default() }
+    /// The cache in `folder`, whose entries take `max_bytes` at most: those beyond are removed. The folder is created when the first entry is
+    /// written.
+    pub(crate) fn open(folder: &Path, max_bytes: u64) -> Self {
+        trim(folder, max_bytes);
+        Self { folder: folder.to_owned(), max_bytes, write_error: Mutex::default() }
     }
 
     /// Why entries could not be written, where that has happened.
-    pub(crate) fn trouble(&self) -> Option<String> {
-        let trouble = self.state().trouble.clone()?;
-        Some(format!("the asset cache {} is not used for writing: {trouble}", self.folder.display()))
+    pub(crate) fn write_error(&self) -> Option<String> {
+        let why = self.first_error().clone()?;
+        Some(format!("the asset cache {} is not used for writing: {why}", self.folder.display()))
     }
 
     fn path(&self, key: &[u8; 32]) -> PathBuf {
         self.folder.join(format!("{}{ENDING}", hex(key)))
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    fn first_error(&self) -> MutexGuard<'_, Option<String>> {
+        self.write_error.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The entry of a key, where there is one of `file_bytes`. It counts as used now.
-    fn open(&self, key: &[u8; 32], file_bytes: u64) -> Option<EntryReader> {
+    fn entry(&self, key: &[u8; 32], file_bytes: u64) -> Option<EntryReader> {
         let path = self.path(key);
         // Pipes and links are no entries.
         let metadata = fs::symlink_metadata(&path).ok()?;
@@ -105,20 +101,20 @@ impl AssetCache {
         if file_bytes > self.max_bytes {
             return;
         }
-        let make_space = || {
-            let mut state = self.state();
-            if state.trouble.is_some() {
-                return Ok(false);
+        let has_space = {
+            let error = self.first_error();
+            if error.is_some() {
+                return;
             }
-            make_space(&self.folder, &mut state.used_bytes, (file_bytes, self.max_bytes)).map(|()| true)
+            make_space(&self.folder, file_bytes, self.max_bytes)
         };
-        let stored = match make_space() {
+        let stored = match has_space {
             Ok(true) => self.write(key, write).map_err(|error| error.to_string()),
             Ok(false) => return,
             Err(error) => Err(error.to_string()),
         };
         if let Err(why) = stored {
-            self.state().trouble.get_or_insert(why);
+            self.first_error().get_or_insert(why);
         }
     }
 

@@ -34,12 +34,12 @@ fn names(folder: &std::path::Path) -> Vec<String> {
 fn entries_hold_what_was_stored_bit_for_bit() {
     let folder = tempfile::tempdir().unwrap();
     for shape in [SHAPE, DEEP] {
-        let cache = AssetCache::new(folder.path(), 1 << 30);
+        let cache = AssetCache::open(folder.path(), 1 << 30);
         let (image, key) = (image(shape), shape.key_of(&[u8::from(shape.is_deep)]).unwrap());
         assert_eq!(cache.texels(key, shape), None);
         cache.store_texels(key, shape, &image.texels);
         // Another process.
-        let other = AssetCache::new(folder.path(), 1 << 30);
+        let other = AssetCache::open(folder.path(), 1 << 30);
         assert_eq!(other.texels(key, shape), Some(image.texels.clone()));
         for encoding in [Encoding::Srgb, Encoding::CoveredSrgb, Encoding::Normal, Encoding::Linear] {
             assert_eq!(cache.mip_levels(key, shape, encoding), None);
@@ -47,7 +47,7 @@ fn entries_hold_what_was_stored_bit_for_bit() {
             cache.store_mip_levels(key, shape, (encoding, &levels));
             assert_eq!(other.mip_levels(key, shape, encoding), Some(levels));
         }
-        assert_eq!(cache.trouble(), None);
+        assert_eq!(cache.write_error(), None);
     }
     assert_eq!(names(folder.path()).len(), 10);
 }
@@ -55,7 +55,7 @@ fn entries_hold_what_was_stored_bit_for_bit() {
 #[test]
 fn other_sources_sizes_and_depths_have_no_entry() {
     let folder = tempfile::tempdir().unwrap();
-    let cache = AssetCache::new(folder.path(), 1 << 30);
+    let cache = AssetCache::open(folder.path(), 1 << 30);
     let key = SourceKey::of(b"a");
     cache.store_texels(key, SHAPE, &texels(SHAPE));
     assert_eq!(cache.texels(SourceKey::of(b"b"), SHAPE), None);
@@ -74,7 +74,7 @@ fn other_sources_sizes_and_depths_have_no_entry() {
 #[test]
 fn damaged_entries_are_misses_and_written_anew() {
     let folder = tempfile::tempdir().unwrap();
-    let cache = AssetCache::new(folder.path(), 1 << 30);
+    let cache = AssetCache::open(folder.path(), 1 << 30);
     let key = SourceKey::of(b"a");
     cache.store_texels(key, SHAPE, &texels(SHAPE));
     let path = folder.path().join(&names(folder.path())[0]);
@@ -103,7 +103,7 @@ fn damaged_entries_are_misses_and_written_anew() {
     cache.store_texels(key, SHAPE, &texels(SHAPE));
     assert!(fs::read(&path).unwrap() == whole);
     assert_eq!(cache.texels(key, SHAPE), Some(texels(SHAPE)));
-    assert_eq!(cache.trouble(), None);
+    assert_eq!(cache.write_error(), None);
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn the_bound_holds_and_files_of_others_stay() {
     let max_bytes = entry_bytes * 3 + 100;
     let mut ages = 100_000;
     for (index, &key) in keys.iter().enumerate() {
-        let cache = AssetCache::new(folder.path(), max_bytes);
+        let cache = AssetCache::open(folder.path(), max_bytes);
         cache.store_texels(key, SHAPE, &texels(SHAPE));
         age(&cache.path(&key.entry("texels")), ages);
         ages -= 1000;
@@ -132,16 +132,16 @@ fn the_bound_holds_and_files_of_others_stay() {
             names(folder.path()).into_iter().filter(|name| name.ends_with(ENDING)).collect();
         let bytes: u64 = entries.iter().map(|name| fs::metadata(at(name)).unwrap().len()).sum();
         assert!(bytes <= max_bytes, "{bytes} after {index}");
-        assert_eq!(cache.trouble(), None);
+        assert_eq!(cache.write_error(), None);
     }
-    let cache = AssetCache::new(folder.path(), max_bytes);
+    let cache = AssetCache::open(folder.path(), max_bytes);
     let is_kept: Vec<bool> = keys.iter().map(|key| cache.texels(*key, SHAPE).is_some()).collect();
     assert_eq!(is_kept, [true, false, false, false, true, true]);
     for name in [&*foreign, "notes.txt", "x.rayasset"] {
         assert_eq!(fs::read(at(name)).unwrap(), b"of somebody else", "{name}");
     }
     // What does not fit at all is not kept, and nothing is removed for it.
-    let small = AssetCache::new(folder.path(), entry_bytes - 1);
+    let small = AssetCache::open(folder.path(), entry_bytes - 1);
     small.store_texels(SourceKey::of(b"new"), SHAPE, &texels(SHAPE));
     assert_eq!(names(folder.path()).len(), 6);
     // One process that stores many holds the bound, too.
@@ -168,13 +168,13 @@ fn threads_and_processes_that_store_at_once_see_whole_entries() {
             threads.spawn(move || {
                 for round in 0..8_u8 {
                     // Two of three fit, so that entries are removed while others read them.
-                    let cache = AssetCache::new(folder, entry_bytes * 2);
+                    let cache = AssetCache::open(folder, entry_bytes * 2);
                     let key = SourceKey::of(&[(round + thread) % 3]);
                     if let Some(found) = cache.texels(key, SHAPE) {
                         assert!(found == *expected);
                     }
                     cache.store_texels(key, SHAPE, expected);
-                    assert_eq!(cache.trouble(), None);
+                    assert_eq!(cache.write_error(), None);
                 }
             });
         }
@@ -188,13 +188,13 @@ fn folders_that_cannot_be_written_are_told_once() {
     let file = folder.path().join("file");
     fs::write(&file, "").unwrap();
     for path in [file.clone(), file.join("below")] {
-        let cache = AssetCache::new(&path, 1 << 30);
+        let cache = AssetCache::open(&path, 1 << 30);
         assert_eq!(cache.texels(SourceKey::of(b"a"), SHAPE), None);
-        assert_eq!(cache.trouble(), None, "nothing was written");
+        assert_eq!(cache.write_error(), None, "nothing was written");
         for name in [b"a", b"b"] {
             cache.store_texels(SourceKey::of(name), SHAPE, &texels(SHAPE));
         }
-        let trouble = cache.trouble().unwrap();
+        let trouble = cache.write_error().unwrap();
         assert!(trouble.contains("asset cache") && trouble.contains("file"), "{trouble}");
     }
 }
@@ -203,7 +203,7 @@ fn folders_that_cannot_be_written_are_told_once() {
 #[test]
 fn links_and_pipes_are_no_entries() {
     let folder = tempfile::tempdir().unwrap();
-    let cache = AssetCache::new(folder.path(), 1 << 30);
+    let cache = AssetCache::open(folder.path(), 1 << 30);
     let key = SourceKey::of(b"a");
     let path = cache.path(&key.entry("texels"));
     cache.store_texels(key, SHAPE, &texels(SHAPE));
@@ -221,4 +221,22 @@ fn links_and_pipes_are_no_entries() {
     let made = std::process::Command::new("mkfifo").arg(&path).status().unwrap();
     assert!(made.success());
     assert_eq!(cache.texels(key, SHAPE), None);
+}
+
+#[test]
+fn a_folder_beyond_a_smaller_bound_is_trimmed() {
+    let folder = tempfile::tempdir().unwrap();
+    let entry_bytes = 613 * 501 * 4 + 48 + 2 * 4;
+    let cache = AssetCache::open(folder.path(), 1 << 30);
+    for index in 0..4_u8 {
+        cache.store_texels(SourceKey::of(&[index]), SHAPE, &texels(SHAPE));
+    }
+    fs::write(folder.path().join("notes.txt"), "of somebody else").unwrap();
+    AssetCache::open(folder.path(), 2 * entry_bytes);
+    assert_eq!(names(folder.path()).len(), 3);
+    // Nothing fits, so nothing is stored.
+    let none = AssetCache::open(folder.path(), entry_bytes - 1);
+    none.store_texels(SourceKey::of(b"x"), SHAPE, &texels(SHAPE));
+    assert_eq!(names(folder.path()), ["notes.txt"]);
+    assert_eq!(none.write_error(), None);
 }

@@ -54,7 +54,7 @@ impl ImageShape {
 impl AssetCache {
     /// The texels of an image, where they are kept.
     pub(crate) fn texels(&self, key: SourceKey, shape: ImageShape) -> Option<Texels> {
-        let mut entry = self.open(&key.entry("texels"), file_bytes([shape.bytes()]))?;
+        let mut entry = self.entry(&key.entry("texels"), file_bytes([shape.bytes()]))?;
         read_texels(&mut entry, shape)
     }
 
@@ -75,7 +75,7 @@ impl AssetCache {
     ) -> Option<Vec<MipLevel>> {
         let shapes = level_shapes(shape);
         let bytes = file_bytes(shapes.iter().map(|shape| shape.bytes()));
-        let mut entry = self.open(&key.entry(levels_name(encoding)), bytes)?;
+        let mut entry = self.entry(&key.entry(levels_name(encoding)), bytes)?;
         let level = |shape: ImageShape| {
             let ImageShape { width, height, .. } = shape;
             Some(MipLevel { width, height, texels: read_texels(&mut entry, shape)? })

@@ -190,6 +190,6 @@ fn import_file(
         storage,
         memory: context.memory(),
         warnings: context.into_warnings(),
-        notes: source.cache.and_then(AssetCache::trouble).map(note).into_iter().collect(),
+        notes: source.cache.and_then(AssetCache::write_error).map(note).into_iter().collect(),
     })
 }

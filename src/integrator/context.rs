@@ -56,7 +56,7 @@ pub struct IntegratorContext<'a> {
     /// Sample points of paths and of shadow rays to the environment.
     pub(super) sample_points: Option<ZSobol>,
     /// Whether the seed of any ray state decides about its light.
-    pub(super) draws_by_seed: bool,
+    pub(super) uses_seeds: bool,
     /// The environment's peaks, which lookups of Whitted's tree do not contain.
     pub(super) peaks: Vec<KeyLight>,
     /// Luminance of the environment's irradiance on the ground that no shadow rays decide about.
@@ -101,7 +101,7 @@ impl<'a> IntegratorContext<'a> {
             samples_environment: is_path && view.environment.sample(Vec2::splat(0.5)).is_some(),
             occluded_share,
             sample_points: (is_path || traces_environment).then(|| sample_points(view.frame, &settings)),
-            draws_by_seed: draws_by_seed(view.frame, &settings),
+            uses_seeds: uses_seeds(view.frame, &settings),
             peaks: view.environment.peaks(),
             ground_irradiance,
             settings,
@@ -174,7 +174,7 @@ fn open_share(view: SceneView<'_>) -> f32 {
 }
 
 /// Whether shadow rays to sized lights, glossy rays, shadow catchers or the ground use the seeds of ray states.
-fn draws_by_seed(frame: &Frame, settings: &IntegratorSettings) -> bool {
+fn uses_seeds(frame: &Frame, settings: &IntegratorSettings) -> bool {
     settings.light_size != LightSize::default()
         || settings.glossy_samples > 0
         || settings.ground.is_some()

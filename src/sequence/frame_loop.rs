@@ -220,6 +220,10 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         if !has_returned {
             // A state that the panic left inconsistent must not reach the next frame.
             self.tracer.reset();
+            // The panic took the film with it, and the writer may have none to return.
+            if self.band_rows.is_none() && self.film.is_none() {
+                self.film = Some(FrameTracer::empty_film(self.job));
+            }
         }
         result
     }

@@ -106,7 +106,7 @@ pub(super) struct Writer<'a> {
     pub(super) on_event: &'a (dyn Fn(SequenceEvent<'_>) + Sync),
     /// Takes back films whose frames are written.
     pub(super) free_films: Sender<Film>,
-    /// Is told of each traced frame that is written or has failed.
+    /// Is told of each traced frame that is written or has failed, after its event.
     pub(super) written: Sender<()>,
     /// The movie, where it is the output.
     pub(super) movie: Option<MovieOutput<'a>>,
@@ -167,6 +167,7 @@ impl Writer<'_> {
                 summary.is_interrupted = true;
                 break;
             }
+            let mut is_traced = false;
             let (planned, completed) = match frame {
                 LoopResult::Kept(planned, None) => (planned, Ok(None)),
                 LoopResult::Kept(planned, Some(preview)) => {
@@ -176,10 +177,8 @@ impl Writer<'_> {
                 }
                 LoopResult::Failed(planned, error) => (planned, Err(error)),
                 LoopResult::Traced(frame) => {
-                    let planned = frame.planned;
-                    let report = self.write(frame, last_completed);
-                    let _ = self.written.send(());
-                    (planned, report.map(Some))
+                    is_traced = true;
+                    (frame.planned, self.write(frame, last_completed).map(Some))
                 }
             };
             last_completed = Some(Instant::now());
@@ -204,6 +203,9 @@ impl Writer<'_> {
                         break;
                     }
                 }
+            }
+            if is_traced {
+                let _ = self.written.send(());
             }
         }
         summary

@@ -106,8 +106,15 @@ pub fn check_suite_settings(path: &Path) -> Result<()> {
     }
 }
 
-/// The settings of a shot: overrides over the shot's own over the suite's.
+/// The settings of a shot: overrides over the shot's own over the suite's. An asset cache is a folder of `render`: what compares shots writes
+/// nothing where their files say.
 fn shot_settings(request: &ShotRequest<'_>) -> Result<ShotSettings> {
+    let mut shot = given_settings(request)?;
+    shot.values.asset_cache = None;
+    Ok(shot)
+}
+
+fn given_settings(request: &ShotRequest<'_>) -> Result<ShotSettings> {
     let overrides = Settings::read_definitions(request.overrides)?;
     let suite = request.suite.map(Settings::read_suite).transpose()?.unwrap_or_default();
     if is_shot(request.path) {

@@ -105,7 +105,8 @@ fn check_scene(shot: &ShotSettings, scene: Arc<Scene>) -> Result<ShotOutline> {
 pub(crate) fn load_scene(shot: &ShotSettings, images: ImageLoading) -> Result<Scene> {
     check_image(shot).map_err(|error| shot.settings.locate(error))?;
     let values = &shot.values;
-    let cache = values.asset_cache.as_deref().map(|folder| AssetCache::new(folder, values.asset_cache_size));
+    let folder = values.asset_cache.as_deref().filter(|_| images == ImageLoading::Texels);
+    let cache = folder.map(|folder| AssetCache::open(folder, values.asset_cache_size));
     let options = ImportOptions { max_memory_bytes: max_memory_bytes(values), images };
     gltf::import_with_cache(&shot.scene, &options, cache.as_ref())
 }

@@ -19,6 +19,7 @@ mod sequence;
 mod showcase;
 mod source_lengths;
 mod stage;
+mod write_behind;
 
 use rayframe::bvh::SimdLevel;
 

@@ -256,38 +256,6 @@ fn the_loop_is_one_frame_ahead_of_the_disk_at_most() {
 }
 
 #[test]
-fn without_write_behind_a_frame_is_on_the_disk_before_the_next_one_begins() {
-    let folder = tempfile::tempdir().unwrap();
-    let frames = [0, 1, 2, 3, 4, 5, 6, 7];
-    let reference = job(folder.path(), "a.##.exr", &frames);
-    render(&reference).unwrap();
-    for threads in [1, 2, 8] {
-        let folder = tempfile::tempdir().unwrap();
-        let mut job = job(folder.path(), "a.##.exr", &frames);
-        job.write_behind = false;
-        let missing = Mutex::new(Vec::new());
-        let on_event = |event: SequenceEvent<'_>| {
-            let (SequenceEvent::FrameStarted(started) | SequenceEvent::FrameProgress(started, _)) = event
-            else {
-                return;
-            };
-            if (0..started.frame).any(|frame| !job.output.path(frame).is_file()) {
-                missing.lock().unwrap().push(started.frame);
-            }
-        };
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let plan = Plan::new(&job).unwrap();
-        let summary = pool.install(|| run(&job, &plan, &CancelFlag::new(), &on_event));
-        assert_eq!(summary.written.len(), frames.len());
-        assert_eq!(missing.into_inner().unwrap(), [0_i64; 0], "{threads} threads");
-        for frame in frames {
-            let bytes = [&job, &reference].map(|job| std::fs::read(job.output.path(frame)).unwrap());
-            assert!(bytes[0] == bytes[1], "frame {frame}");
-        }
-    }
-}
-
-#[test]
 fn frames_end_in_order_whether_written_kept_or_failed() {
     let folder = tempfile::tempdir().unwrap();
     let mut job = job(folder.path(), "a.##.exr", &[1]);

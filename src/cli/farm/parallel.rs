@@ -24,7 +24,8 @@ fn run(plan: &JobPlan) -> String {
     let most = at_most.map_or_else(String::new, |most| format!("[ \"$jobs\" -le {most} ] || jobs={most}\n"));
     let mut text = format!(
         "#!/bin/sh\n# Written by {version}. Runs the job; options of parallel may follow, such as --sshloginfile\n\
-         # JOBS is the number of tasks at a time. Run again, it repeats only what failed\nset -u\n\
+         # JOBS is the number of tasks at a time. Run again, it renders what is missing. Ends with the worst code of the tasks\nset -u\n\
+         command -v parallel > /dev/null || {{ echo 'GNU parallel is not installed' >&2; exit 127; }}\n\
          cd {} || exit 66\n\
          jobs=${{JOBS:-$(($(nproc) / {threads}))}}\n[ \"$jobs\" -ge 1 ] || jobs=1\n{most}",
         quoted(folder),
@@ -34,16 +35,16 @@ fn run(plan: &JobPlan) -> String {
     let transient = format!("^({TRANSIENT})$");
     let _ = write!(
         text,
-        "\n# Tasks that are in the log with 0, or with a failure that repeats itself, are not run again\n\
-         keep() {{\n    [ -f joblog ] || return 0\n    \
-         awk -F '\\t' 'NR == 1 || $7 !~ /{transient}/ && $8 == 0' joblog > joblog.kept && mv joblog.kept joblog\n}}\n\
-         attempt=0\nwhile :; do\n    keep\n    \
+        "\n# Tasks keep frames that are there, so a new run begins with all of them. Repeats of it leave out what cannot pass\n\
+         rm -f joblog\nattempt=0\nwhile :; do\n    \
          parallel --will-cite --joblog joblog --resume --jobs \"$jobs\" \"$@\" sh ./{TASK_SCRIPT} {{}} < tasks\n    \
-         code=$?\n    [ \"$attempt\" -lt {retries} ] || break\n    attempt=$((attempt + 1))\n    \
-         awk -F '\\t' 'NR > 1 && ($7 ~ /{transient}/ || $8 != 0) {{ found = 1 }} END {{ exit !found }}' joblog || break\ndone\n\
-         [ \"$code\" -eq 0 ] || exit \"$code\"\n\
-         # Parallel counts the failures of this run, and the log those of all\n\
-         awk -F '\\t' 'NR > 1 && $7 != 0 {{ worst = $7 }} END {{ exit worst }}' joblog || exit $?\n",
+         code=$?\n    [ -f joblog ] || exit \"$code\"\n    \
+         [ \"$attempt\" -lt {retries} ] || break\n    attempt=$((attempt + 1))\n    \
+         awk -F '\\t' 'NR > 1 && ($7 ~ /{transient}/ || $8 != 0) {{ found = 1 }} END {{ exit !found }}' joblog || break\n    \
+         awk -F '\\t' 'NR == 1 || $7 !~ /{transient}/ && $8 == 0' joblog > joblog.kept && mv joblog.kept joblog\ndone\n\
+         awk -F '\\t' 'NR > 1 {{ code = $8 != 0 ? 128 + $8 : $7; if (code > worst) worst = code }} END {{ exit worst }}' joblog || exit $?\n\
+         # All tasks may end well and parallel not, as where it is stopped\n\
+         [ \"$code\" -eq 0 ] || exit \"$code\"\n",
     );
     if !plan.parts.is_empty() {
         let _ = writeln!(text, "exec sh ./{TASK_SCRIPT} {MERGE}");
@@ -69,6 +70,7 @@ mod tests {
             "jobs=7",
             "/^(74|75|130|137|143)$/",
             "--joblog joblog --resume",
+            "rm -f joblog",
         ] {
             assert!(run.contains(part), "{part}\n{run}");
         }

@@ -13,7 +13,7 @@ use super::chunks::{ChunkRule, chunks};
 use super::frame_costs::{FrameCosts, Workload};
 use super::job_plan::{DEFAULT_THREADS, JobPlan, Pin, Resources, Task};
 use super::options::FarmArgs;
-use super::settings::{check_shared_files, of_first_part, parts, shot_file};
+use super::settings::{check_shared_files, of_first_part, of_tasks, parts, shot_file};
 use super::shell::not_unicode;
 
 /// Frames of a task where no costs are known.
@@ -30,6 +30,7 @@ const SPARE_BYTES: u64 = 128 << 20;
 pub(super) fn plan(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Result<JobPlan> {
     // Resolve the shot as `render` does.
     check_shared_files(shot)?;
+    let shot = &of_tasks(shot)?;
     let job = resolve(&of_first_part(shot, args.division())?, ImageLoading::Budget)?;
     report_warnings(&job.sequence.scene.path, &job.warnings, job.sequence.strict)?;
     Plan::check(&job.sequence)?;

@@ -46,15 +46,20 @@ pub(super) fn check_shared_files(shot: &ShotSettings) -> Result<()> {
     })
 }
 
+/// The shot as tasks render it: without write-behind unless it is asked for, so that a killed worker loses one frame at most.
+pub(super) fn of_tasks(shot: &ShotSettings) -> Result<ShotSettings> {
+    let mut settings = shot.settings.clone();
+    if settings.origin_of("write_behind").is_none() {
+        settings.set("write_behind", OsStr::new("off"), &Provenance::Default).map_err(Error::from)?;
+    }
+    ShotSettings::merge([settings], shot.shot_file.clone())
+}
+
 /// A shot file of what all tasks have in common, and the folders of files that settings name, which are left out of it.
 pub(super) fn shot_file(shot: &ShotSettings, job: &RenderJob) -> Result<(String, Vec<AssetFolder>)> {
     let mut settings = resolved_settings(shot, std::slice::from_ref(job));
     for name in OF_TASKS {
         settings.clear(name);
-    }
-    // A killed worker loses one frame at most.
-    if shot.settings.origin_of("write_behind").is_none() {
-        settings.set("write_behind", OsStr::new("off"), &Provenance::Default).map_err(Error::from)?;
     }
     let asset_folders = take_asset_folders(&mut settings)?;
     let toml = settings.to_toml();

@@ -5,9 +5,10 @@ use image::{ExtendedColorType, ImageEncoder};
 use serde_json::{Value, json};
 
 use super::{error_text, import_bytes};
+use crate::asset_cache::{AssetCache, ImageShape};
 use crate::error::Result;
-use crate::gltf::{ImageLoading, ImportOptions, import};
-use crate::scene::{Encoding, Filter, MipFilter, Scene, Texels};
+use crate::gltf::{ImageLoading, ImportOptions, import, import_with_cache};
+use crate::scene::{Encoding, Filter, Image, MipFilter, Scene, Texels, mip_levels};
 
 /// PNG of noise with constant alpha.
 fn png(side: u32, alpha: u8, seed: u32) -> String {
@@ -131,4 +132,38 @@ fn twenty_images_stay_within_the_memory_limit_or_are_refused_by_name() {
             .unwrap();
     assert_eq!((headers.images.len(), headers.images[7].width), (20, 64));
     assert_eq!(headers.content_hash, with_limit(enough).unwrap().content_hash);
+}
+
+#[test]
+fn images_and_mip_levels_of_the_cache_are_not_decoded() {
+    // False texels and levels with true checksums under the true keys.
+    let folder = tempfile::tempdir().unwrap();
+    let png = png(256, 255, 1);
+    let document = json!({
+        "asset": {"version": "2.0"},
+        "images": [{"uri": png.clone()}],
+        "textures": [{"source": 0}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    });
+    let path = folder.path().join("a.gltf");
+    std::fs::write(&path, document.to_string()).unwrap();
+    let encoded = png.trim_start_matches("data:image/png;base64,");
+    let encoded = base64::engine::general_purpose::STANDARD.decode(encoded).unwrap();
+
+    let cache = AssetCache::open(&folder.path().join("cache"), 1 << 30);
+    let shape = ImageShape { width: 256, height: 256, is_deep: false };
+    let key = shape.key_of(&encoded).unwrap();
+    let mut image =
+        Image { name: None, width: 256, height: 256, texels: Texels::Rgba8(vec![[7; 4]; 1 << 16]) };
+    cache.store_texels(key, shape, &image.texels);
+    let texels = image.texels.clone();
+    image.texels = Texels::Rgba8(vec![[90; 4]; 1 << 16]);
+    let levels = mip_levels(&image, Encoding::Srgb);
+    cache.store_mip_levels(key, shape, (Encoding::Srgb, &levels));
+
+    let scene = import_with_cache(&path, &ImportOptions::default(), Some(&cache)).unwrap();
+    assert_eq!(scene.images[0].texels, texels);
+    assert_eq!(scene.mips[0].levels(Encoding::Srgb), levels);
+    let decoded = import(&path, &ImportOptions::default()).unwrap();
+    assert!(decoded.images[0].texels != texels && decoded.mips[0].levels(Encoding::Srgb) != levels);
 }

@@ -35,8 +35,12 @@ pub(super) enum Decision {
 impl Decision {
     /// Its dimension at a surface after `depth` bounces.
     pub(super) fn dimension(self, depth: u32) -> u32 {
-        depth.wrapping_mul(OF_BOUNCE).wrapping_add(self as u32)
+        dimension(depth, self as u32)
     }
+}
+
+fn dimension(depth: u32, decision: u32) -> u32 {
+    depth.wrapping_mul(OF_BOUNCE).wrapping_add(decision)
 }
 
 /// The keys of all decisions after some number of bounces. The paths of a wavefront share them.
@@ -56,8 +60,7 @@ impl BounceKeys {
         }
         self.of = of;
         for (decision, keys) in (0..).zip(&mut self.keys) {
-            let dimension = depth.wrapping_mul(OF_BOUNCE).wrapping_add(decision);
-            *keys = DimensionKeys::new(sequence.seed(), dimension);
+            *keys = DimensionKeys::new(sequence.seed(), dimension(depth, decision));
         }
     }
 }

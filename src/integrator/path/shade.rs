@@ -1,16 +1,34 @@
 //! Shading of a surface of a path.
 
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 
 use super::dimensions::{BounceSamples, Decision};
 use super::mis::LastScatter;
 use super::shaded_point::ShadedPoint;
 use crate::bsdf::{Bsdf, Coat, Scattering};
 use crate::integrator::whitted::{
-    SurfaceHit, Tracer, Wavefront, ior_outside, ior_transmission_side, local_frame, shading_frame,
+    RaySignature, SurfaceHit, Tracer, Wavefront, ior_outside, ior_transmission_side, local_frame,
+    shading_frame,
 };
 use crate::integrator::{ColorChannels, GuideSample, LightPass, RayState};
 use crate::interaction::{MaterialSample, SurfacePoint};
+
+/// A path where it arrives at a surface.
+struct PathArrival<'s> {
+    /// Signature of its ray.
+    signature: RaySignature,
+    state: &'s RayState,
+    /// See [`SurfaceHit::light_pass`].
+    light_pass: Option<LightPass>,
+    /// The surface that sampled its ray.
+    last: Option<LastScatter>,
+    /// Multiplies radiance that leaves the surface.
+    weight: Vec3,
+    /// See [`SurfaceHit::share`].
+    share: f32,
+    /// The coat of the surface with its frame.
+    coat: Option<(Coat, Mat3)>,
+}
 
 impl Tracer<'_, '_> {
     /// Adds the light of a surface to its path, and sends the ray that goes on.
@@ -24,7 +42,7 @@ impl Tracer<'_, '_> {
         let SurfaceHit { slot, hit, share, light_pass } = *surface_hit;
         let (_, state) = wavefront.ray(slot);
         let last = wavefront.last_scatter(slot).copied();
-        let mut weight = state.weight * state.media.transmittance(hit.t) * share;
+        let weight = state.weight * state.media.transmittance(hit.t) * share;
 
         // Emission
         if material.unlit {
@@ -47,7 +65,19 @@ impl Tracer<'_, '_> {
         }
 
         let regularized = self.regularized(last.as_ref(), material);
-        let material = &regularized;
+        let coat = coat.map(|(coat, world_from_coat, _)| (coat, world_from_coat));
+        let arrival = PathArrival { signature: slot.signature, state, light_pass, last, weight, share, coat };
+        self.scatter_path(&arrival, (index, point), &regularized);
+    }
+
+    /// Sends the shadow rays of a surface, and the ray that goes on.
+    fn scatter_path(
+        &mut self,
+        arrival: &PathArrival<'_>,
+        (index, point): (usize, &SurfacePoint<'_>),
+        material: &MaterialSample,
+    ) {
+        let PathArrival { signature, state, light_pass, last, mut weight, share, coat } = *arrival;
 
         // One colour channel of three where the surface disperses light
         let transmission_side = self.transmission_side(state, (index, point));
@@ -71,10 +101,9 @@ impl Tracer<'_, '_> {
         let bsdf = Bsdf::with_albedos(material, outside, inside, albedo_slice);
         let world_from_local = shading_frame(point.shading_normal, material.anisotropy.as_ref());
         let local_from_world = world_from_local.transpose();
-        let coat =
-            coat.map(|(coat, world_from_coat, _)| (coat, world_from_coat.transpose() * world_from_local));
+        let coat = coat.map(|(coat, world_from_coat)| (coat, world_from_coat.transpose() * world_from_local));
         let shaded = ShadedPoint {
-            signature: slot.signature,
+            signature,
             state,
             light_pass,
             point,

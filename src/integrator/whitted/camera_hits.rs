@@ -75,8 +75,8 @@ impl Tracer<'_, '_> {
             for (lane, &sample) in followed.iter().enumerate() {
                 let ray = &rays[sample as usize];
                 let media = media.cloned().unwrap_or_else(|| self.context.media_around_start(ray));
-                let draws = self.context.draws_by_seed;
-                let seed = if draws { samples.seed(camera, sample) } else { Seed::default() };
+                let seed =
+                    if self.context.uses_seeds { samples.seed(camera, sample) } else { Seed::default() };
                 if let Some(points) = &self.context.sample_points {
                     self.sequences[sample as usize] = samples.sequence(points, sample);
                 }

@@ -13,11 +13,13 @@ fi
 folder=${1:-$(mktemp -d)}
 root=$(git -C "$(dirname "$0")" rev-parse --show-toplevel)
 cargo_home=${CARGO_HOME:-$HOME/.cargo}
-epoch=$(git -C "$root" log -1 --format=%ct)
+# The commit stays the same where another one is made meanwhile.
+commit=$(git -C "$root" rev-parse HEAD)
+epoch=$(git -C "$root" log -1 --format=%ct "$commit")
 
 build() {
     mkdir -p "$1"
-    git -C "$root" archive HEAD | tar -x -C "$1"
+    git -C "$root" archive "$commit" | tar -x -C "$1"
     # Paths of the checkout and of the crates reach messages of panics. Flags hold spaces, so they are separated by 0x1f.
     flags=$(printf -- '--remap-path-prefix=%s=/rayframe\037--remap-path-prefix=%s=/cargo' "$1" "$cargo_home")
     (cd "$1" && CARGO_ENCODED_RUSTFLAGS=$flags SOURCE_DATE_EPOCH=$epoch CARGO_TARGET_DIR="$1/target" \

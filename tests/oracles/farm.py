@@ -10,7 +10,7 @@
 - k8s: both manifests against Kubernetes' schema, and the command of the container for each index. Needs no cluster.
 
 The frames of each must be those of one plain run, to the byte, and no frame may be written twice: all that a killed worker
-loses is the frame that it was rendering, and one that it was still writing. Ends with 1 where anything is wrong. What is not installed is named and skipped; `--install` gets
+loses is one frame. Ends with 1 where anything is wrong. What is not installed is named and skipped; `--install` gets
 openjd-cli and kubernetes-validate from PyPI into a temporary environment, and Slurm and GNU parallel by apt-get.
 """
 

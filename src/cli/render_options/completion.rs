@@ -36,6 +36,7 @@ pub(super) fn with_value(arg: Arg, definition: &Definition) -> Arg {
     };
     let hint = match definition.value_name {
         "SCENE" | "FILE" | "FILE.png" | "PATTERN" | "PATH" | "SOURCE" => ValueHint::FilePath,
+        "DIR" => ValueHint::DirPath,
         _ => ValueHint::Other,
     };
     arg.value_name(definition.value_name)

@@ -145,4 +145,4 @@ class Cluster:
             time.sleep(0.2)
 
     def wait_for_the_end(self):
-        self.wait_for(lambda: not self.jobs(), "the end of all jobs")
+        self.wait_for(lambda: not self.jobs(), "the end of all jobs", seconds=240)

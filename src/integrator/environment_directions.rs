@@ -68,14 +68,14 @@ impl EnvironmentDirections {
         let node = (LuminanceImage::uv_from_direction(normal) * NORMAL_STEPS as f32 + u).floor();
         let node = node.min(Vec2::splat(NORMAL_STEPS as f32));
         let node = node.y as usize * (NORMAL_STEPS + 1) + node.x as usize;
-        let row_ends = self.row_ends.get(node * CELLS..)?.get(..CELLS)?;
-        let chosen = u_choice * *row_ends.last()?;
-        let row = node * CELLS + row_ends.partition_point(|&below| below <= chosen);
+        let row_ends = self.row_ends.get(node * CELLS..)?.first_chunk::<CELLS>()?;
+        let chosen = u_choice * row_ends[CELLS - 1];
+        let row = node * CELLS + count_up_to(row_ends, chosen);
         if row == (node + 1) * CELLS {
             return None;
         }
-        let cells = self.cumulative.get(row * CELLS..)?.get(..CELLS)?;
-        let column = cells.partition_point(|&below| below <= chosen);
+        let cells = self.cumulative.get(row * CELLS..)?.first_chunk::<CELLS>()?;
+        let column = count_up_to(cells, chosen);
         let direction = direction_in(row % CELLS * CELLS + column, u);
         // A cell, or a normal, may reach a little beyond the horizon.
         let height = direction.dot(normal);
@@ -98,6 +98,11 @@ impl EnvironmentDirections {
         let chosen = candidates.iter().find(|(_, sum_to)| u_choice * sum < *sum_to);
         chosen.map_or(mirrored, |(direction, _)| *direction)
     }
+}
+
+/// How many of the sums are at most `chosen`. They ascend, so that this is a search; counting all takes no branch and is done in lanes.
+fn count_up_to(sums: &[f32; CELLS], chosen: f32) -> usize {
+    sums.iter().map(|&sum| u32::from(sum <= chosen)).sum::<u32>() as usize
 }
 
 /// The direction at `u` in a cell.

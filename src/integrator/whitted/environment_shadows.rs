@@ -9,7 +9,7 @@ use super::tracer::Tracer;
 use crate::color::luminance;
 use crate::geometry::Ray;
 use crate::integrator::environment_directions::EnvironmentDirections;
-use crate::integrator::zsobol::SampleSequence;
+use crate::integrator::zsobol::{DimensionKeys, SampleSequence};
 use crate::integrator::{EnvSamples, GlassShadows, LightPass, MediaStack};
 
 /// Lookups of one surface: two lobes of each side, three of dispersed glass, and a coat.
@@ -54,21 +54,42 @@ impl LookupLobe {
         }
     }
 
-    /// A direction of the lobe.
+    /// A direction of the lobe, by the sample points of `keys`.
     fn sample(
         &self,
         directions: &EnvironmentDirections,
-        (sequence, dimension): (&SampleSequence, u32),
+        sequence: &SampleSequence,
+        keys: &[DimensionKeys; DIMENSIONS as usize],
     ) -> Vec3 {
-        let u = sequence.point(dimension);
+        let (u, u_choice) = (sequence.point_by(&keys[0]), sequence.number_by(&keys[1]));
         match *self {
-            Self::Diffuse { normal } => {
-                let sampled = directions.diffuse(normal, u, sequence.number(dimension + 1));
-                sampled.unwrap_or(normal)
-            }
-            Self::Glossy { direction, roughness } => {
-                directions.glossy(direction, roughness, u, sequence.number(dimension + 1))
-            }
+            Self::Diffuse { normal } => directions.diffuse(normal, u, u_choice).unwrap_or(normal),
+            Self::Glossy { direction, roughness } => directions.glossy(direction, roughness, u, u_choice),
+        }
+    }
+}
+
+/// The keys of the sample points of each lookup's first ray, which is most often its only one.
+#[derive(Debug, Default)]
+pub(super) struct LookupKeys {
+    /// By number of the lookup: a seed, and its keys.
+    of_lookups: Vec<Option<(u32, [DimensionKeys; DIMENSIONS as usize])>>,
+}
+
+impl LookupKeys {
+    /// The keys of a ray of a lookup, in sequences with this seed.
+    fn get(&mut self, seed: u32, lookup: usize, ray: u32) -> [DimensionKeys; DIMENSIONS as usize] {
+        let first = (lookup as u32 * MAX_RAYS + ray) * DIMENSIONS;
+        let new = || std::array::from_fn(|i| DimensionKeys::new(seed, first + i as u32));
+        if ray != 0 {
+            return new();
+        }
+        if self.of_lookups.len() <= lookup {
+            self.of_lookups.resize(lookup + 1, None);
+        }
+        match &mut self.of_lookups[lookup] {
+            Some((of, keys)) if *of == seed => *keys,
+            slot => slot.insert((seed, new())).1,
         }
     }
 }
@@ -114,15 +135,15 @@ impl Tracer<'_, '_> {
                 self.add(state.sample, light_pass, radiance * reflected * context.occluded_share);
             }
             let radiance = radiance * (Vec3::ONE - reflected);
-            let lookup = (signature.index() * MAX_LOOKUPS + index) as u32;
+            let lookup = signature.index() * MAX_LOOKUPS + index;
             let end = if is_outside {
                 point.shadow_end_outside(Vec3::ZERO)
             } else {
                 point.shadow_end_inside(Vec3::ZERO)
             };
             for ray in 0..rays {
-                let dimension = (lookup * MAX_RAYS + ray) * DIMENSIONS;
-                let sampled = lobe.sample(directions, (&sequence, dimension));
+                let keys = self.lookup_keys.get(sequence.seed(), lookup, ray);
+                let sampled = lobe.sample(directions, &sequence, &keys);
                 // Directions beyond the surface are mirrored by it.
                 let height = sampled.dot(point.geometric_normal);
                 let wi = if (height > 0.0) == is_outside {
@@ -178,6 +199,20 @@ fn join_faint(lookups: &mut [EnvironmentLookup]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::integrator::zsobol::ZSobol;
+
+    #[test]
+    fn keys_of_lookups_are_those_of_their_dimensions() {
+        let mut keys = LookupKeys::default();
+        // Sample 5 is beyond the four of a pixel and has a seed of its own.
+        for (lookup, ray, sample) in [(9, 0, 1), (9, 3, 1), (9, 0, 2), (9, 0, 5), (2, 0, 5), (9, 0, 1)] {
+            let sequence = ZSobol::new(4, 7).sequence((10, 20), sample);
+            let keys = keys.get(sequence.seed(), lookup, ray);
+            let dimension = (lookup as u32 * MAX_RAYS + ray) * DIMENSIONS;
+            assert_eq!(sequence.point_by(&keys[0]), sequence.point(dimension));
+            assert_eq!(sequence.number_by(&keys[1]), sequence.number(dimension + 1));
+        }
+    }
 
     #[test]
     fn faint_lookups_join_the_brightest_of_their_side() {

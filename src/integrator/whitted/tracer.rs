@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 
+use super::environment_shadows::LookupKeys;
 use super::opaque_block::OpaqueBlock;
 use super::sample_aovs::{InstanceCoverage, SampleAovFlags, SampleAovs};
 use super::shading_order::ShadingOrder;
@@ -77,6 +78,8 @@ pub struct Tracer<'w, 'a> {
     pub(in crate::integrator) albedo_slices: AlbedoSlices,
     /// The keys of the sample points of the shaded paths.
     pub(in crate::integrator) bounce_keys: BounceKeys,
+    /// The keys of the sample points of environment lookups.
+    pub(super) lookup_keys: LookupKeys,
     pub(super) media_cache: MediaCache,
     pub(in crate::integrator) aovs: SampleAovs,
     pub(in crate::integrator) counters: TraversalCounters,
@@ -105,6 +108,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
             probes: TransmissionProbes::default(),
             albedo_slices: AlbedoSlices::default(),
             bounce_keys: BounceKeys::default(),
+            lookup_keys: LookupKeys::default(),
             media_cache: MediaCache::default(),
             aovs: SampleAovs::default(),
             counters: TraversalCounters::default(),

@@ -17,12 +17,14 @@ mod texels;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use sha2::{Digest as _, Sha256};
 
 use crate::error::{Error, Result};
 use crate::image_file::begin_replacing;
+use crate::scene::AssetCacheUse;
 use crate::sha256::hex;
 
 use entry::{EntryReader, EntryWriter};
@@ -37,6 +39,8 @@ const DECODING: u32 = 1;
 pub(crate) struct AssetCache {
     folder: PathBuf,
     max_bytes: u64,
+    hits: AtomicU32,
+    misses: AtomicU32,
     /// Why the first entry that could not be written was not. Locked while an entry is made space for.
     write_error: Mutex<Option<String>>,
 }
@@ -63,7 +67,21 @@ impl AssetCache {
     /// written.
     pub(crate) fn open(folder: &Path, max_bytes: u64) -> Self {
         trim(folder, max_bytes);
-        Self { folder: folder.to_owned(), max_bytes, write_error: Mutex::default() }
+        let (hits, misses) = (AtomicU32::new(0), AtomicU32::new(0));
+        Self { folder: folder.to_owned(), max_bytes, hits, misses, write_error: Mutex::default() }
+    }
+
+    /// How often entries were found so far.
+    pub(crate) fn usage(&self) -> AssetCacheUse {
+        let [hits, misses] = [&self.hits, &self.misses].map(|count| count.load(Ordering::Relaxed));
+        AssetCacheUse { hits, misses }
+    }
+
+    /// Counts whether an entry was found.
+    fn counted<T>(&self, found: Option<T>) -> Option<T> {
+        let count = if found.is_some() { &self.hits } else { &self.misses };
+        count.fetch_add(1, Ordering::Relaxed);
+        found
     }
 
     /// Why entries could not be written, where that has happened.

@@ -5,7 +5,7 @@ use std::time::{Duration, SystemTime};
 
 use super::eviction::ENDING;
 use super::{AssetCache, ImageShape, SourceKey};
-use crate::scene::{Encoding, Image, Texels, mip_levels};
+use crate::scene::{AssetCacheUse, Encoding, Image, Texels, mip_levels};
 
 /// Odd sides, more than one block.
 const SHAPE: ImageShape = ImageShape { width: 613, height: 501, is_deep: false };
@@ -47,6 +47,8 @@ fn entries_hold_what_was_stored_bit_for_bit() {
             cache.store_mip_levels(key, shape, (encoding, &levels));
             assert_eq!(other.mip_levels(key, shape, encoding), Some(levels));
         }
+        assert_eq!(cache.usage(), AssetCacheUse { hits: 0, misses: 5 });
+        assert_eq!(other.usage(), AssetCacheUse { hits: 5, misses: 0 });
         assert_eq!(cache.write_error(), None);
     }
     assert_eq!(names(folder.path()).len(), 10);

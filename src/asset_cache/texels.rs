@@ -54,8 +54,8 @@ impl ImageShape {
 impl AssetCache {
     /// The texels of an image, where they are kept.
     pub(crate) fn texels(&self, key: SourceKey, shape: ImageShape) -> Option<Texels> {
-        let mut entry = self.entry(&key.entry("texels"), file_bytes([shape.bytes()]))?;
-        read_texels(&mut entry, shape)
+        let entry = self.entry(&key.entry("texels"), file_bytes([shape.bytes()]));
+        self.counted(entry.and_then(|mut entry| read_texels(&mut entry, shape)))
     }
 
     /// Keeps the texels of an image.
@@ -75,12 +75,14 @@ impl AssetCache {
     ) -> Option<Vec<MipLevel>> {
         let shapes = level_shapes(shape);
         let bytes = file_bytes(shapes.iter().map(|shape| shape.bytes()));
-        let mut entry = self.entry(&key.entry(levels_name(encoding)), bytes)?;
-        let level = |shape: ImageShape| {
-            let ImageShape { width, height, .. } = shape;
-            Some(MipLevel { width, height, texels: read_texels(&mut entry, shape)? })
-        };
-        shapes.into_iter().map(level).collect()
+        let levels = self.entry(&key.entry(levels_name(encoding)), bytes).and_then(|mut entry| {
+            let level = |shape: ImageShape| {
+                let ImageShape { width, height, .. } = shape;
+                Some(MipLevel { width, height, texels: read_texels(&mut entry, shape)? })
+            };
+            shapes.into_iter().map(level).collect()
+        });
+        self.counted(levels)
     }
 
     /// Keeps the mip levels of an image.

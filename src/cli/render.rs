@@ -20,7 +20,7 @@ use crate::progress::{
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Provenance, Result, SettingError};
 use rayframe::gltf::ImageLoading;
-use rayframe::scene::{CameraRequest, ClipSelection};
+use rayframe::scene::{AssetCacheUse, CameraRequest, ClipSelection, Scene};
 use rayframe::sequence::{Plan, permanence, triangle_count};
 use rayframe::settings::{ProgressStyle, SettingValues};
 use rayframe::shot::{
@@ -202,6 +202,9 @@ impl Session {
             self.add_files(named, shot, &ShotOutline { sequences, choices: Vec::new(), inputs })?;
         }
         report_shot_warnings(&jobs)?;
+        if let (true, Some(job)) = (shot.values.verbose, jobs.first()) {
+            report_asset_cache(&job.sequence.scene);
+        }
         let mut planned = Vec::new();
         for job in &mut jobs {
             if self.is_many {
@@ -318,6 +321,13 @@ fn style_of(values: &SettingValues) -> ProgressStyle {
 
 fn asks_for_each(values: &SettingValues) -> bool {
     values.animation == ClipSelection::Each || values.camera == Some(CameraRequest::Each)
+}
+
+/// Prints how often the import found what it looked for in the asset cache.
+fn report_asset_cache(scene: &Scene) {
+    if let Some(AssetCacheUse { hits, misses }) = scene.asset_cache {
+        print_note(&format!("asset cache: {hits} hits, {misses} misses"));
+    }
 }
 
 /// Prints the warnings of all jobs of a scene.

@@ -113,10 +113,13 @@ fn import_unguarded(path: &Path, options: ImportOptions, cache: Option<&AssetCac
     let mut context = Context::new(path, options.max_memory_bytes);
 
     let file = container::read(&mut context)?;
-    std::thread::scope(|threads| {
+    let mut scene = std::thread::scope(|threads| {
         let resources = Resources::new(&context, &file.bytes, threads);
         import_file(context, &file, resources, ImageSource { loading: options.images, cache })
-    })
+    })?;
+    scene.asset_cache = cache.map(AssetCache::usage);
+    scene.notes.extend(cache.and_then(AssetCache::write_error).map(note));
+    Ok(scene)
 }
 
 fn note(message: String) -> Warning {
@@ -130,7 +133,6 @@ fn import_file(
     source: ImageSource<'_>,
 ) -> Result<Scene> {
     // Read the JSON and the buffers.
-    let path = context.path;
     let document = Document::parse(&mut context, file.json())?;
     extensions::check(&mut context, &document)?;
     context.animates_properties = document.uses(extensions::ANIMATION_POINTER);
@@ -165,7 +167,7 @@ fn import_file(
     let storage = file_storage::file_storage(&document, file_bytes, stored_images);
 
     Ok(Scene {
-        path: path.to_owned(),
+        path: context.path.to_owned(),
         files: std::mem::take(&mut resources.files),
         content_hash: resources.finish_hash(),
         nodes: hierarchy.nodes,
@@ -190,6 +192,7 @@ fn import_file(
         storage,
         memory: context.memory(),
         warnings: context.into_warnings(),
-        notes: source.cache.and_then(AssetCache::write_error).map(note).into_iter().collect(),
+        asset_cache: None,
+        notes: Vec::new(),
     })
 }

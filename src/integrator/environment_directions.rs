@@ -100,8 +100,9 @@ impl EnvironmentDirections {
     }
 }
 
-/// How many of the sums are at most `chosen`. They ascend, so that this is a search; counting all takes no branch and is done in lanes.
+/// How many of the sums are at most `chosen`. They never decrease, so that this is a search; counting all takes no branch and is done in lanes.
 fn count_up_to(sums: &[f32; CELLS], chosen: f32) -> usize {
+    debug_assert!(sums.is_sorted() || sums[CELLS - 1].is_nan());
     sums.iter().map(|&sum| u32::from(sum <= chosen)).sum::<u32>() as usize
 }
 
@@ -172,6 +173,20 @@ mod tests {
             for roughness in [0.5, 0.8, 1.0] {
                 let wide = directions.glossy(axis, roughness, u, choice);
                 assert!((wide.length() - 1.0).abs() < 1e-4 && wide.dot(axis) > -1e-5, "{wide}");
+            }
+        }
+    }
+
+    #[test]
+    fn counting_sums_is_a_search() {
+        let ramp: [f32; CELLS] = std::array::from_fn(|i| i as f32);
+        let steps = ramp.map(|sum| (sum / 5.0).floor());
+        let overflow = ramp.map(|sum| if sum > 20.0 { f32::INFINITY } else { sum });
+        let unknown = ramp.map(|sum| if sum > 20.0 { f32::NAN } else { sum });
+        for sums in [ramp, steps, overflow, unknown, [0.0; CELLS]] {
+            for chosen in [0.0, 0.5, 1.0, 5.5, 20.0, 31.0, 40.0, f32::INFINITY, f32::NAN] {
+                let expected = sums.partition_point(|&sum| sum <= chosen);
+                assert_eq!(count_up_to(&sums, chosen), expected, "{chosen} in {sums:?}");
             }
         }
     }

@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use super::{
-    Animation, AnimationIndex, Camera, CameraIndex, FileStorage, Image, ImageLight, ImageLightIndex,
-    ImageMips, Light, LightIndex, Material, Mesh, Node, NodeIndex, SceneMemory, Skin, Texture, TextureIndex,
-    Variant,
+    Animation, AnimationIndex, AssetCacheUse, Camera, CameraIndex, FileStorage, Image, ImageLight,
+    ImageLightIndex, ImageMips, Light, LightIndex, Material, Mesh, Node, NodeIndex, SceneMemory, Skin,
+    Texture, TextureIndex, Variant,
 };
 use crate::error::Warning;
 
@@ -70,6 +70,8 @@ pub struct Scene {
     pub extensions_required: Vec<String>,
     /// How the file stores its content.
     pub storage: FileStorage,
+    /// What the asset cache had, where one was used.
+    pub asset_cache: Option<AssetCacheUse>,
     /// Memory of the content.
     pub memory: SceneMemory,
     /// Features of the file that are not honoured.

@@ -1,4 +1,6 @@
-//! How a file stores its content: sizes, formats and attributes, which the imported scene no longer shows.
+//! How a file stores its content: sizes, formats and attributes, which the imported scene no longer shows; and how its import used the asset cache.
+
+use serde::Serialize;
 
 /// Sizes and formats of a file's content as stored.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -18,6 +20,16 @@ pub struct FileStorage {
     /// Vertex attributes with their formats, such as `NORMAL int8 normalized`, by mesh and primitive of the file. Primitives of
     /// points and lines, which are not imported, have entries, too.
     pub attributes: Vec<Vec<Vec<String>>>,
+}
+
+/// How often an import found texels or mip levels in the asset cache. Images that are too small for it do not count.
+/// Equal images share an entry, so that counts of a first run may depend on which thread comes first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct AssetCacheUse {
+    /// Entries that were read.
+    pub hits: u32,
+    /// Entries that were not there, or damaged.
+    pub misses: u32,
 }
 
 /// An encoded image.

@@ -49,7 +49,7 @@ pub use environment::{
     BuiltInLight, ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, KeyLight,
 };
 pub(crate) use environment::{LookupLanes, LuminanceImage, columns_for_cube};
-pub use file_storage::{FileStorage, StoredImage};
+pub use file_storage::{AssetCacheUse, FileStorage, StoredImage};
 pub use ground::Ground;
 pub use image_light::{CubeLevel, ImageLight, ImageLightPose};
 pub use index::{

@@ -314,6 +314,6 @@ settings! {
     progress: OneOf<ProgressStyle> = ProgressStyle::Auto, Run { value_name: "STYLE", is_for_runs: true }
     /// Print warnings and errors only
     quiet: Flag = false, Run { short: Some('q'), excludes: &["verbose"], is_common: true, is_for_runs: true }
-    /// Print the phases of each frame
+    /// Print the phases of each frame, and the hits of the asset cache
     verbose: Flag = false, Run { short: Some('v'), is_for_runs: true }
 }

@@ -10,6 +10,11 @@ use super::placeholder::{check_placeholders, escaped_folder};
 use super::plate_pattern;
 use super::setting_type::{SettingType, ValueForm};
 
+/// A path of at least one character.
+fn path(text: &OsStr) -> Result<PathBuf, String> {
+    if text.is_empty() { Err("is empty; write a path".to_owned()) } else { Ok(PathBuf::from(text)) }
+}
+
 /// File.
 #[derive(Debug)]
 pub struct FilePath;
@@ -19,7 +24,7 @@ impl SettingType for FilePath {
     const FORM: ValueForm = ValueForm::TEXT;
 
     fn parse(text: &OsStr) -> Result<PathBuf, String> {
-        Ok(PathBuf::from(text))
+        path(text)
     }
 
     fn write(value: &PathBuf) -> Vec<OsString> {
@@ -41,7 +46,7 @@ impl SettingType for NamedFile {
 
     fn parse(text: &OsStr) -> Result<PathBuf, String> {
         check_placeholders(Path::new(text))?;
-        Ok(PathBuf::from(text))
+        path(text)
     }
 
     fn write(value: &PathBuf) -> Vec<OsString> {

@@ -64,6 +64,13 @@ fn frames_are_the_same_without_and_with_a_new_a_full_and_a_damaged_cache() {
         assert_eq!(stderr(&output), "");
         assert_eq!(names(&cache).len(), 3);
     }
+    // Of the last run: statistics and -v say what was found.
+    let [stats, frame] = ["stats.json", "b.exr"].map(|name| folder.path().join(name));
+    let args = ["render", text(&scene), "-r", "8x8", "-v", "-o", text(&frame), "--stats", text(&stats)];
+    let output = rayframe(&both(&args, &with_cache));
+    assert!(stderr(&output).contains("asset cache: 3 hits, 0 misses"), "{}", stderr(&output));
+    let stats: serde_json::Value = serde_json::from_slice(&fs::read(stats).unwrap()).unwrap();
+    assert_eq!(stats["asset_cache"], serde_json::json!({"hits": 3, "misses": 0}));
     // An entry is read: with false texels and true checksums the image would differ, so each one is damaged in turn.
     for name in names(&cache) {
         let path = cache.join(&name);

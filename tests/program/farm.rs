@@ -165,6 +165,20 @@ fn what_cannot_be_divided_is_refused() {
 }
 
 #[test]
+fn options_of_another_engine_are_refused() {
+    for engine in ["openjd", "slurm", "parallel"] {
+        for (option, value) in [("--image", "rayframe:1"), ("--claim", "shots=/shots")] {
+            let folder = tempfile::tempdir().unwrap();
+            let refused = farm(folder.path(), engine, &["-f", "0-3", option, value]);
+            assert_eq!(refused.status.code(), Some(2), "{engine}: {}", stderr(&refused));
+            let why = format!("{option} applies to k8s only; leave it out for {engine}");
+            assert!(stderr(&refused).contains(&why), "{}", stderr(&refused));
+            assert_eq!(names(&folder.path().join("job")), [] as [&str; 0]);
+        }
+    }
+}
+
+#[test]
 fn several_shots_have_a_folder_each() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out/{scene}.####.exr");

@@ -129,6 +129,8 @@ fn faults_of_a_shot_file_are_told_in_one_line_with_the_code_of_wrong_files() {
         ("sampels = 4", 65, "a.toml:2:1: \"sampels\" is no setting; did you mean \"samples\"?"),
         ("samples = 'x'", 65, "a.toml:2:1: samples: expected a number, found a text"),
         ("fps = 0", 65, "a.toml:2:1: fps: "),
+        ("asset_cache = ''", 65, "a.toml:2:1: asset_cache: is empty; write a path"),
+        ("stats = ''", 65, "a.toml:2:1: stats: is empty; write a path"),
         ("\nframes = '9-1'", 65, "a.toml:3:1: frames: "),
         ("camera = 'nobody'", 65, ":2:1: camera: "),
         ("output = 'a.jpg'", 65, ":2:1: output: \".jpg\" cannot be written"),

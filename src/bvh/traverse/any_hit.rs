@@ -39,9 +39,6 @@ impl Visitor for AnyHit<'_> {
     fn test(&mut self, candidate: &Candidate, leaves: &LeafIntersector) -> bool {
         let flags = candidate.tag.flags();
         if candidate.is_certain {
-            if candidate.near > self.upper || candidate.far < self.lower {
-                return false;
-            }
             let is_within = candidate.near > self.lower && candidate.far < self.upper;
             if is_within && !flags.has(TriangleFlags::FILTERED) {
                 self.found = true;

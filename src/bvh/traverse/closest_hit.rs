@@ -97,7 +97,6 @@ impl<const CULL: bool> Visitor for ClosestHit<'_, CULL> {
         let flags = candidate.tag.flags();
         if candidate.is_certain {
             if candidate.near > self.far
-                || candidate.far < self.lower
                 || CULL && candidate.is_back && flags.has(TriangleFlags::SINGLE_SIDED)
             {
                 return false;

@@ -58,10 +58,11 @@ impl LaneRay {
     pub(super) fn new(ray: &Ray, lower: f32) -> Self {
         let axes = dominant_axes(ray.direction);
         let [x, y, depth] = axes.map(|axis| ray.direction.to_array()[axis]);
-        // The largest component by comparisons rather than by `axes`: the first boxes wait for it, and not for an index.
+        // By comparisons, so that the box test does not wait for the lookup of `axes`.
         let max = |a: f32, b: f32| if a > b { a } else { b };
         let size = ray.direction.abs();
         let largest = max(max(size.x, size.y), size.z);
+        debug_assert!(largest.to_bits() == depth.abs().to_bits());
         // Largest power of two not above the largest component, by its exponent bits, and its reciprocal.
         let exponent = (largest.to_bits() >> 23).clamp(1, 253);
         let scale = f32::from_bits(exponent << 23);

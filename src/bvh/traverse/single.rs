@@ -83,7 +83,7 @@ fn test_leaf<S: Simd, V: Visitor>(
         return false;
     }
     let bounds = edges.distance_bounds(simd, f32x8::splat(simd, ray.depth_reciprocal));
-    // Most lines that hit a triangle do so beyond the limits: all are rejected at once.
+    // Reject certain hits beyond the limits. Bounds that are not numbers reject nothing.
     let outside = bounds.near.simd_gt(visitor.upper()) | bounds.far.simd_lt(visitor.lower());
     possible &= !(edges.certain & outside.to_bitmask() as u32);
     let (near, far): ([f32; WIDTH], [f32; WIDTH]) = (bounds.near.into(), bounds.far.into());

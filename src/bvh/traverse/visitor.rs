@@ -55,7 +55,7 @@ pub(crate) trait Visitor {
     fn lower(&self) -> f32;
     /// Upper limit of `t`.
     fn upper(&self) -> f32;
-    /// Tests a candidate; true ends the traversal.
+    /// Tests a candidate; true ends the traversal. Certain candidates beyond the limits that held before their leaf are not passed.
     fn test(&mut self, candidate: &Candidate, leaves: &LeafIntersector) -> bool;
     /// Takes an exact hit; true ends the traversal.
     fn accept(&mut self, hit: &Hit, flags: TriangleFlags) -> bool;

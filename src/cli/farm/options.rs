@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 
+use rayframe::error::Error;
 use rayframe::settings::parse as options;
 
 use super::super::render_options::{NamedShot, RenderOptions};
@@ -78,6 +79,21 @@ pub(super) enum Division {
 }
 
 impl FarmArgs {
+    /// Refuses options that the engine's job files have no place for.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with the first of them.
+    pub(super) fn check_engine(&self) -> Result<(), Error> {
+        let given = [("--image", self.image.is_some()), ("--claim", !self.claims.is_empty())];
+        match given.into_iter().find(|(_, is_given)| *is_given && self.engine != Engine::K8s) {
+            Some((option, _)) => {
+                let engine = self.engine.name();
+                Err(Error::usage(format!("{option} applies to k8s only; leave it out for {engine}")))
+            }
+            None => Ok(()),
+        }
+    }
+
     /// What the tasks have of their own.
     pub(super) fn division(&self) -> Division {
         match (self.tiles, self.sample_ranges) {

@@ -12,6 +12,7 @@ use rayframe::image_file::{
     OutputKind, check_output, probe_folder, remove_stale_temporaries, write_atomically,
 };
 use rayframe::output::SOFTWARE;
+use rayframe::scene::AssetCacheUse;
 use rayframe::sequence::{self, FailedFrame, FrameReport, Plan, ReplacedFile, RunLock, SequenceJob, Summary};
 use rayframe::settings::SettingValues;
 use rayframe::shot::RenderJob;
@@ -124,6 +125,8 @@ struct Statistics<'a> {
     samples: u32,
     threads: usize,
     seconds: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    asset_cache: Option<AssetCacheUse>,
     interrupted: bool,
     frames: &'a [FrameReport],
     kept: &'a [i64],
@@ -154,6 +157,7 @@ fn write_statistics(path: &Path, job: &RenderJob, summary: &Summary) -> Result<(
         samples: job.sequence.render.samples,
         threads: rayon::current_num_threads(),
         seconds: summary.seconds,
+        asset_cache: job.sequence.scene.asset_cache,
         interrupted: summary.is_interrupted,
         frames: &summary.written,
         kept: &summary.kept,

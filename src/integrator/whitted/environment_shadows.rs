@@ -88,7 +88,7 @@ impl LookupKeys {
             self.of_lookups.resize(lookup + 1, None);
         }
         match &mut self.of_lookups[lookup] {
-            Some((of, keys)) if *of == seed => *keys,
+            Some((known_seed, keys)) if *known_seed == seed => *keys,
             slot => slot.insert((seed, new())).1,
         }
     }

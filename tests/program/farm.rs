@@ -165,6 +165,25 @@ fn what_cannot_be_divided_is_refused() {
 }
 
 #[test]
+fn tasks_start_a_program_wherever_they_run() {
+    let program = |engine: &str, more: &[&str]| {
+        let folder = tempfile::tempdir().unwrap();
+        let wrote = farm(folder.path(), engine, &both(&["-f", "0"], more));
+        assert_eq!(wrote.status.code(), Some(0), "{}", stderr(&wrote));
+        let script = std::fs::read_to_string(folder.path().join("job/task.sh")).unwrap();
+        let line = script.lines().find(|line| line.starts_with("rayframe=")).unwrap();
+        line.to_owned()
+    };
+    assert_eq!(program("slurm", &[]), "rayframe=${RAYFRAME:-'rayframe'}");
+    assert_eq!(program("slurm", &["--program", "rayframe-2"]), "rayframe=${RAYFRAME:-'rayframe-2'}");
+    // GNU parallel starts on this machine, and tasks run in the folder of the job.
+    let this = std::fs::canonicalize(env!("CARGO_BIN_EXE_rayframe")).unwrap();
+    assert!(program("parallel", &[]).contains(text(&this)));
+    let here = std::env::current_dir().unwrap().canonicalize().unwrap();
+    assert!(program("slurm", &["--program", "./Cargo.toml"]).contains(text(&here.join("Cargo.toml"))));
+}
+
+#[test]
 fn options_of_another_engine_are_refused() {
     for engine in ["openjd", "slurm", "parallel"] {
         for (option, value) in [("--image", "rayframe:1"), ("--claim", "shots=/shots")] {

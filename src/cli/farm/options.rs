@@ -56,9 +56,9 @@ pub(in crate::cli) struct FarmArgs {
     /// Most tasks that run at once [default: all]
     #[arg(long, value_name = "N", value_parser = |text: &str| options::whole::<u32>(text, 1, 1_000_000), help_heading = "Job")]
     pub(super) at_most: Option<u32>,
-    /// Rayframe on the workers
-    #[arg(long, value_name = "PATH", default_value = "rayframe", help_heading = "Job")]
-    pub(super) program: String,
+    /// Rayframe on the workers [default: rayframe, or for parallel the program that writes the job]
+    #[arg(long, value_name = "PATH", help_heading = "Job")]
+    pub(super) program: Option<String>,
     /// Kubernetes: image of the container [default: rayframe:<version>]
     #[arg(long, value_name = "IMAGE", help_heading = "Job")]
     pub(super) image: Option<String>,

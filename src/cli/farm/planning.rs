@@ -10,6 +10,7 @@ use rayframe::shot::{RenderJob, ShotSettings, resolve};
 
 use super::super::warnings::report_warnings;
 use super::chunks::{ChunkRule, chunks};
+use super::engine::Engine;
 use super::frame_costs::{FrameCosts, Workload};
 use super::job_plan::{DEFAULT_THREADS, JobPlan, Pin, Resources, Task};
 use super::options::FarmArgs;
@@ -45,7 +46,7 @@ pub(super) fn plan(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Resul
     let mut plan = JobPlan {
         name: name.to_string_lossy().into_owned(),
         folder,
-        program: args.program.clone(),
+        program: program(args)?,
         version: SOFTWARE.to_owned(),
         scene: absolute(&shot.scene)?,
         shot_file,
@@ -141,6 +142,19 @@ fn output(job: &RenderJob) -> Result<(String, String)> {
 }
 
 /// The absolute path, without links as far as its folder exists.
+/// Rayframe on the workers. Tasks run in the folder of the job, so that a path is made absolute; a bare name is searched for.
+fn program(args: &FarmArgs) -> Result<String> {
+    match &args.program {
+        Some(name) if !name.contains(std::path::is_separator) => Ok(name.clone()),
+        Some(path) => absolute(Path::new(path)),
+        // GNU parallel starts on this machine.
+        None if args.engine == Engine::Parallel => {
+            std::env::current_exe().map_or_else(|_| Ok("rayframe".to_owned()), |path| absolute(&path))
+        }
+        None => Ok("rayframe".to_owned()),
+    }
+}
+
 fn absolute(path: &Path) -> Result<String> {
     let path = canonical(path);
     path.to_str().map(str::to_owned).ok_or_else(|| not_unicode(&path.to_string_lossy()))

@@ -46,7 +46,7 @@ pub(super) fn script(plan: &JobPlan, form: ScriptForm<'_>) -> String {
     );
     text.push_str("\n# The version that the job was written for\n");
     text.push_str(
-        "version=$(\"$rayframe\" --version) || fail 66 \"$rayframe cannot be started on this worker\"\n",
+        "version=$(\"$rayframe\" --version) || fail 66 \"$rayframe cannot be started on this worker; set RAYFRAME to it, or write the job with --program\"\n",
     );
     let _ = writeln!(
         text,

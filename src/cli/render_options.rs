@@ -173,6 +173,11 @@ impl RenderOptions {
         self.0.get_flag("dry_run")
     }
 
+    /// Whether the option of the argument `name` was given.
+    pub(super) fn is_typed(&self, name: &str) -> bool {
+        self.0.value_source(name) == Some(ValueSource::CommandLine)
+    }
+
     /// The progress style that was typed, whatever is wrong with other settings.
     pub(super) fn typed_progress(&self) -> ProgressStyle {
         let typed = self.0.get_one::<OsString>("progress").and_then(|style| style.to_str());

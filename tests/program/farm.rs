@@ -198,6 +198,22 @@ fn options_of_another_engine_are_refused() {
 }
 
 #[test]
+fn options_without_a_meaning_are_refused() {
+    for options in [&["--resume"][..], &["--dry-run"], &["-n"], &["--progress", "json"]] {
+        let folder = tempfile::tempdir().unwrap();
+        let refused = farm(folder.path(), "slurm", &both(&["-f", "0-3"], options));
+        assert_eq!(refused.status.code(), Some(2), "{options:?}: {}", stderr(&refused));
+        let option = if options[0] == "-n" { "--dry-run" } else { options[0] };
+        assert!(
+            stderr(&refused).contains(&format!("{option} has no meaning here: ")),
+            "{}",
+            stderr(&refused)
+        );
+        assert_eq!(names(&folder.path().join("job")), [] as [&str; 0]);
+    }
+}
+
+#[test]
 fn several_shots_have_a_folder_each() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out/{scene}.####.exr");

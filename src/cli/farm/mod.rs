@@ -37,7 +37,7 @@ pub(super) use options::FarmArgs;
 
 /// Plans the jobs of all shots, checks every file, and writes them.
 pub(super) fn run(args: &FarmArgs) -> Result<()> {
-    args.check_engine()?;
+    args.check()?;
     let shots = args.render.shots();
     let folders = folders(&args.out_dir, &shots);
     let mut jobs = Vec::new();

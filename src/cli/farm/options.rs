@@ -12,8 +12,12 @@ use super::engine::Engine;
 
 /// Options of `rayframe render` that the short help lists.
 const LISTED: [&str; 7] = ["scene", "config", "output", "frames", "resolution", "samples", "threads"];
-/// Options that have no meaning here.
-const HIDDEN: [&str; 3] = ["dry_run", "resume", "progress"];
+/// Options that have no meaning here, and why.
+const REFUSED: [(&str, &str); 3] = [
+    ("dry_run", "farm renders nothing: look at the files of --out-dir instead"),
+    ("resume", "tasks always keep the whole frames of an earlier run"),
+    ("progress", "the engine decides how its tasks report"),
+];
 
 /// Help of options with other defaults.
 const OWN_HELP: [(&str, &str); 3] = [
@@ -83,7 +87,10 @@ impl FarmArgs {
     ///
     /// # Errors
     /// [`Error::Usage`] with the first of them.
-    pub(super) fn check_engine(&self) -> Result<(), Error> {
+    pub(super) fn check(&self) -> Result<(), Error> {
+        if let Some((name, why)) = REFUSED.into_iter().find(|(name, _)| self.render.is_typed(name)) {
+            return Err(Error::usage(format!("--{} has no meaning here: {why}", name.replace('_', "-"))));
+        }
         let given = [("--image", self.image.is_some()), ("--claim", !self.claims.is_empty())];
         match given.into_iter().find(|(_, is_given)| *is_given && self.engine != Engine::K8s) {
             Some((option, _)) => {
@@ -130,6 +137,11 @@ impl SharedOptions {
     pub(super) fn shots(&self) -> Vec<NamedShot> {
         self.0.shots()
     }
+
+    /// Whether the option of the argument `name` was given.
+    fn is_typed(&self, name: &str) -> bool {
+        self.0.is_typed(name)
+    }
 }
 
 impl FromArgMatches for SharedOptions {
@@ -148,8 +160,8 @@ impl Args for SharedOptions {
         let names: Vec<String> = names.get_arguments().map(|arg| arg.get_id().to_string()).collect();
         let command = names.into_iter().fold(RenderOptions::augment_args(command), |command, name| {
             let is_listed = LISTED.contains(&name.as_str());
-            let is_hidden = HIDDEN.contains(&name.as_str());
-            command.mut_arg(name, |arg| arg.hide_short_help(!is_listed).hide(is_hidden))
+            let is_refused = REFUSED.iter().any(|(refused, _)| *refused == name);
+            command.mut_arg(name, |arg| arg.hide_short_help(!is_listed).hide(is_refused))
         });
         OWN_HELP.into_iter().fold(command, |command, (name, help)| {
             command.mut_arg(name, |arg| arg.help(help).long_help(help))

@@ -219,7 +219,7 @@ impl RenderOptions {
         let mut settings = Settings::default();
         for definition in DEFINITIONS {
             let id = definition.name;
-            if self.0.value_source(id) != Some(ValueSource::CommandLine) {
+            if !self.is_typed(id) {
                 continue;
             }
             let raw: Vec<&OsStr> = if definition.is_flag() {
@@ -253,10 +253,8 @@ impl RenderOptions {
 
     /// Refuses a scene that is the value of an option whose value stands behind an equals sign.
     fn check_no_value(&self, scene: &OsStr) -> Result<()> {
-        let is_typed = |definition: &&Definition| {
-            definition.value_alone.is_some()
-                && self.0.value_source(definition.name) == Some(ValueSource::CommandLine)
-        };
+        let is_typed =
+            |definition: &&Definition| definition.value_alone.is_some() && self.is_typed(definition.name);
         let takes = |definition: &&Definition| definition.choices().iter().any(|(name, _)| scene == *name);
         match DEFINITIONS.iter().filter(is_typed).find(takes) {
             Some(definition) if !Path::new(scene).exists() => {

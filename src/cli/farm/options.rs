@@ -83,7 +83,7 @@ pub(super) enum Division {
 }
 
 impl FarmArgs {
-    /// Refuses options that the engine's job files have no place for.
+    /// Refuses options without a meaning here, and those that the engine's job files have no place for.
     ///
     /// # Errors
     /// [`Error::Usage`] with the first of them.

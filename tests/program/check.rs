@@ -7,16 +7,15 @@ use serde_json::Value;
 
 use crate::progress::schema::Schema;
 
-/// A folder with three rendered frames and their manifest.
+/// A folder with rendered frames, three unless others are asked for, and their manifest.
 struct Stage {
     folder: tempfile::TempDir,
+    frames: &'static str,
 }
 
-const RENDER: [&str; 15] = [
+const RENDER: [&str; 13] = [
     "-o",
     "out/a.####.exr",
-    "-f",
-    "1-3",
     "-r",
     "24x16",
     "--samples",
@@ -31,9 +30,13 @@ const RENDER: [&str; 15] = [
 ];
 
 impl Stage {
-    #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
     fn new() -> Self {
-        let stage = Self { folder: tempfile::tempdir().unwrap() };
+        Self::of_frames("1-3")
+    }
+
+    #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+    fn of_frames(frames: &'static str) -> Self {
+        let stage = Self { folder: tempfile::tempdir().unwrap(), frames };
         let output = stage.render(&[]);
         assert_eq!(output.status.code(), Some(0), "{output:?}");
         stage
@@ -60,9 +63,9 @@ impl Stage {
     }
 
     fn render(&self, options: &[&str]) -> Output {
-        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/demo/whitted_1980.gltf");
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/skin/two_bone_strip.gltf");
         let scene = scene.display().to_string();
-        self.run(&[&["render", &scene], &RENDER[..], options].concat())
+        self.run(&[&["render", &scene, "-f", self.frames], &RENDER[..], options].concat())
     }
 
     /// Exit code and lines of a check.
@@ -83,20 +86,25 @@ impl Stage {
 
 #[test]
 fn sixty_of_sixty_changed_bits_are_found_and_rendered_again() {
-    let stage = Stage::new();
-    let whole = stage.bytes("out/a.0002.exr");
-    for number in 0..60 {
+    let stage = Stage::of_frames("1-60");
+    let names: Vec<String> = (1..=60).map(|frame| format!("out/a.{frame:04}.exr")).collect();
+    let whole: Vec<Vec<u8>> = names.iter().map(|name| stage.bytes(name)).collect();
+    // One bit of each frame, so that all parts of a file have their turn, and all bits of a byte.
+    for (number, (name, whole)) in names.iter().zip(&whole).enumerate() {
         let mut changed = whole.clone();
-        // All parts of the file, and all bits.
         let at = whole.len() * (2 * number + 1) / 120;
         changed[at] ^= 1 << (number % 8);
-        stage.write("out/a.0002.exr", &changed);
-        let (code, lines) = stage.check(&["-q", "out/a.####.exr"]);
-        assert_eq!((code, lines.len()), (Some(1), 1), "byte {at}: {lines:?}");
-        assert!(lines[0].starts_with("FAIL out/a.0002.exr: "), "{lines:?}");
-        let resumed = stage.render(&["--resume"]);
-        assert_eq!(resumed.status.code(), Some(0), "{resumed:?}");
-        assert!(stage.bytes("out/a.0002.exr") == whole, "byte {at}");
+        stage.write(name, &changed);
+    }
+    let (code, lines) = stage.check(&["-q", "out/a.####.exr"]);
+    assert_eq!((code, lines.len()), (Some(1), 60), "{lines:?}");
+    for (name, line) in names.iter().zip(&lines) {
+        assert!(line.starts_with(&format!("FAIL {name}: ")), "{name}: {line}");
+    }
+    let resumed = stage.render(&["--resume"]);
+    assert_eq!(resumed.status.code(), Some(0), "{resumed:?}");
+    for (name, whole) in names.iter().zip(&whole) {
+        assert!(stage.bytes(name) == *whole, "{name}");
     }
 }
 

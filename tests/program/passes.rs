@@ -188,9 +188,9 @@ fn shadow_rays(stage: &Stage, name: &str) -> u64 {
 #[test]
 fn a_killed_frame_continues_from_its_checkpoint() {
     let kinds: [&[&str]; 3] = [
-        &["--samples", "1024", "--aovs", "light,noise"],
+        &["--samples", "512", "--aovs", "light,noise"],
         &["--samples", "1024", "--noise", "0.006", "--aovs", "crypto"],
-        &["--samples", "1024", "--sample-range", "256-1023"],
+        &["--samples", "512", "--sample-range", "128-511"],
     ];
     for options in kinds {
         let stage = Stage::new(SCENE);

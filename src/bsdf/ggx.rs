@@ -6,6 +6,8 @@
 
 use glam::{Vec2, Vec3};
 
+use crate::geometry::sin_cos_of_turn;
+
 /// Lowest α. Sharper lobes look like mirrors and exceed the precision of floats.
 pub(super) const MIN_ALPHA: f32 = 0.002;
 
@@ -46,7 +48,7 @@ pub(super) fn reflection_pdf(cos_o: f32, half: Vec3, alpha: f32) -> f32 {
 /// Maps the unit square to the unit disk.
 pub(super) fn disk_point(u: Vec2) -> Vec2 {
     let radius = u.x.sqrt();
-    let (sine, cosine) = libm::sincosf(2.0 * std::f32::consts::PI * u.y);
+    let (sine, cosine) = sin_cos_of_turn(2.0 * std::f32::consts::PI * u.y);
     Vec2::new(radius * cosine, radius * sine)
 }
 

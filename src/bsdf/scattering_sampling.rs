@@ -12,6 +12,7 @@ use glam::{Vec2, Vec3};
 use super::scattering::{LobeProbabilities, Scattering, TransmissionLobe};
 use super::specular_lobe::SpecularLobe;
 use super::{ggx, rough_transmission};
+use crate::geometry::sin_cos_of_turn;
 
 /// The lobe that a direction was sampled by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -172,6 +173,6 @@ pub(crate) fn cosine_direction(u: Vec2) -> Vec3 {
 /// A direction with density 1 / 2π.
 fn uniform_direction(u: Vec2) -> Vec3 {
     let sine = (1.0 - u.x * u.x).sqrt();
-    let (sin, cos) = libm::sincosf(2.0 * PI * u.y);
+    let (sin, cos) = sin_cos_of_turn(2.0 * PI * u.y);
     Vec3::new(sine * cos, sine * sin, u.x)
 }

@@ -3,11 +3,12 @@
 //! Every box is grown by [`BOX_PADDING`] of its triangle's largest coordinate, as the definition of a hit requires
 //! ([`crate::geometry::ShearedRay`]). Splitting adds boxes: [`super::split`].
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd};
 use rayon::prelude::*;
 
 use super::box_area::scaled_half_area;
 use super::lane_boxes::{LANES, LaneBounds, LaneBoxes};
+use super::simd::dispatch_lanes;
 use super::triangle_flags::TriangleFlags;
 
 use crate::cancel::{CancelFlag, Cancelled};
@@ -181,7 +182,7 @@ pub(super) fn gather_whole(input: Input, references: &mut Vec<Reference>) -> Res
         .enumerate()
         .map(|(chunk, out)| {
             input.cancel.check()?;
-            Ok(dispatch!(level, simd => gather_chunk(simd, input, chunk * CHUNK, out)))
+            Ok(dispatch_lanes!(level, simd => gather_chunk(simd, input, chunk * CHUNK, out)))
         })
         .collect::<Result<_, _>>()?;
 
@@ -336,7 +337,7 @@ mod tests {
             for level in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
                 let mut out = vec![Reference::NONE; n];
                 let level = level.level();
-                let found = dispatch!(level, simd => gather_chunk(simd, input, 0, &mut out));
+                let found = dispatch_lanes!(level, simd => gather_chunk(simd, input, 0, &mut out));
                 assert_eq!(found, measures, "{n} {gap} {level:?}");
                 assert_eq!(out[..found.count], expected[..found.count]);
             }

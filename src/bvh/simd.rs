@@ -66,6 +66,53 @@ pub(super) fn with_eight_lanes(level: Level) -> Level {
     level
 }
 
+/// Runs lane code at a level. It is compiled for each [`SimdLevel`], not for SSE2 as `fearless_simd::dispatch` would.
+macro_rules! dispatch_lanes {
+    ($level:expr, $simd:ident => $task:expr) => {
+        match $level {
+            #[cfg(target_arch = "x86_64")]
+            fearless_simd::Level::Avx512($simd) => fearless_simd::Simd::vectorize(
+                $simd,
+                #[inline(always)]
+                || $task,
+            ),
+            level => $crate::bvh::simd::dispatch_eight_lanes!(level, $simd => $task),
+        }
+    };
+}
+pub(super) use dispatch_lanes;
+
+/// [`dispatch_lanes`] for code of eight lanes, which is not compiled for AVX-512.
+macro_rules! dispatch_eight_lanes {
+    ($level:expr, $simd:ident => $task:expr) => {
+        match $crate::bvh::simd::with_eight_lanes($level) {
+            #[cfg(target_arch = "x86_64")]
+            fearless_simd::Level::Avx2($simd) => fearless_simd::Simd::vectorize(
+                $simd,
+                #[inline(always)]
+                || $task,
+            ),
+            #[cfg(target_arch = "x86_64")]
+            fearless_simd::Level::Sse4_2($simd) => fearless_simd::Simd::vectorize(
+                $simd,
+                #[inline(always)]
+                || $task,
+            ),
+            #[cfg(target_arch = "aarch64")]
+            fearless_simd::Level::Neon($simd) => fearless_simd::Simd::vectorize(
+                $simd,
+                #[inline(always)]
+                || $task,
+            ),
+            _ => {
+                let $simd = fearless_simd::Fallback::new();
+                $task
+            }
+        }
+    };
+}
+pub(super) use dispatch_eight_lanes;
+
 #[cfg(test)]
 mod tests {
     use super::*;

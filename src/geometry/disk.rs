@@ -2,6 +2,8 @@
 
 use glam::Vec2;
 
+use super::sin_cos_of_turn;
+
 /// Concentric map from the unit square to the unit disk. It preserves relative areas and adjacency (Shirley and Chiu, "A Low
 /// Distortion Map Between Disk and Square", 1997).
 pub(crate) fn concentric_disk_point(u: Vec2) -> Vec2 {
@@ -15,7 +17,8 @@ pub(crate) fn concentric_disk_point(u: Vec2) -> Vec2 {
     } else {
         (centred.y, 2.0 * QUARTER - QUARTER * (centred.x / centred.y))
     };
-    Vec2::new(libm::cosf(angle), libm::sinf(angle)) * radius
+    let (sine, cosine) = sin_cos_of_turn(angle);
+    Vec2::new(cosine, sine) * radius
 }
 
 #[cfg(test)]

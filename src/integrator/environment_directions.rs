@@ -9,6 +9,7 @@ use std::f32::consts::TAU;
 use glam::{Vec2, Vec3};
 
 use super::whitted::local_frame;
+use crate::geometry::sin_cos_of_turn;
 use crate::scene::{Environment, LuminanceImage};
 
 /// The golden ratio less one: the share of a turn from one candidate to the next.
@@ -21,7 +22,7 @@ const CELLS: usize = 32;
 const NORMAL_STEPS: usize = 16;
 
 /// Directions of a rough lobe among which one is chosen.
-const CANDIDATES: u32 = 4;
+const CANDIDATES: usize = 4;
 
 /// Directions by the luminance of an environment.
 #[derive(Debug)]
@@ -86,18 +87,75 @@ impl EnvironmentDirections {
     /// far as it is within 90° of that direction. Of several ones, one is chosen by its luminance (Talbot, Cline and Egbert, "Importance
     /// Resampling for Global Illumination", 2005).
     pub(super) fn glossy(&self, mirrored: Vec3, roughness: f32, u: Vec2, u_choice: f32) -> Vec3 {
-        let mut candidates = [(mirrored, 0.0); CANDIDATES as usize];
+        let candidates = LobeDirections::new(mirrored, roughness, u);
+        let mut sums = [0.0; CANDIDATES];
         let mut sum = 0.0;
-        for (stratum, candidate) in candidates.iter_mut().enumerate() {
-            let azimuth = u.y + stratum as f32 * GOLDEN_SHARE;
-            let u = Vec2::new((stratum as f32 + u.x) / CANDIDATES as f32, azimuth - azimuth.floor());
-            let direction = lobe_direction(mirrored, roughness, u);
-            sum += self.luminance.at(direction);
-            *candidate = (direction, sum);
+        for (uv, sum_to) in candidates.uvs().into_iter().zip(&mut sums) {
+            sum += self.luminance.at_uv(uv);
+            *sum_to = sum;
         }
-        let chosen = candidates.iter().find(|(_, sum_to)| u_choice * sum < *sum_to);
-        chosen.map_or(mirrored, |(direction, _)| *direction)
+        let chosen = sums.iter().position(|sum_to| u_choice * sum < *sum_to);
+        chosen.map_or(mirrored, |candidate| candidates.get(candidate))
     }
+}
+
+/// Stratified directions of a lobe of [`EnvironmentDirections::glossy`], component by component, so that they are computed in lanes.
+struct LobeDirections {
+    x: [f32; CANDIDATES],
+    y: [f32; CANDIDATES],
+    z: [f32; CANDIDATES],
+}
+
+impl LobeDirections {
+    #[inline(always)]
+    fn new(mirrored: Vec3, roughness: f32, u: Vec2) -> Self {
+        let alpha_squared = (roughness * roughness) * (roughness * roughness);
+        // Half vectors up to 45° from the axis
+        let scale = 1.0 + alpha_squared;
+        let cosines = in_lanes(|stratum| {
+            let u_x = (stratum as f32 + u.x) / CANDIDATES as f32 / scale;
+            1.0 / (1.0 + alpha_squared * u_x / (1.0 - u_x)).sqrt()
+        });
+        let sines = in_lanes(|i| (1.0 - cosines[i] * cosines[i]).max(0.0).sqrt());
+        let (mut along_tangent, mut along_bitangent) = ([0.0; CANDIDATES], [0.0; CANDIDATES]);
+        for stratum in 0..CANDIDATES {
+            let turns = u.y + stratum as f32 * GOLDEN_SHARE;
+            let (sine, cosine) = sin_cos_of_turn((turns - turns as i32 as f32) * TAU);
+            along_tangent[stratum] = sines[stratum] * cosine;
+            along_bitangent[stratum] = sines[stratum] * sine;
+        }
+
+        // Mirror the axis at the half vectors.
+        let frame = local_frame(mirrored);
+        let component = |tangent: f32, bitangent: f32, axis: f32| {
+            in_lanes(|i| {
+                let half = tangent * along_tangent[i] + bitangent * along_bitangent[i] + axis * cosines[i];
+                half * (2.0 * cosines[i]) - axis
+            })
+        };
+        Self {
+            x: component(frame.x_axis.x, frame.y_axis.x, frame.z_axis.x),
+            y: component(frame.x_axis.y, frame.y_axis.y, frame.z_axis.y),
+            z: component(frame.x_axis.z, frame.y_axis.z, frame.z_axis.z),
+        }
+    }
+
+    #[inline(always)]
+    fn get(&self, candidate: usize) -> Vec3 {
+        Vec3::new(self.x[candidate], self.y[candidate], self.z[candidate])
+    }
+
+    /// Positions in the unit square.
+    #[inline(always)]
+    fn uvs(&self) -> [Vec2; CANDIDATES] {
+        std::array::from_fn(|candidate| LuminanceImage::uv_from_direction(self.get(candidate)))
+    }
+}
+
+/// The value of each lane.
+#[inline(always)]
+fn in_lanes(value: impl Fn(usize) -> f32) -> [f32; CANDIDATES] {
+    std::array::from_fn(value)
 }
 
 /// How many of the sums are at most `chosen`. They never decrease, so that this is a search; counting all takes no branch and is done in lanes.
@@ -110,18 +168,6 @@ fn count_up_to(sums: &[f32; CELLS], chosen: f32) -> usize {
 fn direction_in(cell: usize, u: Vec2) -> Vec3 {
     let corner = Vec2::new((cell % CELLS) as f32, (cell / CELLS) as f32);
     LuminanceImage::direction_from_uv((corner + u) / CELLS as f32)
-}
-
-/// A direction of a lobe of [`EnvironmentDirections::glossy`].
-fn lobe_direction(mirrored: Vec3, roughness: f32, u: Vec2) -> Vec3 {
-    let alpha = roughness * roughness;
-    let u_x = u.x / (1.0 + alpha * alpha);
-    let tangent_squared = alpha * alpha * u_x / (1.0 - u_x);
-    let cosine = 1.0 / (1.0 + tangent_squared).sqrt();
-    let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
-    let (sin_azimuth, cos_azimuth) = libm::sincosf(u.y * TAU);
-    let half = local_frame(mirrored) * Vec3::new(sine * cos_azimuth, sine * sin_azimuth, cosine);
-    half * (2.0 * cosine) - mirrored
 }
 
 #[cfg(test)]
@@ -174,6 +220,48 @@ mod tests {
                 let wide = directions.glossy(axis, roughness, u, choice);
                 assert!((wide.length() - 1.0).abs() < 1e-4 && wide.dot(axis) > -1e-5, "{wide}");
             }
+        }
+    }
+
+    /// [`EnvironmentDirections::glossy`], one direction after the other.
+    fn chosen_one_by_one(
+        directions: &EnvironmentDirections,
+        (mirrored, roughness): (Vec3, f32),
+        u: Vec2,
+        u_choice: f32,
+    ) -> Vec3 {
+        let alpha = roughness * roughness;
+        let lobe_direction = |u: Vec2| {
+            let u_x = u.x / (1.0 + alpha * alpha);
+            let tangent_squared = alpha * alpha * u_x / (1.0 - u_x);
+            let cosine = 1.0 / (1.0 + tangent_squared).sqrt();
+            let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+            let (sin_azimuth, cos_azimuth) = libm::sincosf(u.y * TAU);
+            let half = local_frame(mirrored) * Vec3::new(sine * cos_azimuth, sine * sin_azimuth, cosine);
+            half * (2.0 * cosine) - mirrored
+        };
+        let mut candidates = [(mirrored, 0.0); CANDIDATES];
+        let mut sum = 0.0;
+        for (stratum, candidate) in candidates.iter_mut().enumerate() {
+            let azimuth = u.y + stratum as f32 * GOLDEN_SHARE;
+            let u = Vec2::new((stratum as f32 + u.x) / CANDIDATES as f32, azimuth - azimuth.floor());
+            let direction = lobe_direction(u);
+            sum += directions.luminance.at(direction);
+            *candidate = (direction, sum);
+        }
+        let chosen = candidates.iter().find(|(_, sum_to)| u_choice * sum < *sum_to);
+        chosen.map_or(mirrored, |(direction, _)| *direction)
+    }
+
+    #[test]
+    fn glossy_directions_in_lanes_have_the_bits_of_single_ones() {
+        let directions = EnvironmentDirections::new(&Environment::BuiltIn(BuiltInLight::Studio));
+        for (number, (u, choice)) in points(4000).enumerate() {
+            let mirrored = crate::geometry::spiral_direction(number as u32, 4000);
+            let roughness = (number % 101) as f32 / 100.0;
+            let expected = chosen_one_by_one(&directions, (mirrored, roughness), u, choice);
+            let found = directions.glossy(mirrored, roughness, u, choice);
+            assert_eq!(found.to_array().map(f32::to_bits), expected.to_array().map(f32::to_bits));
         }
     }
 

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::random::{Purpose, Seed};
 use super::settings::{Integrator, IntegratorSettings, LightSize};
 use crate::frame::{Frame, PosedLight};
-use crate::geometry::{LANES, Ray, Vec3Lanes, concentric_disk_point};
+use crate::geometry::{LANES, Ray, Vec3Lanes, concentric_disk_point, sin_cos_of_turn};
 use crate::scene::{Environment, LightKind};
 
 /// A light with everything precomputed that does not depend on the lit point.
@@ -241,7 +241,7 @@ fn in_cone(axis: Vec3, sin_max: f32, u: Vec2) -> (Vec3, f32) {
     let height = sin_max * sin_max / (1.0 + cos_max);
     let drop = height * u.x;
     let sine = libm::sqrtf(drop * (2.0 - drop));
-    let (sin_azimuth, cos_azimuth) = libm::sincosf(u.y * std::f32::consts::TAU);
+    let (sin_azimuth, cos_azimuth) = sin_cos_of_turn(u.y * std::f32::consts::TAU);
     let around = across(axis, Vec2::new(cos_azimuth, sin_azimuth));
     ((axis * (1.0 - drop) + around * sine).normalize(), 2.0 / (1.0 + cos_max))
 }

@@ -10,11 +10,12 @@
 //!
 //! Sixteen clusters are processed at once. Positions count from the first cluster that takes part in a round.
 
-use fearless_simd::{Level, Simd, dispatch, f32x16, mask32x16, prelude::*, u32x16};
+use fearless_simd::{Level, Simd, f32x16, mask32x16, prelude::*, u32x16};
 use glam::Vec3;
 
 use super::binary_tree::{Pair, Subtree};
 use crate::bvh::box_area::scaled_half_area;
+use crate::bvh::simd::dispatch_lanes;
 use crate::geometry::Aabb;
 
 /// Clusters per vector.
@@ -137,7 +138,7 @@ impl Clusters {
                 slow_rounds = 0;
                 continue;
             }
-            dispatch!(level, simd => self.round(simd, first, search, sink));
+            dispatch_lanes!(level, simd => self.round(simd, first, search, sink));
             let is_slow = (before - (self.count - first)) * SLOW < before;
             slow_rounds = if is_slow { slow_rounds + 1 } else { 0 };
         }

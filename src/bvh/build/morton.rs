@@ -8,12 +8,13 @@
 
 use std::sync::atomic::Ordering;
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd};
 use glam::Vec3;
 use rayon::prelude::*;
 
 use super::radix_sort::{self, Key, load};
 use crate::bvh::references::Reference;
+use crate::bvh::simd::dispatch_lanes;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Aabb;
 
@@ -60,7 +61,7 @@ impl MortonOrder {
         let chunks = self.keys.par_chunks_mut(CHUNK).zip(self.codes.par_chunks_mut(CHUNK));
         chunks.zip(references.par_chunks(CHUNK)).enumerate().for_each(
             |(chunk, ((keys, codes), references))| {
-                dispatch!(level, simd => grid.fill(simd, references, chunk * CHUNK, keys, codes));
+                dispatch_lanes!(level, simd => grid.fill(simd, references, chunk * CHUNK, keys, codes));
             },
         );
         radix_sort::sort(&mut self.keys, INDEX_BITS..u64::BITS, &mut self.scratch, cancel)?;

@@ -1,10 +1,11 @@
 //! Tests of the lane kernels: all SIMD levels against each other and against the definition of a hit.
 
-use fearless_simd::{Simd, dispatch, f32x8, prelude::*};
+use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::Vec3;
 
 use super::lane_ray::LaneRay;
 use super::visitor::positive_lower;
+use crate::bvh::simd::dispatch_lanes;
 use crate::bvh::wide_tree::{BLOCK, Leaf, Tag, WIDTH, WORDS_PER_SLOT, WideNode, WideTree, write_leaf};
 use crate::bvh::{SimdLevel, TriangleFlags};
 use crate::geometry::{Aabb, BOX_PADDING, Ray, Triangle};
@@ -134,7 +135,7 @@ fn levels_agree_with_each_other_and_with_the_definition() {
 }
 
 fn run_at(level: SimdLevel, node: &WideNode, tree: &WideTree, ray: &Ray, upper: f32) -> KernelResults {
-    dispatch!(level.level(), simd => run_kernels(simd, node, tree, ray, upper))
+    dispatch_lanes!(level.level(), simd => run_kernels(simd, node, tree, ray, upper))
 }
 
 #[test]
@@ -151,7 +152,7 @@ fn a_ray_in_a_face_of_a_box_enters_it() {
     let mut node = WideNode::EMPTY;
     let unit = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
     node.put(0, 0, &unit);
-    let enter = |ray: &Ray| dispatch!(SimdLevel::Scalar.level(), simd => LaneRay::new(ray, 0.0).enter(simd, &node, f32::INFINITY));
+    let enter = |ray: &Ray| dispatch_lanes!(SimdLevel::Scalar.level(), simd => LaneRay::new(ray, 0.0).enter(simd, &node, f32::INFINITY));
     for x in [0.0, -0.0, 0.5, 1.0] {
         for zero in [0.0, -0.0] {
             let entered = enter(&Ray::new(Vec3::new(x, 0.5, -1.0), Vec3::new(zero, zero, 1.0)));
@@ -169,6 +170,6 @@ fn entry_distances_inside_a_box_are_zero_rather_than_subnormal() {
     node.put(0, 0, &Aabb { min: Vec3::splat(-1.0), max: Vec3::ONE });
     let ray = Ray::new(Vec3::ZERO, Vec3::new(0.6, 0.0, 0.8));
     let lane_ray = LaneRay::new(&ray, positive_lower(ray.t_min));
-    let entered = dispatch!(SimdLevel::Scalar.level(), simd => lane_ray.enter(simd, &node, 1.0));
+    let entered = dispatch_lanes!(SimdLevel::Scalar.level(), simd => lane_ray.enter(simd, &node, 1.0));
     assert_eq!((entered.mask, entered.distances[0].to_bits()), (1, 0));
 }

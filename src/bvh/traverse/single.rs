@@ -4,12 +4,12 @@
 //! node is skipped only if its shortened entry distance is beyond the closest hit, never if it is equal: it may hold a
 //! triangle of a lower index at the same distance.
 
-use fearless_simd::{Level, Simd, dispatch, f32x8, prelude::*};
+use fearless_simd::{Level, Simd, f32x8, prelude::*};
 
 use super::lane_ray::LaneRay;
 use super::stack::{Pending, Stack};
 use super::visitor::{Candidate, LeafIntersector, TriangleSlot, Visitor};
-use crate::bvh::simd::with_eight_lanes;
+use crate::bvh::simd::dispatch_eight_lanes;
 use crate::bvh::statistics::TraversalCounters;
 use crate::bvh::wide_tree::{Leaf, NO_CHILD, Triangles, WIDTH};
 
@@ -20,7 +20,7 @@ pub(crate) fn traverse<V: Visitor>(
     visitor: &mut V,
     counters: &mut TraversalCounters,
 ) {
-    dispatch!(with_eight_lanes(level), simd => traverse_lanes(simd, leaves, visitor, counters));
+    dispatch_eight_lanes!(level, simd => traverse_lanes(simd, leaves, visitor, counters));
 }
 
 #[inline(always)]

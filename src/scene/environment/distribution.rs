@@ -5,6 +5,7 @@ use std::f32::consts::{PI, TAU};
 use glam::{Vec2, Vec3};
 
 use super::arc_tangent::atan2;
+use crate::geometry::sin_cos_of_turn;
 
 /// Cells are averaged over this many directions along each axis.
 const DIRECTIONS_PER_AXIS: u32 = 3;
@@ -167,7 +168,7 @@ fn row_cosine(row: u32, rows: u32) -> f64 {
 /// The direction of an azimuth from -Z towards +X and of the cosine of the polar angle from +Y.
 fn direction(azimuth: f32, cosine: f64) -> Vec3 {
     let horizontal = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt() as f32;
-    let (sin, cos) = libm::sincosf(azimuth);
+    let (sin, cos) = sin_cos_of_turn(azimuth);
     Vec3::new(sin * horizontal, cosine as f32, -cos * horizontal)
 }
 

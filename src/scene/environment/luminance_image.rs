@@ -14,17 +14,18 @@ const ROUGHNESS: f32 = 0.3;
 
 /// Luminance by direction.
 #[derive(Debug)]
-pub(crate) struct LuminanceImage(OctahedralImage);
+pub(crate) struct LuminanceImage(OctahedralImage<f32>);
 
 impl LuminanceImage {
     /// The luminance of an environment.
     pub(crate) fn new(environment: &Environment) -> Self {
-        let value = |direction: Vec3| Vec3::splat(luminance(environment.prefiltered(direction, ROUGHNESS)));
-        Self(OctahedralImage::new(CELLS, value))
+        Self(OctahedralImage::of_numbers(CELLS, |direction| {
+            luminance(environment.prefiltered(direction, ROUGHNESS))
+        }))
     }
 
     /// Position of a direction in the unit square; neighbours in the square are neighbours on the sphere.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn uv_from_direction(direction: Vec3) -> Vec2 {
         uv_from_direction(direction)
     }
@@ -38,6 +39,12 @@ impl LuminanceImage {
     /// Luminance from a direction.
     #[inline]
     pub(crate) fn at(&self, direction: Vec3) -> f32 {
-        self.0.bilinear(direction).x
+        self.at_uv(uv_from_direction(direction))
+    }
+
+    /// Luminance from the direction of a position in the unit square.
+    #[inline(always)]
+    pub(crate) fn at_uv(&self, uv: Vec2) -> f32 {
+        self.0.number_at(uv)
     }
 }

@@ -4,28 +4,24 @@
 //! upper half of the sphere fills the inner diamond. Texels lie on the nodes of the grid, its border included, so that directions
 //! on both sides of a fold have the same value and need no border texels.
 
+use std::ops::{Add, Mul, Sub};
+
 use glam::{Vec2, Vec3, Vec4};
 
 use crate::geometry::{LANES, Vec2Lanes, Vec3Lanes};
 
-/// Values on a square grid of directions.
+/// Values on a square grid of directions: radiance and a zero, so that a node is one load, or one number a node.
 #[derive(Debug)]
-pub(super) struct OctahedralImage {
+pub(super) struct OctahedralImage<T = Vec4> {
     /// Cells an edge, one less than nodes.
     cells: usize,
-    /// Radiance and a zero, so that a node is one load.
-    nodes: Vec<Vec4>,
+    nodes: Vec<T>,
 }
 
 impl OctahedralImage {
     /// An image of `value` in each node's direction. `cells` must be even and positive.
     pub(super) fn new(cells: usize, value: impl Fn(Vec3) -> Vec3) -> Self {
-        let side = cells + 1;
-        let position = |index: usize| index as f32 / cells as f32 * 2.0 - 1.0;
-        let nodes = (0..side * side)
-            .map(|i| value(direction_of(position(i % side), position(i / side))).extend(0.0))
-            .collect();
-        Self { cells, nodes }
+        Self { cells, nodes: node_directions(cells).map(|direction| value(direction).extend(0.0)).collect() }
     }
 
     /// Bilinear interpolation between the nodes around a direction.
@@ -37,6 +33,29 @@ impl OctahedralImage {
     /// Bilinear interpolation between the nodes around a position in the unit square.
     #[inline(always)]
     pub(super) fn at(&self, uv: Vec2) -> Vec3 {
+        self.interpolated(uv).truncate()
+    }
+}
+
+impl OctahedralImage<f32> {
+    /// An image of one number in each node's direction. `cells` must be even and positive.
+    pub(super) fn of_numbers(cells: usize, value: impl Fn(Vec3) -> f32) -> Self {
+        Self { cells, nodes: node_directions(cells).map(value).collect() }
+    }
+
+    /// Bilinear interpolation between the nodes around a position in the unit square.
+    #[inline(always)]
+    pub(super) fn number_at(&self, uv: Vec2) -> f32 {
+        self.interpolated(uv)
+    }
+}
+
+impl<T> OctahedralImage<T>
+where
+    T: Copy + Default + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>,
+{
+    #[inline(always)]
+    fn interpolated(&self, uv: Vec2) -> T {
         let position = uv * self.cells as f32;
         let inside = |position: f32| (position as i32 as usize).min(self.cells - 1);
         let (column, row) = (inside(position.x), inside(position.y));
@@ -46,12 +65,19 @@ impl OctahedralImage {
         let (Some([a, b]), Some([c, d])) =
             (self.nodes.get(node..node + 2), self.nodes.get(node + side..node + side + 2))
         else {
-            return Vec3::ZERO;
+            return T::default();
         };
         let top = *a + (*b - *a) * right_share;
         let bottom = *c + (*d - *c) * right_share;
-        (top + (bottom - top) * bottom_share).truncate()
+        top + (bottom - top) * bottom_share
     }
+}
+
+/// The directions of all nodes, row by row.
+fn node_directions(cells: usize) -> impl Iterator<Item = Vec3> {
+    let side = cells + 1;
+    let position = move |index: usize| index as f32 / cells as f32 * 2.0 - 1.0;
+    (0..side * side).map(move |node| direction_of(position(node % side), position(node / side)))
 }
 
 /// Positions of directions in the unit square, as [`OctahedralImage::at`] takes them.

@@ -71,11 +71,7 @@ macro_rules! dispatch_lanes {
     ($level:expr, $simd:ident => $task:expr) => {
         match $level {
             #[cfg(target_arch = "x86_64")]
-            fearless_simd::Level::Avx512($simd) => fearless_simd::Simd::vectorize(
-                $simd,
-                #[inline(always)]
-                || $task,
-            ),
+            fearless_simd::Level::Avx512($simd) => $crate::geometry::compiled_for!($simd, $task),
             level => $crate::bvh::simd::dispatch_eight_lanes!(level, $simd => $task),
         }
     };
@@ -87,23 +83,11 @@ macro_rules! dispatch_eight_lanes {
     ($level:expr, $simd:ident => $task:expr) => {
         match $crate::bvh::simd::with_eight_lanes($level) {
             #[cfg(target_arch = "x86_64")]
-            fearless_simd::Level::Avx2($simd) => fearless_simd::Simd::vectorize(
-                $simd,
-                #[inline(always)]
-                || $task,
-            ),
+            fearless_simd::Level::Avx2($simd) => $crate::geometry::compiled_for!($simd, $task),
             #[cfg(target_arch = "x86_64")]
-            fearless_simd::Level::Sse4_2($simd) => fearless_simd::Simd::vectorize(
-                $simd,
-                #[inline(always)]
-                || $task,
-            ),
+            fearless_simd::Level::Sse4_2($simd) => $crate::geometry::compiled_for!($simd, $task),
             #[cfg(target_arch = "aarch64")]
-            fearless_simd::Level::Neon($simd) => fearless_simd::Simd::vectorize(
-                $simd,
-                #[inline(always)]
-                || $task,
-            ),
+            fearless_simd::Level::Neon($simd) => $crate::geometry::compiled_for!($simd, $task),
             _ => {
                 let $simd = fearless_simd::Fallback::new();
                 $task

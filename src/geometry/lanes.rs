@@ -6,22 +6,26 @@
 
 use glam::{Vec2, Vec3};
 
+/// Runs a task that is compiled for the instruction set of a token.
+macro_rules! compiled_for {
+    ($simd:expr, $task:expr) => {
+        fearless_simd::Simd::vectorize(
+            $simd,
+            #[inline(always)]
+            || $task,
+        )
+    };
+}
+pub(crate) use compiled_for;
+
 /// Compiles a loop over lanes for the instruction sets whose vectors are wider than those that every machine has, and runs it at `level`.
 macro_rules! vectorized {
     ($level:expr, $task:expr) => {
         match $level {
             #[cfg(target_arch = "x86_64")]
-            fearless_simd::Level::Avx512(simd) => fearless_simd::Simd::vectorize(
-                simd,
-                #[inline(always)]
-                || $task,
-            ),
+            fearless_simd::Level::Avx512(simd) => $crate::geometry::compiled_for!(simd, $task),
             #[cfg(target_arch = "x86_64")]
-            fearless_simd::Level::Avx2(simd) => fearless_simd::Simd::vectorize(
-                simd,
-                #[inline(always)]
-                || $task,
-            ),
+            fearless_simd::Level::Avx2(simd) => $crate::geometry::compiled_for!(simd, $task),
             _ => $task,
         }
     };

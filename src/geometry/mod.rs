@@ -21,7 +21,7 @@ pub(crate) use active_lanes::ActiveLanes;
 pub(crate) use clip::{TrianglePart, rounded_down, rounded_up};
 pub(crate) use disk::concentric_disk_point;
 pub use hit::{Facing, TriangleHit};
-pub(crate) use lanes::{F32Lanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
+pub(crate) use lanes::{F32Lanes, LANES, Vec2Lanes, Vec3Lanes, compiled_for, vectorized};
 pub use ray::Ray;
 pub(crate) use sin_cos::sin_cos_of_turn;
 pub(crate) use spiral::{GOLDEN_ANGLE, spiral_direction};

@@ -28,20 +28,11 @@ macro_rules! packet_dispatch {
     ($level:expr, $simd:ident => $task:expr) => {
         match $level {
             #[cfg(target_arch = "x86_64")]
-            Level::Avx512($simd) => $simd.vectorize(
-                #[inline(always)]
-                || $task,
-            ),
+            Level::Avx512($simd) => $crate::geometry::compiled_for!($simd, $task),
             #[cfg(target_arch = "x86_64")]
-            Level::Avx2($simd) => $simd.vectorize(
-                #[inline(always)]
-                || $task,
-            ),
+            Level::Avx2($simd) => $crate::geometry::compiled_for!($simd, $task),
             #[cfg(target_arch = "aarch64")]
-            Level::Neon($simd) => $simd.vectorize(
-                #[inline(always)]
-                || $task,
-            ),
+            Level::Neon($simd) => $crate::geometry::compiled_for!($simd, $task),
             _ => false,
         }
     };

@@ -66,13 +66,14 @@ pub(super) fn with_eight_lanes(level: Level) -> Level {
     level
 }
 
-/// Runs lane code at a level. It is compiled for each [`SimdLevel`], not for SSE2 as `fearless_simd::dispatch` would.
+/// Runs lane code at a level. It is compiled for each [`SimdLevel`], not for SSE2 as `fearless_simd::dispatch` would. Without
+/// vectors, the expression after `else` runs instead where there is one.
 macro_rules! dispatch_lanes {
-    ($level:expr, $simd:ident => $task:expr) => {
+    ($level:expr, $simd:ident => $task:expr $(, else $scalar:expr)?) => {
         match $level {
             #[cfg(target_arch = "x86_64")]
             fearless_simd::Level::Avx512($simd) => $crate::geometry::compiled_for!($simd, $task),
-            level => $crate::bvh::simd::dispatch_eight_lanes!(level, $simd => $task),
+            level => $crate::bvh::simd::dispatch_eight_lanes!(level, $simd => $task $(, else $scalar)?),
         }
     };
 }
@@ -81,6 +82,12 @@ pub(super) use dispatch_lanes;
 /// [`dispatch_lanes`] for code of eight lanes, which is not compiled for AVX-512.
 macro_rules! dispatch_eight_lanes {
     ($level:expr, $simd:ident => $task:expr) => {
+        $crate::bvh::simd::dispatch_eight_lanes!($level, $simd => $task, else {
+            let $simd = fearless_simd::Fallback::new();
+            $task
+        })
+    };
+    ($level:expr, $simd:ident => $task:expr, else $scalar:expr) => {
         match $crate::bvh::simd::with_eight_lanes($level) {
             #[cfg(target_arch = "x86_64")]
             fearless_simd::Level::Avx2($simd) => $crate::geometry::compiled_for!($simd, $task),
@@ -88,10 +95,7 @@ macro_rules! dispatch_eight_lanes {
             fearless_simd::Level::Sse4_2($simd) => $crate::geometry::compiled_for!($simd, $task),
             #[cfg(target_arch = "aarch64")]
             fearless_simd::Level::Neon($simd) => $crate::geometry::compiled_for!($simd, $task),
-            _ => {
-                let $simd = fearless_simd::Fallback::new();
-                $task
-            }
+            _ => $scalar,
         }
     };
 }

@@ -10,7 +10,7 @@
 //!
 //! Sixteen clusters are processed at once. Positions count from the first cluster that takes part in a round.
 
-use fearless_simd::{Level, Simd, f32x16, mask32x16, prelude::*, u32x16};
+use fearless_simd::{Fallback, Level, Simd, f32x16, mask32x16, prelude::*, u32x16};
 use glam::Vec3;
 
 use super::binary_tree::{Pair, Subtree};
@@ -138,15 +138,25 @@ impl Clusters {
                 slow_rounds = 0;
                 continue;
             }
-            dispatch_lanes!(level, simd => self.round(simd, first, search, sink));
+            dispatch_lanes!(
+                level,
+                simd => self.round(simd, first, search, sink),
+                else self.round_scalar(first, search, sink)
+            );
             let is_slow = (before - (self.count - first)) * SLOW < before;
             slow_rounds = if is_slow { slow_rounds + 1 } else { 0 };
         }
     }
 
+    /// [`Clusters::round`] without vectors, compiled once for all sinks: its code is long.
+    #[inline(never)]
+    fn round_scalar(&mut self, first: usize, search: Search, sink: &mut dyn Join) {
+        self.round(Fallback::new(), first, search, sink);
+    }
+
     /// Merges all pairs of nearest neighbours.
     #[inline(always)]
-    fn round<S: Simd>(&mut self, simd: S, first: usize, search: Search, sink: &mut impl Join) {
+    fn round<S: Simd>(&mut self, simd: S, first: usize, search: Search, sink: &mut (impl Join + ?Sized)) {
         debug_assert!(search.radius <= MAX_RADIUS);
         let count = self.count - first;
         for chunk in (0..count).step_by(LANES) {
@@ -195,7 +205,7 @@ impl Clusters {
         first: usize,
         chunk: usize,
         radius: u32,
-        sink: &mut impl Join,
+        sink: &mut (impl Join + ?Sized),
     ) -> mask32x16<S> {
         let index = u32x16::splat(simd, chunk as u32) + u32x16::load_array(simd, LANE_IDS);
         let is_inside = index.simd_lt(u32x16::splat(simd, (self.count - first) as u32));

@@ -23,7 +23,10 @@ impl<'a> AnyHit<'a> {
 }
 
 impl Visitor for AnyHit<'_> {
-    const ORDERED: bool = false;
+    #[inline(always)]
+    fn is_ordered(&self) -> bool {
+        false
+    }
 
     #[inline(always)]
     fn lower(&self) -> f32 {

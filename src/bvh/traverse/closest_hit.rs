@@ -80,7 +80,10 @@ impl<'a, const CULL: bool> ClosestHit<'a, CULL> {
 }
 
 impl<const CULL: bool> Visitor for ClosestHit<'_, CULL> {
-    const ORDERED: bool = true;
+    #[inline(always)]
+    fn is_ordered(&self) -> bool {
+        true
+    }
 
     #[inline(always)]
     fn lower(&self) -> f32 {

@@ -4,7 +4,7 @@
 //! node is skipped only if its shortened entry distance is beyond the closest hit, never if it is equal: it may hold a
 //! triangle of a lower index at the same distance.
 
-use fearless_simd::{Level, Simd, f32x8, prelude::*};
+use fearless_simd::{Fallback, Level, Simd, f32x8, prelude::*};
 
 use super::lane_ray::LaneRay;
 use super::stack::{Pending, Stack};
@@ -20,11 +20,21 @@ pub(crate) fn traverse<V: Visitor>(
     visitor: &mut V,
     counters: &mut TraversalCounters,
 ) {
-    dispatch_eight_lanes!(level, simd => traverse_lanes(simd, leaves, visitor, counters));
+    dispatch_eight_lanes!(
+        level,
+        simd => traverse_lanes(simd, leaves, visitor, counters),
+        else traverse_scalar(leaves, visitor, counters)
+    );
+}
+
+/// [`traverse`] without vectors, compiled once for all visitors: its code is long.
+#[inline(never)]
+fn traverse_scalar(leaves: &LeafIntersector, visitor: &mut dyn Visitor, counters: &mut TraversalCounters) {
+    traverse_lanes(Fallback::new(), leaves, visitor, counters);
 }
 
 #[inline(always)]
-fn traverse_lanes<S: Simd, V: Visitor>(
+fn traverse_lanes<S: Simd, V: Visitor + ?Sized>(
     simd: S,
     leaves: &LeafIntersector,
     visitor: &mut V,
@@ -52,7 +62,7 @@ fn traverse_lanes<S: Simd, V: Visitor>(
             let node = &tree.nodes[child as usize];
             nodes += 1;
             let entered = ray.enter(simd, node, visitor.upper() * ray.scale);
-            if let Some(next) = stack.push_all::<V>(node, &entered) {
+            if let Some(next) = stack.push_all(visitor.is_ordered(), node, &entered) {
                 current = next;
                 continue;
             }
@@ -69,7 +79,7 @@ fn traverse_lanes<S: Simd, V: Visitor>(
 
 /// Passes the candidates of a leaf to the visitor; true if the traversal ends.
 #[inline(always)]
-fn test_leaf<S: Simd, V: Visitor>(
+fn test_leaf<S: Simd, V: Visitor + ?Sized>(
     simd: S,
     ray: &LaneRay,
     leaf: Leaf,

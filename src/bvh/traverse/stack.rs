@@ -6,7 +6,6 @@
 use arrayvec::ArrayVec;
 
 use super::lane_ray::Entered;
-use super::visitor::Visitor;
 use crate::bvh::wide_tree::{WIDTH, WideNode};
 
 /// Capacity of the array.
@@ -46,9 +45,14 @@ impl Stack {
         Self { shallow: ArrayVec::new_const(), deep: Vec::new() }
     }
 
-    /// Pushes the entered children, farthest first if the visitor is ordered, and returns the nearest instead of pushing it.
+    /// Pushes the entered children, farthest first if `is_ordered`, and returns the nearest instead of pushing it.
     #[inline(always)]
-    pub(super) fn push_all<V: Visitor>(&mut self, node: &WideNode, entered: &Entered) -> Option<Pending> {
+    pub(super) fn push_all(
+        &mut self,
+        is_ordered: bool,
+        node: &WideNode,
+        entered: &Entered,
+    ) -> Option<Pending> {
         let mut mask = entered.mask;
         let mut next = || {
             if mask == 0 {
@@ -65,15 +69,15 @@ impl Stack {
             return Some(nearest);
         };
         let mut far = second;
-        if V::ORDERED && far < nearest {
+        if is_ordered && far < nearest {
             std::mem::swap(&mut far, &mut nearest);
         }
         let bottom = self.push(far);
         while let Some(mut pending) = next() {
-            if V::ORDERED && pending < nearest {
+            if is_ordered && pending < nearest {
                 std::mem::swap(&mut pending, &mut nearest);
             }
-            self.insert::<V>(bottom, pending);
+            self.insert(is_ordered, bottom, pending);
         }
         Some(nearest)
     }
@@ -87,11 +91,11 @@ impl Stack {
         self.shallow.len() - 1
     }
 
-    /// Inserts an entry among those from `bottom` up, farthest first if the visitor is ordered.
+    /// Inserts an entry among those from `bottom` up, farthest first if `is_ordered`.
     #[inline(always)]
-    fn insert<V: Visitor>(&mut self, bottom: usize, pending: Pending) {
+    fn insert(&mut self, is_ordered: bool, bottom: usize, pending: Pending) {
         let mut position = self.push(pending);
-        if !V::ORDERED || !self.deep.is_empty() {
+        if !is_ordered || !self.deep.is_empty() {
             return;
         }
         let entries = self.shallow.as_mut_slice();

@@ -50,7 +50,7 @@ pub(crate) struct LeafIntersector<'a> {
 /// Receives the triangles that a ray may hit, in any order.
 pub(crate) trait Visitor {
     /// Whether near nodes are traversed first.
-    const ORDERED: bool;
+    fn is_ordered(&self) -> bool;
     /// Lower limit of `t`.
     fn lower(&self) -> f32;
     /// Upper limit of `t`.

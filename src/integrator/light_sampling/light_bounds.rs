@@ -37,15 +37,38 @@ pub(super) struct NormalCone {
     pub(super) theta_o: f32,
 }
 
+/// A point that is lit, and the normal of its surface if only the side that this points to is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Receiver {
+    pub(super) point: Vec3,
+    pub(super) normal: Option<Vec3>,
+}
+
+/// What importances make of bounds: chosen for little variance of direct light from few and many, small and large emitters.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ImportanceWeights {
+    /// The factor within the sphere that bounds the emitters, in place of the cosines.
+    inside: f32,
+    /// The weight of the cosines at the centre of emitters that are far away for their size; the rest has those of bounds.
+    center: f32,
+}
+
+impl ImportanceWeights {
+    /// Among emitters, which are nearly points.
+    pub(super) const OF_EMITTERS: Self = Self { inside: 0.25, center: 0.9 };
+    /// Among sets, of which any part may face the point, or sets and emitters.
+    pub(super) const OF_SETS: Self = Self { inside: 0.5, center: 0.0 };
+}
+
 /// What the importance of a set of emitters is computed from.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CompactLightBounds {
-    center: Vec3,
-    radius: f32,
-    axis: Vec3,
-    cos_theta_o: f32,
-    sin_theta_o: f32,
-    power: f32,
+    pub(super) center: Vec3,
+    pub(super) radius: f32,
+    pub(super) axis: Vec3,
+    pub(super) cos_theta_o: f32,
+    pub(super) sin_theta_o: f32,
+    pub(super) power: f32,
 }
 
 impl LightBounds {
@@ -120,19 +143,22 @@ impl NormalCone {
 impl CompactLightBounds {
     /// A bound on the light that the emitters send to `point`, up to a factor that all sets share; zero only if they send none
     /// to it, or none to the front of a surface with this normal (section 4.2 of the paper).
-    #[inline]
-    pub(super) fn importance(&self, point: Vec3, normal: Option<Vec3>, is_two_sided: bool) -> f32 {
+    ///
+    /// There are no branches, so that a loop over sets is vectorised.
+    #[inline(always)]
+    pub(super) fn importance(&self, at: Receiver, is_two_sided: bool, weights: &ImportanceWeights) -> f32 {
+        let Receiver { point, normal } = at;
         let to_center = self.center - point;
         let distance_squared = to_center.length_squared();
         let radius_squared = self.radius * self.radius;
         // Within the sphere, light may come from every direction. At its centre, the mean of 1 / distance² over it is 3 / r².
-        if distance_squared <= radius_squared * (1.0 + 1e-4) + f32::MIN_POSITIVE {
-            let clamped = distance_squared.max(radius_squared * (1.0 / 3.0)).max(1e-30);
-            return (self.power / clamped).max(LEAST_IMPORTANCE);
-        }
+        let is_inside = distance_squared <= radius_squared * (1.0 + 1e-4) + f32::MIN_POSITIVE;
+        let clamped = larger(larger(distance_squared, radius_squared * (1.0 / 3.0)), 1e-30);
+        let inside = larger(weights.inside * self.power / clamped, LEAST_IMPORTANCE);
+
         let by_distance = 1.0 / distance_squared.sqrt();
         let sin_b = self.radius * by_distance;
-        let cos_b = (1.0 - sin_b * sin_b).max(0.0).sqrt();
+        let cos_b = larger(1.0 - sin_b * sin_b, 0.0).sqrt();
 
         // Bound the cosine at the emitters: θ' = θ - (θₒ + θ_b).
         let axis_cosine = -self.axis.dot(to_center) * by_distance;
@@ -143,18 +169,29 @@ impl CompactLightBounds {
         let cosine_prime = if is_beyond_pi { 1.0 } else { cosine_of_difference(cosine, cos_sum, sin_sum) };
 
         // Bound the cosine at the surface: θᵢ' = θᵢ - θ_b.
-        let surface_cosine = normal
-            .map_or(1.0, |normal| cosine_of_difference(normal.dot(to_center) * by_distance, cos_b, sin_b));
-        let is_lit = cosine_prime >= LEAST_COSINE && surface_cosine >= LEAST_COSINE;
-        let factors = cosine_prime.max(LEAST_FACTOR) * surface_cosine.max(LEAST_FACTOR);
-        let importance = self.power * factors * (by_distance * by_distance);
-        if is_lit { importance.max(LEAST_IMPORTANCE) } else { 0.0 }
+        let surface_cosine = normal.map_or(1.0, |normal| normal.dot(to_center) * by_distance);
+        let surface_prime = normal.map_or(1.0, |_| cosine_of_difference(surface_cosine, cos_b, sin_b));
+        let is_lit = cosine_prime >= LEAST_COSINE && surface_prime >= LEAST_COSINE;
+        let center = weights.center * larger(1.0 - 2.0 * sin_b, 0.0);
+        let factor = |cosine: f32, prime: f32| {
+            larger(prime, LEAST_FACTOR) * (1.0 - center) + larger(cosine, LEAST_FACTOR) * center
+        };
+        let factors = factor(cosine, cosine_prime) * factor(surface_cosine, surface_prime);
+        let importance = larger(self.power * factors * (by_distance * by_distance), LEAST_IMPORTANCE);
+        let outside = if is_lit { importance } else { 0.0 };
+        if is_inside { inside } else { outside }
     }
 }
 
+/// The larger of two numbers; the second where the first is none.
+#[inline(always)]
+pub(super) fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
 /// cos(max(a - b, 0)) of angles in [0, π].
-#[inline]
+#[inline(always)]
 fn cosine_of_difference(cos_a: f32, cos_b: f32, sin_b: f32) -> f32 {
-    let cosine = cos_a * cos_b + (1.0 - cos_a * cos_a).max(0.0).sqrt() * sin_b;
+    let cosine = cos_a * cos_b + larger(1.0 - cos_a * cos_a, 0.0).sqrt() * sin_b;
     if cos_a >= cos_b { 1.0 } else { cosine }
 }

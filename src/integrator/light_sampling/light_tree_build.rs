@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::emitter::Emitter;
 use super::light_bounds::LightBounds;
-use super::light_node::LightNode;
+use super::light_node::{Content, LightNode};
 use crate::geometry::Aabb;
 
 /// Most bins along an axis. There are no more bins than emitters.
@@ -17,8 +17,11 @@ const BINS: usize = 12;
 const SMALL_COUNT: usize = 4;
 const LEAST_EXTENT: f32 = 0.25;
 
-/// Below this level, nodes are split into equal counts: no path is longer than this plus the bits of a count.
+/// Below this level, nodes are split into equal counts.
 const MAX_COST_LEVEL: u32 = 32;
+
+/// Most levels of a tree below its root, and of one made from it: equal counts halve the bits of a count.
+pub(super) const MAX_LEVELS: usize = MAX_COST_LEVEL as usize + 32;
 
 /// Nodes of more emitters build their children in parallel.
 const PARALLEL_COUNT: usize = 1 << 12;
@@ -35,7 +38,6 @@ struct Item {
     power: f32,
     is_two_sided: bool,
     emitter: u32,
-    path: u64,
 }
 
 impl Item {
@@ -44,21 +46,21 @@ impl Item {
     }
 }
 
-/// Nodes, root first, and the paths to all emitters (see [`super::LightTree`]).
-pub(super) fn build(emitters: &[Emitter]) -> (Vec<LightNode>, Vec<u64>) {
+/// The nodes of a binary tree, the root first.
+pub(super) fn build(emitters: &[Emitter]) -> Vec<LightNode> {
     let mut items = items(emitters);
-    let mut paths = vec![0; emitters.len()];
-    let Some(count) = items.len().checked_sub(1) else { return (Vec::new(), paths) };
+    let Some(count) = items.len().checked_sub(1) else { return Vec::new() };
 
     // Fill the descendants of the root, then the root.
-    let filler = LightNode::leaf(single(emitters, &items[0]).compact(), false, 0);
+    let filler = node(&single(emitters, &items[0]), Content::Emitter(0));
     let mut nodes = vec![filler; 2 * count + 1];
     let (root, descendants) = nodes.split_at_mut(1);
-    root[0] = build_node(emitters, &mut items, descendants, Position { first: 1, level: 0, path: 0 }).0;
-    for item in &items {
-        paths[item.emitter as usize] = item.path;
-    }
-    (nodes, paths)
+    root[0] = build_node(emitters, &mut items, descendants, Position { first: 1, level: 0 }).0;
+    nodes
+}
+
+fn node(bounds: &LightBounds, content: Content) -> LightNode {
+    LightNode { bounds: bounds.compact(), is_two_sided: bounds.is_two_sided, content }
 }
 
 /// The emitters that emit, with their shares of the power.
@@ -73,7 +75,7 @@ fn items(emitters: &[Emitter]) -> Vec<Item> {
         let power = (f64::from(emitter.power) / total) as f32;
         let is_usable = is_lit(emitter) && index < LightNode::LIMIT / 2 && bounds.center().is_finite();
         let is_two_sided = emitter.is_two_sided;
-        is_usable.then_some(Item { bounds, normal, power, is_two_sided, emitter: index as u32, path: 0 })
+        is_usable.then_some(Item { bounds, normal, power, is_two_sided, emitter: index as u32 })
     };
     emitters.par_iter().enumerate().filter_map(item).collect()
 }
@@ -88,7 +90,6 @@ struct Position {
     /// Index of its first descendant.
     first: u32,
     level: u32,
-    path: u64,
 }
 
 /// Builds the tree over `items` and fills its `descendants`, two less than twice as many.
@@ -98,27 +99,26 @@ fn build_node(
     descendants: &mut [LightNode],
     position: Position,
 ) -> (LightNode, LightBounds) {
-    let Position { first, level, path } = position;
+    let Position { first, level } = position;
     if let [item] = items {
-        item.path = path | 1 << level;
         let bounds = single(emitters, item);
-        return (LightNode::leaf(bounds.compact(), bounds.is_two_sided, item.emitter), bounds);
+        return (node(&bounds, Content::Emitter(item.emitter)), bounds);
     }
     let is_large = items.len() > PARALLEL_COUNT;
     let left_count = split(items, level);
     let (left, right) = items.split_at_mut(left_count);
     let (children, descendants) = descendants.split_at_mut(2);
     let (left_descendants, right_descendants) = descendants.split_at_mut(2 * left_count - 2);
-    let left_position = Position { first: first + 2, level: level + 1, path };
+    let left_position = Position { first: first + 2, level: level + 1 };
     let right_first = first + 2 * left_count as u32;
-    let right_position = Position { first: right_first, level: level + 1, path: path | 1 << level };
+    let right_position = Position { first: right_first, level: level + 1 };
     let mut build_left = || build_node(emitters, left, left_descendants, left_position);
     let mut build_right = || build_node(emitters, right, right_descendants, right_position);
     let ((left_node, left_bounds), (right_node, right_bounds)) =
         if is_large { rayon::join(build_left, build_right) } else { (build_left(), build_right()) };
     children.copy_from_slice(&[left_node, right_node]);
     let bounds = left_bounds.union(&right_bounds);
-    (LightNode::inner(bounds.compact(), bounds.is_two_sided, first), bounds)
+    (node(&bounds, Content::Children(first)), bounds)
 }
 
 /// Orders at least two items into two sets and returns the count of the first.

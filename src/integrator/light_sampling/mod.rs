@@ -2,7 +2,8 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `light_tree`, `light_tree_build`, `light_node`, `light_bounds`, `emitter` | the choice of one of many emissive triangles |
+//! | `light_tree`, `wide_light_node`, `emitter` | the choice of one of many emissive triangles |
+//! | `light_tree_build`, `light_tree_collapse`, `light_node`, `light_bounds` | construction of the tree |
 //! | `triangle` | points on an emissive triangle |
 //!
 //! Every choice comes with its probability or its density, which can also be asked for the choice of another technique, for
@@ -13,7 +14,9 @@ mod light_bounds;
 mod light_node;
 mod light_tree;
 mod light_tree_build;
+mod light_tree_collapse;
 mod triangle;
+mod wide_light_node;
 
 pub(crate) use emitter::Emitter;
 pub(crate) use light_tree::LightTree;

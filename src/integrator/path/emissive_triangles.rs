@@ -33,7 +33,7 @@ impl EmissiveTriangles {
     /// The lights of a frame.
     pub(in crate::integrator) fn new(view: SceneView<'_>) -> Self {
         let (triangles, emitters) = emitters(view);
-        Self { triangles, tree: LightTree::new(&emitters) }
+        Self { triangles, tree: LightTree::new(&emitters, view.bvh.simd_level()) }
     }
 
     /// Whether there are none.

@@ -1,6 +1,10 @@
 use super::*;
 use crate::integrator::zsobol::ZSobol;
 
+fn light_tree(emitters: &[Emitter]) -> LightTree {
+    LightTree::new(emitters, Level::new())
+}
+
 /// Numbers in [0, 1) by index.
 struct Random(u32);
 
@@ -86,7 +90,7 @@ fn receivers(count: u32) -> impl Iterator<Item = (Vec3, Option<Vec3>)> {
 #[test]
 fn probabilities_sum_to_at_most_one_and_agree_with_samples() {
     for (set, emitters) in sets().iter().enumerate() {
-        let tree = LightTree::new(emitters);
+        let tree = light_tree(emitters);
         for (point, normal) in receivers(60) {
             let probabilities: Vec<f32> =
                 (0..emitters.len() as u32).map(|emitter| tree.probability(point, normal, emitter)).collect();
@@ -113,7 +117,7 @@ fn probabilities_sum_to_one_within_the_emitters() {
     for emitter in &mut emitters {
         emitter.is_two_sided = true;
     }
-    let tree = LightTree::new(&emitters);
+    let tree = light_tree(&emitters);
     for (point, _) in receivers(100) {
         let sum: f32 = (0..300).map(|emitter| tree.probability(point, None, emitter)).sum();
         assert!((sum - 1.0).abs() < 1e-4, "{sum}");
@@ -123,7 +127,7 @@ fn probabilities_sum_to_one_within_the_emitters() {
 #[test]
 fn every_emitter_that_lights_a_point_has_a_probability() {
     for (set, emitters) in sets().iter().enumerate() {
-        let tree = LightTree::new(emitters);
+        let tree = light_tree(emitters);
         for (point, normal) in receivers(300) {
             for (index, emitter) in emitters.iter().enumerate() {
                 let probability = tree.probability(point, normal, index as u32);
@@ -146,7 +150,7 @@ fn points_on_and_beside_emitters_see_the_others() {
             .iter_mut()
             .flat_map(|emitter| &mut emitter.corners)
             .for_each(|c| *c = *c * scale + Vec3::X * 8.0);
-        let tree = LightTree::new(&emitters);
+        let tree = light_tree(&emitters);
         for receiver in &emitters {
             let [a, b, c] = receiver.corners;
             for point in [a, (a + b + c) / 3.0] {
@@ -167,7 +171,7 @@ fn points_on_and_beside_emitters_see_the_others() {
 #[test]
 fn frequencies_of_samples_are_their_probabilities() {
     let emitters = emitters(50, 0.2);
-    let tree = LightTree::new(&emitters);
+    let tree = light_tree(&emitters);
     for (point, normal) in receivers(6) {
         let count = 40_000;
         let mut counts = vec![0_u32; emitters.len()];
@@ -186,31 +190,42 @@ fn frequencies_of_samples_are_their_probabilities() {
     }
 }
 
+/// Variances of the light of one sample, over its square, in the mean of some points: by the tree, by power and by chance.
+fn variances(emitters: &[Emitter]) -> [f64; 3] {
+    let tree = light_tree(emitters);
+    let total_power: f64 = emitters.iter().map(|emitter| f64::from(emitter.power)).sum();
+    let mut sums = [0.0; 3];
+    for (point, normal) in receivers(100) {
+        let radiance =
+            |e: &Emitter| f64::from(e.power) / f64::from(area_power(e.corners, 1.0, e.is_two_sided));
+        let lights: Vec<f64> = emitters
+            .iter()
+            .map(|emitter| radiance(emitter) * irradiance(emitter, point, normal, 3))
+            .collect();
+        let sum: f64 = lights.iter().sum();
+        let variance = |probability: &dyn Fn(usize) -> f64| -> f64 {
+            let lit = lights.iter().enumerate().filter(|(_, light)| **light > 0.0);
+            lit.map(|(i, light)| light * light / probability(i)).sum::<f64>() / (sum * sum) - 1.0
+        };
+        if sum > 0.0 {
+            sums[0] += variance(&|i| f64::from(tree.probability(point, normal, i as u32)));
+            sums[1] += variance(&|i| f64::from(emitters[i].power) / total_power);
+            sums[2] += variance(&|_| 1.0 / emitters.len() as f64);
+        }
+    }
+    sums.map(|sum| sum / 100.0)
+}
+
 #[test]
 fn the_variance_of_direct_light_is_far_below_that_of_uniform_choice() {
-    let mut emitters = emitters(1000, 0.02);
-    for emitter in &mut emitters {
-        emitter.is_two_sided = false;
+    let panels: Vec<Emitter> = sets().pop().unwrap_or_default();
+    for (name, emitters, least) in
+        [("few", emitters(8, 0.1), 20.0), ("many", emitters(1000, 0.02), 30.0), ("wall", panels, 30.0)]
+    {
+        let [by_tree, by_power, uniform] = variances(&emitters);
+        println!("{name}: variances {by_tree} by tree, {by_power} by power, {uniform} uniform");
+        assert!(by_tree * least < by_power.min(uniform), "{name}: {by_tree} {by_power} {uniform}");
     }
-    let tree = LightTree::new(&emitters);
-    let (mut by_tree, mut uniform, mut by_power) = (0.0, 0.0, 0.0);
-    let total_power: f64 = emitters.iter().map(|emitter| f64::from(emitter.power)).sum();
-    for (point, normal) in receivers(100) {
-        let radiance = |e: &Emitter| f64::from(e.power) / f64::from(area_power(e.corners, 1.0, false));
-        let light = |e: &Emitter| radiance(e) * irradiance(e, point, normal, 2);
-        let lights: Vec<f64> = emitters.iter().map(light).collect();
-        let sum: f64 = lights.iter().sum();
-        let squares = |probability: &dyn Fn(usize) -> f64| -> f64 {
-            let lit = lights.iter().enumerate().filter(|(_, light)| **light > 0.0);
-            lit.map(|(i, light)| light * light / probability(i)).sum::<f64>() - sum * sum
-        };
-        by_tree += squares(&|i| f64::from(tree.probability(point, normal, i as u32)));
-        uniform += squares(&|_| 1.0 / 1000.0);
-        by_power += squares(&|i| f64::from(emitters[i].power) / total_power);
-    }
-    println!("variances: {by_tree} by tree, {by_power} by power, {uniform} uniform");
-    assert!(by_tree < uniform / 12.0, "{by_tree} {uniform}");
-    assert!(by_tree < by_power / 4.0, "{by_tree} {by_power}");
 }
 
 #[test]
@@ -222,7 +237,7 @@ fn emitters_without_light_are_left_out() {
     emitters[6].corners[1] = Vec3::NAN;
     emitters[7].power = f32::INFINITY;
     emitters[8].power = 1e-38;
-    let tree = LightTree::new(&emitters);
+    let tree = light_tree(&emitters);
     for (point, _) in receivers(50) {
         for emitter in 3..8 {
             assert_eq!(tree.probability(point, None, emitter), 0.0);
@@ -238,17 +253,70 @@ fn thread_counts_do_not_matter_and_large_trees_are_whole() {
     let emitters = emitters(100_000, 0.01);
     let [one, four] = [1, 4].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| LightTree::new(&emitters))
+        pool.install(|| light_tree(&emitters))
     });
-    assert_eq!(one.paths, four.paths);
-    assert_eq!(one.nodes.len(), 2 * emitters.len() - 1);
-    assert!(one.paths.iter().all(|&path| path > 1));
+    assert_eq!(one.tree.leaves, four.tree.leaves);
+    assert_eq!(one.tree.parents, four.tree.parents);
+    // Every emitter has a slot of its own, and nodes are nearly full.
+    let mut slots = one.tree.leaves.clone();
+    slots.sort_unstable();
+    slots.dedup();
+    assert_eq!(slots.len(), emitters.len());
+    assert!(one.tree.leaves.iter().all(|&slot| (slot as usize) < one.tree.nodes.len() * WIDTH));
+    assert!(one.tree.nodes.len() < emitters.len() / 3, "{} nodes", one.tree.nodes.len());
     for (point, normal) in receivers(20) {
         for u in [0.0, 0.3, 0.9, 1.0 - f32::EPSILON / 2.0] {
             let found = one.sample(point, normal, u);
             assert_eq!(found, four.sample(point, normal, u));
             if let Some((emitter, probability)) = found {
                 assert_eq!(one.probability(point, normal, emitter), probability);
+            }
+        }
+    }
+}
+
+#[test]
+fn instruction_sets_choose_alike() {
+    for emitters in sets() {
+        let [scalar, best] = [Level::fallback(), Level::new()].map(|level| LightTree::new(&emitters, level));
+        for (point, normal) in receivers(100) {
+            for u in [0.0, 0.2, 0.5, 0.99] {
+                assert_eq!(scalar.sample(point, normal, u), best.sample(point, normal, u));
+            }
+            for emitter in 0..emitters.len() as u32 {
+                let [a, b] = [&scalar, &best].map(|tree| tree.probability(point, normal, emitter).to_bits());
+                assert_eq!(a, b);
+            }
+        }
+    }
+}
+
+/// The probabilities of all emitters below a node of this probability, child by child.
+fn add_probabilities(tree: &LightTree, node: usize, at: Receiver, probability: f64, sums: &mut [f64]) {
+    let node = &tree.tree.nodes[node];
+    let importances: Vec<f64> = (0..WIDTH).map(|lane| f64::from(node.importance(lane, at))).collect();
+    let sum: f64 = importances.iter().sum();
+    for (lane, importance) in importances.into_iter().enumerate().filter(|&(_, importance)| importance > 0.0)
+    {
+        let (index, probability) = (node.index(lane) as usize, probability * importance / sum);
+        if node.is_emitter(lane) {
+            sums[index] += probability;
+        } else {
+            add_probabilities(tree, index, at, probability, sums);
+        }
+    }
+}
+
+#[test]
+fn probabilities_are_those_of_a_walk_over_the_whole_tree() {
+    for emitters in sets().iter().filter(|emitters| !emitters.is_empty()) {
+        let tree = light_tree(emitters);
+        for (point, normal) in receivers(60) {
+            let mut expected = vec![0.0; emitters.len()];
+            add_probabilities(&tree, 0, Receiver { point, normal }, 1.0, &mut expected);
+            for (emitter, expected) in (0..).zip(expected) {
+                let found = f64::from(tree.probability(point, normal, emitter));
+                assert!((found - expected).abs() <= 1e-5 * expected + 1e-8, "{emitter}: {found} {expected}");
             }
         }
     }

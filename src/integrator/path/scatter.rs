@@ -17,12 +17,12 @@ const ROULETTE_DEPTH: u32 = 2;
 impl Tracer<'_, '_> {
     /// Samples the ray with which a path goes on, unless the path ends. Returns whether a mirror or clear glass ends the path or
     /// sends it on.
-    pub(super) fn send_path(&mut self, shaded: ShadedPoint<'_, '_>, share: f32) -> bool {
+    pub(super) fn send_path(&mut self, shaded: &ShadedPoint<'_, '_>, share: f32) -> bool {
         let depth = shaded.state.depth;
         let u = shaded.samples.point(Decision::Direction);
         let choices = shaded.samples.point(Decision::LobeAndRoulette);
         let Some(sample) = shaded.scattering.sample(choices.x, u) else { return false };
-        let Some(direction) = world_direction(&shaded, &sample) else { return false };
+        let Some(direction) = world_direction(shaded, &sample) else { return false };
         let mut weight = shaded.weight * sample.weight;
         let mut guide_share = if sample.is_smooth { shaded.state.guide_share * share } else { 0.0 };
         let largest = weight.max_element();
@@ -43,7 +43,7 @@ impl Tracer<'_, '_> {
 
     fn push_path(
         &mut self,
-        shaded: ShadedPoint<'_, '_>,
+        shaded: &ShadedPoint<'_, '_>,
         sample: ScatterSample,
         direction: Vec3,
         (weight, guide_share): (Vec3, f32),
@@ -71,11 +71,11 @@ impl Tracer<'_, '_> {
             ScatterLobe::Transmission | ScatterLobe::DiffuseTransmission => LightPass::Refraction,
         };
         let kind = if is_reflected { RayKind::Reflection } else { RayKind::Refraction };
-        let side = shaded.transmission_side;
+        let side = &shaded.transmission_side;
         let (media, touching) = if is_reflected {
             (state.media.clone(), None)
         } else {
-            (side.media, side.touching.map(Box::new))
+            (side.media.clone(), side.touching.map(Box::new))
         };
         let child = RayState {
             differential,

@@ -1,5 +1,7 @@
 //! Shading of a surface of a path.
 
+use std::rc::Rc;
+
 use glam::{Mat3, Vec3};
 
 use super::dimensions::{BounceSamples, Decision};
@@ -65,9 +67,10 @@ impl Tracer<'_, '_> {
         }
 
         let regularized = self.regularized(last.as_ref(), material);
+        let material = regularized.as_ref().unwrap_or(material);
         let coat = coat.map(|(coat, world_from_coat, _)| (coat, world_from_coat));
         let arrival = PathArrival { signature: slot.signature, state, light_pass, last, weight, share, coat };
-        self.scatter_path(&arrival, (index, point), &regularized);
+        self.scatter_path(&arrival, (index, point), material);
     }
 
     /// Sends the shadow rays of a surface, and the ray that goes on.
@@ -84,8 +87,8 @@ impl Tracer<'_, '_> {
         let own_medium = self.context.interiors.medium(point.instance);
         let is_dispersive = transmission_side.disperses(state, own_medium, material);
         let sequence = self.sequences[state.sample as usize];
-        self.bounce_keys.prepare(&sequence, state.depth);
-        let keys = self.bounce_keys;
+        Rc::make_mut(&mut self.bounce_keys).prepare(&sequence, state.depth);
+        let keys = Rc::clone(&self.bounce_keys);
         let samples = BounceSamples { sequence, keys: &keys };
         let mut channels = state.channels;
         if is_dispersive {
@@ -102,12 +105,13 @@ impl Tracer<'_, '_> {
         let world_from_local = shading_frame(point.shading_normal, material.anisotropy.as_ref());
         let local_from_world = world_from_local.transpose();
         let coat = coat.map(|(coat, world_from_coat)| (coat, world_from_coat.transpose() * world_from_local));
+        let scattering = Scattering::new(bsdf, local_from_world * point.wo, coat);
         let shaded = ShadedPoint {
             signature,
             state,
             light_pass,
             point,
-            scattering: Scattering::new(bsdf, local_from_world * point.wo, coat),
+            scattering: &scattering,
             world_from_local,
             weight,
             channels,
@@ -121,20 +125,18 @@ impl Tracer<'_, '_> {
         };
         self.queue_lights(&shaded);
         // Mirrors and clear glass show what guides the denoising.
-        if !self.send_path(shaded, share) {
+        if !self.send_path(&shaded, share) {
             self.add_guide(state, share, (material, point));
         }
     }
 
     /// The material, rougher where a ray that a rough surface sampled finds it: such rays hardly ever find what a smooth one focuses.
-    fn regularized(&self, last: Option<&LastScatter>, material: &MaterialSample) -> MaterialSample {
+    /// `None` where it stays as it is.
+    fn regularized(&self, last: Option<&LastScatter>, material: &MaterialSample) -> Option<MaterialSample> {
         // Shadow rays pass clear thin walls straight.
         let is_clear_wall = material.thin && material.transmission > 0.0;
-        if self.context.settings.path.regularize && last.is_some() && !is_clear_wall {
-            material.regularized()
-        } else {
-            *material
-        }
+        let is_regularized = self.context.settings.path.regularize && last.is_some() && !is_clear_wall;
+        is_regularized.then(|| material.regularized())
     }
 
     fn add_guide(

@@ -18,7 +18,7 @@ pub(super) struct ShadedPoint<'p, 'a> {
     /// See [`crate::integrator::whitted::SurfaceHit::light_pass`].
     pub(super) light_pass: Option<LightPass>,
     pub(super) point: &'p SurfacePoint<'a>,
-    pub(super) scattering: Scattering,
+    pub(super) scattering: &'p Scattering,
     /// Columns are tangent, bitangent and normal.
     pub(super) world_from_local: Mat3,
     /// Multiplies radiance that leaves the surface towards the viewer.

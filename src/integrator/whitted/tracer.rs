@@ -1,5 +1,6 @@
 //! The tracer of batches of samples and its buffers.
 
+use std::rc::Rc;
 use std::time::Instant;
 
 use glam::Vec3;
@@ -77,7 +78,7 @@ pub struct Tracer<'w, 'a> {
     pub(super) probes: TransmissionProbes,
     pub(in crate::integrator) albedo_slices: AlbedoSlices,
     /// The keys of the sample points of the shaded paths.
-    pub(in crate::integrator) bounce_keys: BounceKeys,
+    pub(in crate::integrator) bounce_keys: Rc<BounceKeys>,
     /// The keys of the sample points of environment lookups.
     pub(super) lookup_keys: LookupKeys,
     pub(super) media_cache: MediaCache,
@@ -107,7 +108,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
             sequences: Vec::new(),
             probes: TransmissionProbes::default(),
             albedo_slices: AlbedoSlices::default(),
-            bounce_keys: BounceKeys::default(),
+            bounce_keys: Rc::default(),
             lookup_keys: LookupKeys::default(),
             media_cache: MediaCache::default(),
             aovs: SampleAovs::default(),

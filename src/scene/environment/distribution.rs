@@ -10,6 +10,9 @@ use crate::geometry::sin_cos_of_turn;
 /// Cells are averaged over this many directions along each axis.
 const DIRECTIONS_PER_AXIS: u32 = 3;
 
+/// Guides are short, so that those of all rows stay in the cache; the sums of as many intervals are one line of it.
+const INTERVALS_PER_PART: usize = 8;
+
 /// A bound on the rounding errors of a direction, in widths of cells of images of up to 65536 columns.
 const BORDER: f32 = 1.0 / 64.0;
 
@@ -89,7 +92,8 @@ impl EnvironmentDistribution {
             return None;
         }
         let (row, v) = invert(&self.row_sums, &self.row_guide, u.y);
-        let guide = &self.cell_guides[row * self.columns..][..self.columns];
+        let guide_length = guide_length(self.columns);
+        let guide = &self.cell_guides[row * guide_length..][..guide_length];
         let (column, u) = invert(self.cell_sums(row), guide, u.x);
         // A direction that is rounded into the next cell is replaced by the cell's central one.
         let sampled = self.direction(row, column, u, v);
@@ -186,23 +190,30 @@ fn prefix_sums(values: impl Iterator<Item = f64> + Clone, sums: &mut [f32]) -> f
     total
 }
 
-/// For as many equal parts of the unit interval as there are intervals of prefix sums: the interval that holds the part's lower end (Chen
-/// and Asau, "On Generating Random Variates from an Empirical Distribution", 1974).
+/// For equal parts of the unit interval, one for [`INTERVALS_PER_PART`] intervals of prefix sums: the interval that holds the part's lower
+/// end (Chen and Asau, "On Generating Random Variates from an Empirical Distribution", 1974).
 fn guide(sums: &[f32]) -> impl Iterator<Item = u32> + '_ {
-    let parts = sums.len() - 1;
+    let last = sums.len() - 2;
+    let parts = guide_length(sums.len() - 1);
     let mut index = 0;
     (0..parts).map(move |part| {
-        while index + 1 < parts && sums[index + 1] <= part as f32 / parts as f32 {
+        while index < last && sums[index + 1] <= part as f32 / parts as f32 {
             index += 1;
         }
         index as u32
     })
 }
 
+/// Number of parts of a guide to so many intervals.
+fn guide_length(intervals: usize) -> usize {
+    intervals.div_ceil(INTERVALS_PER_PART)
+}
+
 /// The interval of prefix sums that holds `u`, a number in [0, 1), and the position of `u` in it. It is never an empty one.
 fn invert(sums: &[f32], guide: &[u32], u: f32) -> (usize, f32) {
-    let last = guide.len() - 1;
-    let mut index = guide[((u * guide.len() as f32) as usize).min(last)] as usize;
+    let part = (u * guide.len() as f32) as usize;
+    let mut index = guide[part.min(guide.len() - 1)] as usize;
+    let last = sums.len() - 2;
     // The part's lower end may be rounded up.
     while index > 0 && sums[index] > u {
         index -= 1;

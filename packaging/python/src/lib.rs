@@ -17,6 +17,7 @@ use rayframe::error::{Error, Result};
 use rayframe::image::{ColorEncoding, Image};
 use rayframe::regression::{BEAUTY, Channel, Preset, Samples};
 use rayframe::sequence::SequenceEvent;
+use rayframe::settings::{Definition, Group};
 use rayframe::{RenderedFrame, Renderer};
 
 create_exception!(
@@ -30,7 +31,54 @@ create_exception!(
 const TICK: Duration = Duration::from_millis(50);
 
 type Settings = Vec<(String, String)>;
-type Size = Option<(u32, u32)>;
+/// Width and height.
+type Size = Option<(i64, i64)>;
+
+/// What a function makes, on which it depends which settings have a meaning.
+#[derive(Clone, Copy, PartialEq)]
+enum Product {
+    Pixels,
+    Channels,
+    Files,
+}
+
+impl Product {
+    /// Why a setting has no meaning for it.
+    fn refusal(self, setting: &Definition) -> Option<&'static str> {
+        let is_of_files = setting.is_for_runs && setting.name != "threads";
+        let is_of_sequences = setting.group == Group::Frames && setting.name != "fps";
+        match self {
+            _ if setting.name == "scene" => Some("the scene is the first argument"),
+            Self::Files if setting.name == "output" => Some("the files are the second argument"),
+            Self::Files if setting.name == "show" => Some("it needs the terminal of the program"),
+            Self::Files => None,
+            _ if is_of_sequences => Some("one frame is rendered: that of the argument 'frame'"),
+            _ if is_of_files => Some("no file is written; render_sequence writes files"),
+            Self::Pixels if setting.group == Group::Output => {
+                Some("only colour and alpha are returned; render_channels returns all")
+            }
+            Self::Pixels | Self::Channels => None,
+        }
+    }
+
+    /// Checks the arguments, and returns the number of threads among them.
+    fn check(self, size: Size, settings: &Settings) -> Result<Option<usize>> {
+        let mut threads = None;
+        for (name, value) in settings {
+            let Some(setting) = Definition::of(name) else { continue };
+            if let Some(why) = self.refusal(setting) {
+                return Err(Error::usage(format!("{name}: {why}")));
+            }
+            if size.is_some() && ["resolution", "width", "height"].contains(&setting.name) {
+                return Err(Error::usage(format!("size and {name} contradict each other")));
+            }
+            if setting.name == "threads" {
+                threads = value.parse().ok();
+            }
+        }
+        Ok(threads)
+    }
+}
 
 fn raised(error: Error) -> PyErr {
     Python::attach(|py| {
@@ -74,10 +122,20 @@ fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&CancelFlag) -> Resu
     })
 }
 
+/// Runs `work` on so many threads, by default on all cores.
+fn on_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
+    let Some(threads) = threads else { return work() };
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|error| Error::Internal { message: error.to_string() })?;
+    pool.install(work)
+}
+
 fn renderer(path: &str, size: Size, settings: &Settings, cancel: &CancelFlag) -> Result<Renderer> {
     let mut renderer = Renderer::open(path)?.cancelled_by(cancel);
     if let Some((width, height)) = size {
-        renderer = renderer.size(width, height);
+        renderer = renderer.set("resolution", format!("{width}x{height}"))?;
     }
     settings.iter().try_fold(renderer, |renderer, (name, value)| renderer.set(name, value))
 }
@@ -87,9 +145,13 @@ fn rendered(
     path: &str,
     frame: i64,
     size: Size,
-    settings: &Settings,
+    (settings, product): (&Settings, Product),
 ) -> PyResult<RenderedFrame> {
-    interruptible(py, |cancel| renderer(path, size, settings, cancel)?.frame(frame))
+    let threads = product.check(size, settings).map_err(raised)?;
+    interruptible(py, |cancel| {
+        let renderer = renderer(path, size, settings, cancel)?;
+        on_threads(threads, || renderer.frame(frame))
+    })
 }
 
 #[pyfunction]
@@ -100,7 +162,7 @@ fn render<'py>(
     size: Size,
     settings: Settings,
 ) -> PyResult<Bound<'py, PyArray3<f32>>> {
-    let frame = rendered(py, path, frame, size, &settings)?;
+    let frame = rendered(py, path, frame, size, (&settings, Product::Pixels))?;
     let (width, height) = frame.size();
     let values = PyArray1::from_slice(py, frame.pixels().as_flattened());
     values.reshape([height as usize, width as usize, 4])
@@ -114,7 +176,7 @@ fn render_channels<'py>(
     size: Size,
     settings: Settings,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let frame = rendered(py, path, frame, size, &settings)?;
+    let frame = rendered(py, path, frame, size, (&settings, Product::Channels))?;
     let image = frame.image().map_err(raised)?;
     let (width, height) = image.data_window.size();
     let shape = [height as usize, width as usize];
@@ -140,6 +202,7 @@ fn render_sequence(
     size: Size,
     settings: Settings,
 ) -> PyResult<Vec<String>> {
+    let threads = Product::Files.check(size, &settings).map_err(raised)?;
     interruptible(py, |cancel| {
         let sequence = renderer(path, size, &settings, cancel)?.sequence(output)?;
         let files = Mutex::new(BTreeMap::new());
@@ -147,11 +210,12 @@ fn render_sequence(
             let mut files = files.lock().unwrap_or_else(PoisonError::into_inner);
             files.insert(frame, path.display().to_string());
         };
-        let summary = sequence.run(|event| match event {
+        let on_event = |event: SequenceEvent<'_>| match event {
             SequenceEvent::FrameWritten(report) => done(report.frame, &report.path),
             SequenceEvent::FrameKept(planned) => done(planned.frame, &planned.path),
             _ => {}
-        })?;
+        };
+        let summary = on_threads(threads, || sequence.run(on_event))?;
         // With `keep_going` the run itself succeeds.
         summary.outcome()?;
         let mut files = files.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -222,7 +286,7 @@ fn compare(
     reference: Source<'_>,
     preset: &str,
 ) -> PyResult<(bool, Vec<String>, String)> {
-    let unknown = || raised(Error::usage(format!("'{preset}' is no preset")));
+    let unknown = || raised(Error::usage(format!("'{preset}' is no preset; there are {}", Preset::NAMES)));
     let limits = Preset::of_name(preset).ok_or_else(unknown)?.limits();
     let (actual, reference) = (actual.copied()?, reference.copied()?);
     interruptible(py, move |_| {

@@ -70,7 +70,7 @@ def test_comparisons_tell_what_differs(tmp_path):
     assert rayframe.compare(first[::-1], np.flipud(first)).identical
     with pytest.raises(ValueError, match="shape"):
         rayframe.compare(first[..., 0], first)
-    with pytest.raises(rayframe.RayframeError, match="preset"):
+    with pytest.raises(rayframe.RayframeError, match="there are exact, strict"):
         rayframe.compare(first, first, preset="loose")
 
 
@@ -120,3 +120,36 @@ def test_an_interrupt_ends_rendering():
 def test_the_program_is_installed():
     version = subprocess.run([program(), "--version"], capture_output=True, text=True, check=True).stdout
     assert version.strip() == f"rayframe {rayframe.__version__}"
+
+
+@pytest.mark.parametrize(
+    ("function", "settings", "words"),
+    [
+        (rayframe.render, {"frames": "1-3"}, "frames: one frame is rendered"),
+        (rayframe.render, {"start": 2}, "start: one frame is rendered"),
+        (rayframe.render, {"output": "a.exr"}, "output: no file is written"),
+        (rayframe.render, {"aovs": ["depth"]}, "aovs: .*render_channels"),
+        (rayframe.render, {"scene": "other.glb"}, "scene: .*first argument"),
+        (rayframe.render, {"size": (64, 36), "width": 32}, "size and width contradict"),
+        (rayframe.render, {"size": (0, 36)}, "resolution: .*one pixel"),
+        (rayframe.render, {"size": (-4, 36)}, "resolution: .*width and height"),
+        (rayframe.render, {"threads": 0}, "threads"),
+        (rayframe.render_channels, {"movie": "a.mp4"}, "movie: no file is written"),
+        (rayframe.render_channels, {"resolution": "8x8", "size": (64, 36)}, "size and resolution contradict"),
+    ],
+)
+def test_arguments_without_a_meaning_are_refused(function, settings, words):
+    with pytest.raises(rayframe.RayframeError, match=words) as raised:
+        function(DEMO, **settings)
+    assert raised.value.exit_code == 2
+
+
+def test_sequences_take_their_output_once(tmp_path):
+    with pytest.raises(rayframe.RayframeError, match="outfile: the files are the second argument"):
+        rayframe.render_sequence(DEMO, tmp_path / "a.####.exr", outfile="b.exr")
+
+
+def test_threads_do_not_change_pixels():
+    one, two = (rayframe.render(DEMO, size=(64, 36), samples=1, threads=threads) for threads in (1, 2))
+    assert one.tobytes() == two.tobytes()
+    assert rayframe.render(DEMO, size=(64, 36), samples=1, fps=12).shape == (36, 64, 4)

@@ -141,12 +141,12 @@ impl NormalCone {
 }
 
 impl CompactLightBounds {
-    /// A bound on the light that the emitters send to `point`, up to a factor that all sets share; zero only if they send none
-    /// to it, or none to the front of a surface with this normal (section 4.2 of the paper).
+    /// The weight of the emitters in a choice: the bound on their light of section 4.2 of the paper, adjusted by `weights`; zero only if they
+    /// send none to the point, or none to the front of a surface with its normal.
     ///
     /// There are no branches, so that a loop over sets is vectorised.
     #[inline(always)]
-    pub(super) fn importance(&self, at: Receiver, is_two_sided: bool, weights: &ImportanceWeights) -> f32 {
+    pub(super) fn importance(&self, at: Receiver, is_two_sided: bool, weights: ImportanceWeights) -> f32 {
         let Receiver { point, normal } = at;
         let to_center = self.center - point;
         let distance_squared = to_center.length_squared();

@@ -20,7 +20,7 @@ const LEAST_EXTENT: f32 = 0.25;
 /// Below this level, nodes are split into equal counts.
 const MAX_COST_LEVEL: u32 = 32;
 
-/// Most levels of a tree below its root, and of one made from it: equal counts halve the bits of a count.
+/// Most levels of a tree below its root, and of one made from it: a level of equal counts takes one bit of a count.
 pub(super) const MAX_LEVELS: usize = MAX_COST_LEVEL as usize + 32;
 
 /// Nodes of more emitters build their children in parallel.

@@ -8,7 +8,7 @@ use super::light_node::LightNode;
 /// Most children of a node.
 pub(super) const WIDTH: usize = 8;
 
-/// Where two children may both light a point, neither is chosen more seldom.
+/// No child that may light a point weighs less than this share of the largest weight.
 const LEAST_SHARE: f32 = 1e-9;
 
 /// The largest number below one.
@@ -108,7 +108,7 @@ impl WideLightNode {
             sin_theta_o: self.sin_theta_o[lane],
             power: self.power[lane],
         };
-        let importance = bounds.importance(at, self.two_sided[lane] > 0.0, &self.importance_weights);
+        let importance = bounds.importance(at, self.two_sided[lane] > 0.0, self.importance_weights);
         if self.power[lane] < 0.0 { 0.0 } else { importance }
     }
 
@@ -144,7 +144,7 @@ impl ChildWeights {
     pub(super) fn choose(&self, u: f64) -> ChosenChild {
         let [.., sum] = self.sums;
         let at = u * sum;
-        // The first child whose sum is beyond; rounding may leave none, which is the last one of any weight.
+        // The first child whose sum is beyond; a product that is rounded up to the sum is that of the last one of any weight.
         let count = |beyond: f64| self.sums.iter().map(|&to| u32::from(to <= beyond)).sum::<u32>() as usize;
         let is_beyond_all = at >= sum;
         let lane = if is_beyond_all { self.last() } else { count(at) };

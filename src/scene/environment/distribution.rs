@@ -10,7 +10,7 @@ use crate::geometry::sin_cos_of_turn;
 /// Cells are averaged over this many directions along each axis.
 const DIRECTIONS_PER_AXIS: u32 = 3;
 
-/// Guides are short, so that those of all rows stay in the cache; the sums of as many intervals are one line of it.
+/// Guides are short, so that those of all rows stay in the cache; the sums of as many intervals are in one or two lines of it.
 const INTERVALS_PER_PART: usize = 8;
 
 /// A bound on the rounding errors of a direction, in widths of cells of images of up to 65536 columns.

@@ -45,12 +45,18 @@ enum Product {
 impl Product {
     /// Why a setting has no meaning for it.
     fn refusal(self, setting: &Definition) -> Option<&'static str> {
-        let is_of_files = setting.is_for_runs && setting.name != "threads";
+        let is_of_files = setting.group == Group::Output && setting.is_for_runs;
         let is_of_sequences = setting.group == Group::Frames && setting.name != "fps";
+        match setting.name {
+            "scene" => return Some("the scene is the first argument"),
+            "stats" | "manifest" | "show" | "progress" | "quiet" | "verbose" => {
+                return Some("only the program has it");
+            }
+            "asset_cache" | "asset_cache_size" => return Some("it has an effect in shot files alone"),
+            _ => {}
+        }
         match self {
-            _ if setting.name == "scene" => Some("the scene is the first argument"),
             Self::Files if setting.name == "output" => Some("the files are the second argument"),
-            Self::Files if setting.name == "show" => Some("it needs the terminal of the program"),
             Self::Files => None,
             _ if is_of_sequences => Some("one frame is rendered: that of the argument 'frame'"),
             _ if is_of_files => Some("no file is written; render_sequence writes files"),
@@ -125,10 +131,7 @@ fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&CancelFlag) -> Resu
 /// Runs `work` on so many threads, by default on all cores.
 fn on_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
     let Some(threads) = threads else { return work() };
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|error| Error::Internal { message: error.to_string() })?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(Error::no_threads)?;
     pool.install(work)
 }
 
@@ -136,6 +139,7 @@ fn renderer(path: &str, size: Size, settings: &Settings, cancel: &CancelFlag) ->
     let mut renderer = Renderer::open(path)?.cancelled_by(cancel);
     if let Some((width, height)) = size {
         renderer = renderer.set("resolution", format!("{width}x{height}"))?;
+        renderer.settings_mut().scale = None;
     }
     settings.iter().try_fold(renderer, |renderer, (name, value)| renderer.set(name, value))
 }
@@ -148,10 +152,7 @@ fn rendered(
     (settings, product): (&Settings, Product),
 ) -> PyResult<RenderedFrame> {
     let threads = product.check(size, settings).map_err(raised)?;
-    interruptible(py, |cancel| {
-        let renderer = renderer(path, size, settings, cancel)?;
-        on_threads(threads, || renderer.frame(frame))
-    })
+    interruptible(py, |cancel| on_threads(threads, || renderer(path, size, settings, cancel)?.frame(frame)))
 }
 
 #[pyfunction]
@@ -203,7 +204,7 @@ fn render_sequence(
     settings: Settings,
 ) -> PyResult<Vec<String>> {
     let threads = Product::Files.check(size, &settings).map_err(raised)?;
-    interruptible(py, |cancel| {
+    let run = |cancel: &CancelFlag| {
         let sequence = renderer(path, size, &settings, cancel)?.sequence(output)?;
         let files = Mutex::new(BTreeMap::new());
         let done = |frame: i64, path: &Path| {
@@ -215,12 +216,13 @@ fn render_sequence(
             SequenceEvent::FrameKept(planned) => done(planned.frame, &planned.path),
             _ => {}
         };
-        let summary = on_threads(threads, || sequence.run(on_event))?;
+        let summary = sequence.run(on_event)?;
         // With `keep_going` the run itself succeeds.
         summary.outcome()?;
         let mut files = files.into_inner().unwrap_or_else(PoisonError::into_inner);
         Ok(sequence.frames().iter().filter_map(|frame| files.remove(frame)).collect())
-    })
+    };
+    interruptible(py, |cancel| on_threads(threads, || run(cancel)))
 }
 
 /// A file, or pixels.

@@ -134,6 +134,8 @@ def test_the_program_is_installed():
         (rayframe.render, {"size": (0, 36)}, "resolution: .*one pixel"),
         (rayframe.render, {"size": (-4, 36)}, "resolution: .*width and height"),
         (rayframe.render, {"threads": 0}, "threads"),
+        (rayframe.render, {"quiet": True}, "quiet: only the program"),
+        (rayframe.render_channels, {"asset_cache": "a"}, "asset_cache: .*shot files"),
         (rayframe.render_channels, {"movie": "a.mp4"}, "movie: no file is written"),
         (rayframe.render_channels, {"resolution": "8x8", "size": (64, 36)}, "size and resolution contradict"),
     ],
@@ -144,7 +146,15 @@ def test_arguments_without_a_meaning_are_refused(function, settings, words):
     assert raised.value.exit_code == 2
 
 
+def test_size_replaces_the_scale_of_a_shot_file(tmp_path):
+    shot = tmp_path / "shot.toml"
+    shot.write_text(f'scene = "{DEMO}"\nscale = "50%"\nsamples = 1\n')
+    assert rayframe.render(shot, size=(64, 36)).shape == (36, 64, 4)
+
+
 def test_sequences_take_their_output_once(tmp_path):
+    with pytest.raises(rayframe.RayframeError, match="stats: only the program"):
+        rayframe.render_sequence(DEMO, tmp_path / "a.####.exr", stats="s.json")
     with pytest.raises(rayframe.RayframeError, match="outfile: the files are the second argument"):
         rayframe.render_sequence(DEMO, tmp_path / "a.####.exr", outfile="b.exr")
 

@@ -144,10 +144,8 @@ impl ChildWeights {
     pub(super) fn choose(&self, u: f64) -> ChosenChild {
         let [.., sum] = self.sums;
         let at = u * sum;
-        // The first child whose sum is beyond; a product that is rounded up to the sum is that of the last one of any weight.
-        let count = |beyond: f64| self.sums.iter().map(|&to| u32::from(to <= beyond)).sum::<u32>() as usize;
-        let is_beyond_all = at >= sum;
-        let lane = if is_beyond_all { self.last() } else { count(at) };
+        // The first child whose sum is beyond. There is one: `u` times the sum is below it, also rounded.
+        let lane = self.sums.iter().map(|&to| usize::from(to <= at)).sum::<usize>().min(WIDTH - 1);
         let before = if lane == 0 { 0.0 } else { self.sums[lane - 1] };
         let u = ((at - before) / f64::from(self.weights[lane])).clamp(0.0, BELOW_ONE);
         ChosenChild { lane, probability: self.probability(lane), u }
@@ -158,10 +156,5 @@ impl ChildWeights {
     pub(super) fn probability(&self, lane: usize) -> f64 {
         let [.., sum] = self.sums;
         f64::from(self.weights[lane]) / sum
-    }
-
-    #[cold]
-    fn last(&self) -> usize {
-        self.weights.iter().rposition(|&weight| weight > 0.0).unwrap_or(0)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 use super::environment_directions::EnvironmentDirections;
 use super::glass_passage::GlassPassage;
@@ -10,15 +10,16 @@ use super::interiors::Interiors;
 use super::lights::{self, PreparedLight};
 use super::media::{MediaStack, Medium};
 use super::opaque_materials::{OpaqueAlbedos, is_opaque};
-use super::path::EmissiveTriangles;
+use super::path::{EmissiveTriangles, VisibleEntry, VisibleEnvironment};
 use super::random::hash;
 use super::settings::{EnvSamples, Integrator, IntegratorSettings, LightSize, PathSettings};
+use super::walls::is_wall;
 use super::zsobol::ZSobol;
 use crate::bvh::{Hit, TraversalCounters};
 use crate::color::luminance;
-use crate::frame::{Frame, transmits};
+use crate::frame::Frame;
 use crate::geometry::{Aabb, Ray, spiral_direction};
-use crate::interaction::{alpha_at, catches_shadows, is_constant};
+use crate::interaction::is_constant;
 use crate::scene::{KeyLight, Projection};
 use crate::scene_view::SceneView;
 
@@ -49,8 +50,10 @@ pub struct IntegratorContext<'a> {
     pub(super) emissive_triangles: Option<EmissiveTriangles>,
     /// Directions of the shadow rays of [`Integrator::Whitted`] to the environment; `None` where its light is not occluded.
     pub(super) environment_directions: Option<Arc<EnvironmentDirections>>,
-    /// Whether shadow rays of paths sample the environment.
-    pub(super) samples_environment: bool,
+    /// Whether shadow rays of paths sample the environment by its radiance.
+    samples_environment: bool,
+    /// For [`Integrator::Path`], where walls hide most of the environment.
+    pub(super) visible_environment: Option<Arc<VisibleEnvironment<'a>>>,
     /// Share of the environment's light that shadow rays decide about.
     pub(super) occluded_share: f32,
     /// Sample points of paths and of shadow rays to the environment.
@@ -99,6 +102,7 @@ impl<'a> IntegratorContext<'a> {
             environment_directions: traces_environment
                 .then(|| Arc::new(EnvironmentDirections::new(view.environment))),
             samples_environment: is_path && view.environment.sample(Vec2::splat(0.5)).is_some(),
+            visible_environment: if is_path { VisibleEnvironment::new(view).map(Arc::new) } else { None },
             occluded_share,
             sample_points: (is_path || traces_environment).then(|| sample_points(view.frame, &settings)),
             uses_seeds: uses_seeds(view.frame, &settings),
@@ -124,6 +128,29 @@ impl<'a> IntegratorContext<'a> {
     #[inline]
     pub(super) fn untraced_occlusion(&self, occlusion: f32) -> f32 {
         1.0 + (occlusion - 1.0) * (1.0 - self.occluded_share)
+    }
+
+    /// Whether [`IntegratorContext::sample_environment`] samples a direction.
+    pub(super) fn samples_environment(&self, entry: Option<VisibleEntry>) -> bool {
+        self.samples_environment || entry.is_some()
+    }
+
+    /// Samples a direction to the environment for shadow rays of a path, where `entry` says what is seen of it: a unit vector and its density
+    /// by solid angle.
+    pub(super) fn sample_environment(&self, entry: Option<VisibleEntry>, u: Vec2) -> Option<(Vec3, f32)> {
+        match (&self.visible_environment, entry) {
+            (Some(visible), Some(entry)) => Some(visible.sample(entry, u)),
+            _ if self.samples_environment => self.view.environment.sample(u),
+            _ => None,
+        }
+    }
+
+    /// The density with which [`IntegratorContext::sample_environment`] samples a direction.
+    pub(super) fn environment_pdf(&self, entry: Option<VisibleEntry>, direction: Vec3) -> f32 {
+        match (&self.visible_environment, entry) {
+            (Some(visible), Some(entry)) => visible.pdf(entry, direction),
+            _ => self.view.environment.pdf(direction),
+        }
     }
 
     /// The volumes in which all camera rays start; `None` where they are found for each ray.
@@ -165,11 +192,8 @@ fn open_share(view: SceneView<'_>) -> f32 {
     let origin = view.frame.camera.world_from_camera.w_axis.truncate();
     let mut counters = TraversalCounters::default();
     let directions = (0..OPENNESS_RAYS).map(|index| spiral_direction(index, OPENNESS_RAYS));
-    let is_wall = |hit: &Hit| {
-        let material = &view.frame.materials[view.frame.instance(hit.triangle).material.index()];
-        alpha_at(view, hit) >= 0.5 && !transmits(material) && !catches_shadows(view, hit)
-    };
-    let is_open = |direction| !view.bvh.occluded(&Ray::new(origin, direction), is_wall, &mut counters);
+    let hides = |hit: &Hit| is_wall(view, hit, |_| true);
+    let is_open = |direction| !view.bvh.occluded(&Ray::new(origin, direction), hides, &mut counters);
     directions.map(is_open).filter(|is_open| *is_open).count() as f32 / OPENNESS_RAYS as f32
 }
 

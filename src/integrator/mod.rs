@@ -25,6 +25,7 @@ mod settings;
 mod shadow;
 mod statistics;
 mod transparent_hits;
+mod walls;
 pub mod whitted;
 mod zsobol;
 

@@ -48,7 +48,10 @@ pub use content::{Scene, SceneRoots};
 pub use environment::{
     BuiltInLight, ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, KeyLight,
 };
-pub(crate) use environment::{LookupLanes, LuminanceImage, columns_for_cube};
+pub(crate) use environment::{
+    EnvironmentSectors, LookupLanes, LuminanceImage, SECTOR_COLUMNS, SECTOR_ROWS, SECTORS, columns_for_cube,
+    interval, prefix_sums,
+};
 pub use file_storage::{AssetCacheUse, FileStorage, StoredImage};
 pub use ground::Ground;
 pub use image_light::{CubeLevel, ImageLight, ImageLightPose};

@@ -34,8 +34,8 @@ impl Tracer<'_, '_> {
         direction: Vec3,
         (light_pass, last): (Option<LightPass>, Option<&LastScatter>),
     ) -> (f32, LightPass) {
-        let environment = self.context.view.environment;
-        let share = last.map_or(1.0, |last| power_heuristic(last.pdf, environment.pdf(direction)));
+        let pdf = |last: &LastScatter| self.context.environment_pdf(last.visible, direction);
+        let share = last.map_or(1.0, |last| power_heuristic(last.pdf, pdf(last)));
         let pass = light_pass
             .map_or(LightPass::Environment, |pass| found_by(state, last, pass, LightPass::Environment));
         (share, pass)

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use super::VisibleEntry;
+
 /// The surface that sampled a ray, as far as the weight of a light at the ray's end depends on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::integrator) struct LastScatter {
@@ -10,6 +12,8 @@ pub(in crate::integrator) struct LastScatter {
     pub(in crate::integrator) position: Vec3,
     /// Normal of a surface that scatters light of its own side alone.
     pub(in crate::integrator) normal: Option<Vec3>,
+    /// What it sees of the environment.
+    pub(in crate::integrator) visible: Option<VisibleEntry>,
 }
 
 /// The power heuristic for one sample of each way (Veach 1997, equation 9.11, β = 2): the weight of the way with density `pdf`.

@@ -23,11 +23,13 @@ mod next_event;
 mod scatter;
 mod shade;
 mod shaded_point;
+mod visible_environment;
 
 pub(super) use dimensions::BounceKeys;
 pub(super) use emission::clamped;
 pub(super) use emissive_triangles::EmissiveTriangles;
 pub(super) use mis::LastScatter;
+pub(super) use visible_environment::{EntryIndex as VisibleEntry, VisibleEnvironment};
 
 #[cfg(test)]
 mod tests;

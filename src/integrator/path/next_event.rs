@@ -66,11 +66,11 @@ impl Tracer<'_, '_> {
     }
 
     fn queue_environment(&mut self, shaded: &ShadedPoint<'_, '_>) {
-        if !self.context.samples_environment {
+        if !self.context.samples_environment(shaded.visible) {
             return;
         }
         let u = shaded.samples.point(Decision::Environment);
-        let Some((wi, pdf)) = self.context.view.environment.sample(u) else { return };
+        let Some((wi, pdf)) = self.context.sample_environment(shaded.visible, u) else { return };
         let Some(local) = shaded.local(wi) else { return };
         let (scattered, scattered_pdf) = shaded.scattering.eval_and_pdf(local);
         if scattered == Vec3::ZERO {

@@ -64,7 +64,12 @@ impl Tracer<'_, '_> {
             shaded.last
         } else {
             let (position, normal) = (point.position, shaded.light_normal());
-            (sample.pdf > 0.0).then_some(LastScatter { pdf: sample.pdf, position, normal })
+            (sample.pdf > 0.0).then_some(LastScatter {
+                pdf: sample.pdf,
+                position,
+                normal,
+                visible: shaded.visible,
+            })
         };
         let own_pass = match sample.lobe {
             ScatterLobe::SpecularReflection | ScatterLobe::Diffuse => LightPass::Reflection,

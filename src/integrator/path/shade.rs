@@ -106,6 +106,9 @@ impl Tracer<'_, '_> {
         let local_from_world = world_from_local.transpose();
         let coat = coat.map(|(coat, world_from_coat)| (coat, world_from_coat.transpose() * world_from_local));
         let scattering = Scattering::new(bsdf, local_from_world * point.wo, coat);
+        let transmits = material.transmission > 0.0 || material.diffuse_transmission > 0.0;
+        let visible = self.context.visible_environment.as_ref().filter(|_| !transmits);
+        let visible = visible.and_then(|visible| visible.entry(point.position, point.geometric_normal));
         let shaded = ShadedPoint {
             signature,
             state,
@@ -119,7 +122,8 @@ impl Tracer<'_, '_> {
             relative_ior: if outside > 0.0 && inside > 0.0 { inside / outside } else { 1.0 },
             is_glass: material.transmission > 0.0,
             is_thin: material.thin,
-            transmits: material.transmission > 0.0 || material.diffuse_transmission > 0.0,
+            transmits,
+            visible,
             samples,
             last,
         };

@@ -7,6 +7,7 @@ use crate::integrator::whitted::{RaySignature, TransmissionSide};
 use crate::integrator::{ColorChannels, LightPass, RayState};
 use crate::interaction::SurfacePoint;
 
+use super::VisibleEntry;
 use super::dimensions::BounceSamples;
 use super::mis::LastScatter;
 
@@ -34,6 +35,8 @@ pub(super) struct ShadedPoint<'p, 'a> {
     pub(super) is_glass: bool,
     /// Whether the surface is a thin wall.
     pub(super) is_thin: bool,
+    /// What the surface sees of the environment.
+    pub(super) visible: Option<VisibleEntry>,
     pub(super) samples: BounceSamples<'p>,
     /// The surface that sampled the ray.
     pub(super) last: Option<LastScatter>,

@@ -1,20 +1,16 @@
 //! Directions towards the bright parts of an environment.
 
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::TAU;
 
 use glam::{Vec2, Vec3};
 
-use super::arc_tangent::atan2;
-use crate::geometry::sin_cos_of_turn;
+use super::cell_grid::CellGrid;
 
 /// Cells are averaged over this many directions along each axis.
 const DIRECTIONS_PER_AXIS: u32 = 3;
 
 /// Guides are short, so that those of all rows stay in the cache; the sums of as many intervals are in one or two lines of it.
 const INTERVALS_PER_PART: usize = 8;
-
-/// A bound on the rounding errors of a direction, in widths of cells of images of up to 65536 columns.
-const BORDER: f32 = 1.0 / 64.0;
 
 /// Less than this share of the environment's power above its mean is a rounding error.
 const LEAST_SHARE: f64 = 1e-6;
@@ -27,32 +23,30 @@ const LEAST_SHARE: f64 = 1e-6;
 /// everywhere if the environment is uniform: an estimator needs a second technique, one that reaches all directions.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct EnvironmentDistribution {
-    columns: usize,
+    grid: CellGrid,
     /// Prefix sums of the rows' probabilities, from 0 to 1; empty if there is nothing to sample.
     row_sums: Vec<f32>,
     row_guide: Vec<u32>,
     /// For each row, prefix sums of its cells' probabilities, from 0 to 1.
     cell_sums: Vec<f32>,
     cell_guides: Vec<u32>,
-    /// Cosines of the rows' polar angles, from 1 to -1.
-    row_cosines: Vec<f64>,
 }
 
 impl EnvironmentDistribution {
     /// The distribution of `rows` × `columns` cells, at least one of each. `radiance` is the luminance from a unit direction.
     pub(super) fn of(rows: u32, columns: u32, radiance: impl Fn(Vec3) -> f32) -> Self {
         let (rows, columns) = (rows.max(1), columns.max(1));
-        Self::new(columns, mean_radiances(rows, columns, &radiance))
+        Self::new(columns, mean_radiances(rows, columns, radiance))
     }
 
     /// The distribution of cells of a mean luminance each, row-major from the top.
     pub(super) fn new(columns: u32, mut cells: Vec<f32>) -> Self {
         let rows = cells.len() as u32 / columns;
-        let row_cosines: Vec<f64> = (0..=rows).map(|row| row_cosine(row, rows)).collect();
+        let grid = CellGrid::new(rows, columns);
 
         // Subtract the mean.
         let solid_angles: Vec<f64> =
-            row_cosines.windows(2).map(|edges| (edges[0] - edges[1]) / (2.0 * f64::from(columns))).collect();
+            (0..grid.rows()).map(|row| grid.cosines(row) / (2.0 * f64::from(columns))).collect();
         let columns = columns as usize;
         let power = |cells: &[f32]| -> f64 {
             let row_sum = |row: &[f32]| row.iter().map(|&cell| f64::from(cell)).sum::<f64>();
@@ -68,7 +62,7 @@ impl EnvironmentDistribution {
         }
         if !(mean > 0.0 && power(&cells) > LEAST_SHARE * mean) {
             let (row_sums, row_guide, cell_sums, cell_guides) = Default::default();
-            return Self { columns, row_sums, row_guide, cell_sums, cell_guides, row_cosines };
+            return Self { grid, row_sums, row_guide, cell_sums, cell_guides };
         }
 
         // Sum the cells of each row, then the rows.
@@ -83,7 +77,7 @@ impl EnvironmentDistribution {
         );
         let row_guide = guide(&row_sums).collect();
         let cell_guides = cell_sums.chunks(columns + 1).flat_map(guide).collect();
-        Self { columns, row_sums, row_guide, cell_sums, cell_guides, row_cosines }
+        Self { grid, row_sums, row_guide, cell_sums, cell_guides }
     }
 
     /// A unit direction and its density by solid angle; `None` if the environment is uniform or black.
@@ -92,14 +86,10 @@ impl EnvironmentDistribution {
             return None;
         }
         let (row, v) = invert(&self.row_sums, &self.row_guide, u.y);
-        let guide_length = guide_length(self.columns);
+        let guide_length = guide_length(self.grid.columns());
         let guide = &self.cell_guides[row * guide_length..][..guide_length];
         let (column, u) = invert(self.cell_sums(row), guide, u.x);
-        // A direction that is rounded into the next cell is replaced by the cell's central one.
-        let sampled = self.direction(row, column, u, v);
-        let is_at_border = (u - 0.5).abs().max((v - 0.5).abs()) > 0.5 - BORDER;
-        let is_inside = !is_at_border || self.cell(sampled) == (row, column);
-        let direction = if is_inside { sampled } else { self.direction(row, column, 0.5, 0.5) };
+        let direction = self.grid.direction_inside((row, column), u, v);
         Some((direction, self.density(row, column)))
     }
 
@@ -108,12 +98,13 @@ impl EnvironmentDistribution {
         if self.row_sums.is_empty() {
             return 0.0;
         }
-        let (row, column) = self.cell(direction);
+        let (row, column) = self.grid.cell(direction);
         self.density(row, column)
     }
 
     fn cell_sums(&self, row: usize) -> &[f32] {
-        &self.cell_sums[row * (self.columns + 1)..][..=self.columns]
+        let columns = self.grid.columns();
+        &self.cell_sums[row * (columns + 1)..][..=columns]
     }
 
     /// The density in a cell: its probability by its solid angle.
@@ -121,63 +112,28 @@ impl EnvironmentDistribution {
         let cells = self.cell_sums(row);
         let row_probability = self.row_sums[row + 1] - self.row_sums[row];
         let cell_probability = cells[column + 1] - cells[column];
-        let cosines = (self.row_cosines[row] - self.row_cosines[row + 1]) as f32;
-        row_probability * cell_probability * self.columns as f32 / (TAU * cosines)
-    }
-
-    /// The direction at (`u`, `v`) of a cell; equal areas are equal solid angles.
-    fn direction(&self, row: usize, column: usize, u: f32, v: f32) -> Vec3 {
-        let (top, bottom) = (self.row_cosines[row], self.row_cosines[row + 1]);
-        let azimuth = (column as f32 + u) * (TAU / self.columns as f32) - PI;
-        direction(azimuth, top + (bottom - top) * f64::from(v))
-    }
-
-    /// Row and column of a direction.
-    fn cell(&self, direction: Vec3) -> (usize, usize) {
-        let rows = self.row_sums.len() - 1;
-        let horizontal = (direction.x * direction.x + direction.z * direction.z).sqrt();
-        let polar = atan2(horizontal, direction.y) / PI;
-        let azimuth = atan2(direction.x, -direction.z) / TAU + 0.5;
-        let row = (polar * rows as f32) as usize;
-        let column = (azimuth * self.columns as f32) as usize;
-        (row.min(rows - 1), column.min(self.columns - 1))
+        let cosines = self.grid.cosines(row) as f32;
+        row_probability * cell_probability * self.grid.columns() as f32 / (TAU * cosines)
     }
 }
 
 /// Mean radiances of all cells, row by row.
-fn mean_radiances(rows: u32, columns: u32, radiance: &impl Fn(Vec3) -> f32) -> Vec<f32> {
+pub(super) fn mean_radiances(rows: u32, columns: u32, radiance: impl Fn(Vec3) -> f32) -> Vec<f32> {
+    let grid = CellGrid::new(rows, columns);
     let position = |index: u32| (index as f32 + 0.5) / DIRECTIONS_PER_AXIS as f32;
-    let mut cells = vec![0.0; rows as usize * columns as usize];
-    for (row, cells) in (0..rows).zip(cells.chunks_mut(columns as usize)) {
-        let (top, bottom) = (row_cosine(row, rows), row_cosine(row + 1, rows));
-        for (column, cell) in cells.iter_mut().enumerate() {
-            let mut sum = 0.0;
-            for (i, j) in (0..DIRECTIONS_PER_AXIS).flat_map(|i| (0..DIRECTIONS_PER_AXIS).map(move |j| (i, j)))
-            {
-                let azimuth = (column as f32 + position(i)) * (TAU / columns as f32) - PI;
-                let value = radiance(direction(azimuth, top + (bottom - top) * f64::from(position(j))));
-                sum += if value > 0.0 { value.min(f32::MAX / 16.0) } else { 0.0 };
-            }
-            *cell = sum / (DIRECTIONS_PER_AXIS * DIRECTIONS_PER_AXIS) as f32;
-        }
-    }
-    cells
-}
-
-/// The cosine of the polar angle above a row.
-fn row_cosine(row: u32, rows: u32) -> f64 {
-    libm::cos(std::f64::consts::PI * f64::from(row) / f64::from(rows))
-}
-
-/// The direction of an azimuth from -Z towards +X and of the cosine of the polar angle from +Y.
-fn direction(azimuth: f32, cosine: f64) -> Vec3 {
-    let horizontal = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt() as f32;
-    let (sin, cos) = sin_cos_of_turn(azimuth);
-    Vec3::new(sin * horizontal, cosine as f32, -cos * horizontal)
+    let places = || (0..DIRECTIONS_PER_AXIS).flat_map(|i| (0..DIRECTIONS_PER_AXIS).map(move |j| (i, j)));
+    let mean = |cell: (usize, usize)| {
+        let values = places().map(|(i, j)| {
+            let value = radiance(grid.direction(cell, position(i), position(j)));
+            if value > 0.0 { value.min(f32::MAX / 16.0) } else { 0.0 }
+        });
+        values.sum::<f32>() / (DIRECTIONS_PER_AXIS * DIRECTIONS_PER_AXIS) as f32
+    };
+    (0..grid.rows()).flat_map(|row| (0..grid.columns()).map(move |column| (row, column))).map(mean).collect()
 }
 
 /// Stores the prefix sums of `values` by their total, from 0 to 1, and returns the total; stores zeros if that is zero.
-fn prefix_sums(values: impl Iterator<Item = f64> + Clone, sums: &mut [f32]) -> f64 {
+pub(crate) fn prefix_sums(values: impl Iterator<Item = f64> + Clone, sums: &mut [f32]) -> f64 {
     let total: f64 = values.clone().sum();
     sums.fill(0.0);
     if total > 0.0 {

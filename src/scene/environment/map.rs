@@ -1,7 +1,7 @@
 //! Environment map: a checked equirectangular image with its irradiance and its prefiltered copies.
 
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{Quat, Vec2, Vec3};
 
@@ -12,6 +12,7 @@ use super::irradiance::irradiance_image;
 use super::lookup_lanes::LookupLanes;
 use super::peaks::take_peaks;
 use super::prefilter::{Pyramid, STEPS, prefiltered_images};
+use super::sectors::{SECTOR_ROWS, SectorTables};
 use super::{Environment, KeyLight};
 use crate::color::luminance;
 use crate::error::{Error, Result};
@@ -24,6 +25,8 @@ const MAX_PIXELS: u64 = 1 << 27;
 
 /// Rows of the distribution of samples, which has twice as many columns.
 const MAX_DISTRIBUTION_ROWS: usize = 512;
+/// The same for sectors.
+const SECTOR_TABLE_ROWS: usize = 256;
 
 /// Limit of a channel's radiance: far above any light, far below the overflow of sums.
 const MAX_RADIANCE: f32 = 1e30;
@@ -66,6 +69,8 @@ struct Tables {
     without_peaks: Option<FilteredImage>,
     /// Of the radiance, in the space of the image.
     distribution: EnvironmentDistribution,
+    /// Of the radiance, in the space of the image; made where they are used.
+    sectors: OnceLock<Option<SectorTables>>,
     is_lit: bool,
     /// See [`super::Environment::content_key`].
     content_key: String,
@@ -119,6 +124,7 @@ impl EnvironmentMap {
             without_peaks: without_peaks.map(FilteredImage::new),
             peaks,
             distribution: distribution(&image),
+            sectors: OnceLock::new(),
             is_lit: image.pixels.iter().any(|pixel| *pixel != [0.0; 3]),
             filtered: FilteredImage::new(image),
             content_key: format!("map {} turned {:08x}", hex(&content_hash), rotation_degrees.to_bits()),
@@ -150,6 +156,7 @@ impl EnvironmentMap {
             peaks,
             without_peaks,
             distribution,
+            sectors: OnceLock::new(),
             is_lit,
             content_key,
         };
@@ -204,6 +211,17 @@ impl EnvironmentMap {
     /// See [`super::Environment::pdf`].
     pub(super) fn pdf(&self, direction: Vec3) -> f32 {
         self.tables.distribution.pdf(self.map_from_world(direction))
+    }
+
+    /// See [`super::Environment::sectors`].
+    pub(super) fn sectors(&self) -> Option<&SectorTables> {
+        let Tables { sectors, filtered, .. } = &*self.tables;
+        if sectors.get().is_none() {
+            // Made outside of the lock: on a thread that makes them, rayon may run a task that needs the sectors, too.
+            let (_, luminances) = luminances(filtered.image(), SECTOR_TABLE_ROWS, SECTOR_ROWS);
+            sectors.get_or_init(|| SectorTables::new(&luminances));
+        }
+        sectors.get()?.as_ref()
     }
 
     pub(super) fn radiance(&self, direction: Vec3) -> Vec3 {
@@ -295,7 +313,7 @@ impl EnvironmentMap {
     }
 
     /// Rotates a direction of the map into the world.
-    fn world_from_map(&self, direction: Vec3) -> Vec3 {
+    pub(super) fn world_from_map(&self, direction: Vec3) -> Vec3 {
         let Vec3 { x, y, z } = direction;
         let turned = Vec3::new(
             self.cos_rotation * x + self.sin_rotation * z,
@@ -307,7 +325,7 @@ impl EnvironmentMap {
 
     /// Rotates a world direction into the map.
     #[inline(always)]
-    fn map_from_world(&self, direction: Vec3) -> Vec3 {
+    pub(super) fn map_from_world(&self, direction: Vec3) -> Vec3 {
         let direction = self.animated_rotation.map_or(direction, |rotation| rotation.inverse() * direction);
         let Vec3 { x, y, z } = direction;
         Vec3::new(
@@ -318,16 +336,21 @@ impl EnvironmentMap {
     }
 }
 
-/// The distribution of samples: of means over cells that are no wider than half a texel, or of one of [`MAX_DISTRIBUTION_ROWS`].
 fn distribution(image: &EquirectImage) -> EnvironmentDistribution {
-    let (rows, columns) = (MAX_DISTRIBUTION_ROWS, 2 * MAX_DISTRIBUTION_ROWS);
+    let (columns, luminances) = luminances(image, MAX_DISTRIBUTION_ROWS, 1);
+    EnvironmentDistribution::new(columns, luminances)
+}
+
+/// Columns and mean luminances of cells no wider than half a texel, or of `rows` rows, a multiple of `multiple` as all numbers of rows.
+fn luminances(image: &EquirectImage, rows: usize, multiple: usize) -> (u32, Vec<f32>) {
+    let columns = 2 * rows;
     let cells = if image.height >= 2 * rows {
         image.resampled(columns, rows)
     } else {
-        image.interpolated((2 * image.height).min(rows))
+        image.interpolated((2 * image.height).min(rows).next_multiple_of(multiple))
     };
     let luminances = cells.pixels.iter().map(|&pixel| luminance(Vec3::from_array(pixel))).collect();
-    EnvironmentDistribution::new(cells.width as u32, luminances)
+    (cells.width as u32, luminances)
 }
 
 fn check_size(path: &Path, (width, height): (u32, u32), pixels: usize) -> Result<()> {

@@ -15,3 +15,4 @@ mod normals;
 mod path;
 mod reflection;
 mod surface;
+mod visible_environment;

@@ -18,6 +18,7 @@ use super::distribution::EnvironmentDistribution;
 use super::key_light::KeyLight;
 use super::lookup_lanes::LookupLanes;
 use super::octahedral::OctahedralImage;
+use super::sectors::SectorTables;
 use crate::color::luminance;
 use crate::geometry::{F32Lanes, LANES, Vec3Lanes, vectorized};
 use area::{Area, Parallelogram, direction};
@@ -26,7 +27,7 @@ use gradient::Gradient;
 use lobes::{Lobe, STEPS, irradiance_image};
 
 /// Rows of the distribution of samples.
-const DISTRIBUTION_ROWS: u32 = 128;
+const DISTRIBUTION_ROWS: usize = 128;
 
 /// A light that needs no file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,6 +69,11 @@ impl BuiltInLight {
     /// The distribution of [`super::Environment::sample`].
     pub(super) fn distribution(self) -> &'static EnvironmentDistribution {
         self.prepared().distribution()
+    }
+
+    /// See [`super::Environment::sectors`].
+    pub(super) fn sectors(self) -> Option<&'static SectorTables> {
+        self.prepared().sectors()
     }
 
     /// Radiance that camera rays see: without the areas.
@@ -151,6 +157,7 @@ struct Prepared {
     areas: Vec<Area>,
     key_light: KeyLight,
     distribution: OnceLock<EnvironmentDistribution>,
+    sectors: OnceLock<Option<SectorTables>>,
     irradiance: OnceLock<OctahedralImage>,
     /// Means under lobes of roughness 1/8, 2/8, … 1.
     lobes: [OnceLock<OctahedralImage>; STEPS],
@@ -167,15 +174,21 @@ impl Prepared {
                 irradiance: key.irradiance,
             },
             distribution: OnceLock::new(),
+            sectors: OnceLock::new(),
             irradiance: OnceLock::new(),
             lobes: std::array::from_fn(|_| OnceLock::new()),
         }
     }
 
     fn distribution(&self) -> &EnvironmentDistribution {
+        let rows = DISTRIBUTION_ROWS as u32;
         let luminance = |direction: Vec3| luminance(self.radiance(direction));
-        self.distribution
-            .get_or_init(|| EnvironmentDistribution::of(DISTRIBUTION_ROWS, 2 * DISTRIBUTION_ROWS, luminance))
+        self.distribution.get_or_init(|| EnvironmentDistribution::of(rows, 2 * rows, luminance))
+    }
+
+    fn sectors(&self) -> Option<&SectorTables> {
+        let luminance = |direction: Vec3| luminance(self.radiance(direction));
+        self.sectors.get_or_init(|| SectorTables::of(DISTRIBUTION_ROWS, luminance)).as_ref()
     }
 
     fn irradiance_image(&self) -> &OctahedralImage {

@@ -1,3 +1,4 @@
+use super::super::cell_grid::direction;
 use super::*;
 
 /// Points of the unit square: Fibonacci's lattice.
@@ -54,12 +55,12 @@ fn samples_have_their_directions_density() {
 fn densities_integrate_to_one() {
     for (index, environment) in environments().iter().enumerate() {
         // The cells are the quadrature.
-        let (rows, columns) = (environment.row_sums.len() - 1, environment.columns);
+        let (rows, columns) = (environment.row_sums.len() - 1, environment.grid.columns());
         let mut sum = 0.0;
         for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
-            let cosines = environment.row_cosines[row] - environment.row_cosines[row + 1];
-            let center = environment.direction(row, column, 0.5, 0.5);
-            assert_eq!(environment.cell(center), (row, column));
+            let cosines = environment.grid.cosines(row);
+            let center = environment.grid.direction((row, column), 0.5, 0.5);
+            assert_eq!(environment.grid.cell(center), (row, column));
             sum += f64::from(environment.pdf(center)) * cosines * f64::from(TAU) / columns as f64;
         }
         assert!((sum - 1.0).abs() < 1e-4, "environment {index}: {sum}");
@@ -109,12 +110,12 @@ fn frequencies_of_cells_are_their_probabilities() {
     let environment = EnvironmentDistribution::of(8, 16, |d| (d.x + 0.5 * d.y).max(0.0));
     let mut counts = [0_u32; 128];
     for u in points(1 << 18) {
-        let (row, column) = environment.cell(environment.sample(u).unwrap().0);
+        let (row, column) = environment.grid.cell(environment.sample(u).unwrap().0);
         counts[row * 16 + column] += 1;
     }
     for (index, &count) in counts.iter().enumerate() {
         let (row, column) = (index / 16, index % 16);
-        let cosines = environment.row_cosines[row] - environment.row_cosines[row + 1];
+        let cosines = environment.grid.cosines(row);
         let probability = f64::from(environment.density(row, column)) * cosines * f64::from(TAU) / 16.0;
         let found = f64::from(count) / f64::from(1 << 18);
         assert!((found - probability).abs() < 5e-4, "{row} {column}: {found} {probability}");

@@ -1,0 +1,62 @@
+//! Points of surfaces that paths reach.
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use crate::bsdf::cosine_direction;
+use crate::bvh::{Hit, TraversalCounters};
+use crate::geometry::Ray;
+use crate::integrator::random::hash;
+use crate::integrator::walls::is_wall;
+use crate::integrator::whitted::local_frame;
+use crate::integrator::{CameraRays, Seed};
+use crate::interaction::SurfacePoint;
+use crate::scene_view::SceneView;
+
+/// Rays of the camera.
+const CAMERA_RAYS: u32 = 2048;
+/// Surfaces along the path of each.
+const SURFACES: u32 = 3;
+/// The image that they cover, whatever the size of the one that is rendered: crops and tiles share the points. What only a taller image shows may have
+/// no entry, and is lit by samples of the radiance alone.
+const IMAGE: (u32, u32) = (1600, 900);
+
+/// A point of a surface, on the side from which it was reached.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ReachedPoint {
+    pub(super) position: Vec3,
+    /// Of the triangle.
+    pub(super) normal: Vec3,
+}
+
+/// The first surfaces on paths from the camera that all surfaces scatter as a white wall does; glass is passed straight.
+pub(super) fn reached_points(view: SceneView<'_>) -> Vec<ReachedPoint> {
+    let camera = CameraRays::new(&view.frame.camera, IMAGE, 0.0, None);
+    let image = Vec2::new(IMAGE.0 as f32, IMAGE.1 as f32);
+    let paths = (0..CAMERA_RAYS).into_par_iter().map(|index| {
+        let mut ray = camera.ray(random_point(index, u32::MAX) * image, Seed::default());
+        let mut points = Vec::new();
+        for surface in 0..SURFACES {
+            let Some(point) = first_wall(view, &ray) else { break };
+            points.push(point);
+            let direction = cosine_direction(random_point(index, u32::MAX - 1 - surface));
+            ray = Ray::new(point.position, local_frame(point.normal) * direction);
+        }
+        points
+    });
+    paths.collect::<Vec<_>>().concat()
+}
+
+fn first_wall(view: SceneView<'_>, ray: &Ray) -> Option<ReachedPoint> {
+    let hides = |hit: &Hit| is_wall(view, hit, |_| true);
+    let hit = view.bvh.closest_hit(ray, None, hides, &mut TraversalCounters::default())?;
+    let point = SurfacePoint::flat(view, ray, &hit);
+    Some(ReachedPoint { position: point.origin_outside(), normal: point.geometric_normal })
+}
+
+/// A random point of the unit square.
+pub(super) fn random_point(index: u32, stream: u32) -> Vec2 {
+    let bits = hash(index ^ hash(stream));
+    let unit = |bits: u32| (bits >> 8) as f32 / (1 << 24) as f32;
+    Vec2::new(unit(bits), unit(hash(bits)))
+}

@@ -58,7 +58,6 @@ pub(crate) fn triangle_pdf(corners: [Vec3; 3], point: Vec3, direction: Vec3) -> 
 struct TriangleView {
     /// The corners relative to the point.
     corners: [DVec3; 3],
-    lengths: [f64; 3],
     /// A normal twice as long as the area.
     normal: DVec3,
     /// The triple product of the corners: six times the volume of the tetrahedron.
@@ -73,15 +72,15 @@ impl TriangleView {
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let volume = corners[0].dot(normal);
         let is_seen = volume != 0.0 && volume.is_finite();
-        is_seen.then(|| Self { corners, lengths: corners.map(DVec3::length), normal, volume })
+        is_seen.then_some(Self { corners, normal, volume })
     }
 
     /// Whether the triangle is small for its distance.
     fn is_sampled_by_area(&self) -> bool {
         let [c0, c1, c2] = self.corners;
         let longest = c0.distance_squared(c1).max(c1.distance_squared(c2)).max(c2.distance_squared(c0));
-        let nearest = self.lengths[0].min(self.lengths[1]).min(self.lengths[2]);
-        longest < LONGEST_EDGE * LONGEST_EDGE * nearest * nearest
+        let nearest = c0.length_squared().min(c1.length_squared()).min(c2.length_squared());
+        longest < LONGEST_EDGE * LONGEST_EDGE * nearest
     }
 
     /// The triangle on the unit sphere; `None` if it is sampled by area.
@@ -89,8 +88,9 @@ impl TriangleView {
         if self.is_sampled_by_area() {
             return None;
         }
-        let [v0, v1, v2]: [DVec3; 3] = std::array::from_fn(|i| self.corners[i] / self.lengths[i]);
-        let g0 = self.volume.abs() / (self.lengths[0] * self.lengths[1] * self.lengths[2]);
+        let lengths = self.corners.map(DVec3::length);
+        let [v0, v1, v2]: [DVec3; 3] = std::array::from_fn(|i| self.corners[i] / lengths[i]);
+        let g0 = self.volume.abs() / (lengths[0] * lengths[1] * lengths[2]);
         let (g1, g2) = (v2.dot(v0) + v2.dot(v1), 1.0 + v0.dot(v1));
         // Van Oosterom and Strackee, "The Solid Angle of a Plane Triangle", 1983.
         Some(SphericalTriangle {

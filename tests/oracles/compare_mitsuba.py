@@ -79,6 +79,17 @@ def box():
     ]
 
 
+def closed_space():
+    """Walls around the ball and the camera, open at a window in the wall of -X."""
+    wall = [((-1.2, 0.35, 1.5), (0, 0.35, 0), (0, 0, 2.7)), ((-1.2, 1.75, 1.5), (0, 0.25, 0), (0, 0, 2.7)),
+            ((-1.2, 1.1, -0.85), (0, 0.4, 0), (0, 0, 0.35)), ((-1.2, 1.1, 2.35), (0, 0.4, 0), (0, 0, 1.85))]
+    return [
+        (quad((0, 0, 1.5), (0, 0, 2.7), (1.2, 0, 0)), GREY), (quad((0, 2, 1.5), (1.2, 0, 0), (0, 0, 2.7)), GREY),
+        (quad((0, 1, -1.2), (1.2, 0, 0), (0, 1, 0)), GREY), (quad((0, 1, 4.2), (0, 1, 0), (1.2, 0, 0)), GREY),
+        (quad((1.2, 1, 1.5), (0, 0, 2.7), (0, 1, 0)), GREEN), *((quad(*part), RED) for part in wall),
+    ]
+
+
 CEILING = (quad((0, 1.98, 0), (0.35, 0, 0), (0, 0, 0.35)), lamp(12.0))
 FLOOR = (quad((0, 0, 0), (0, 0, 3), (3, 0, 0)), GREY)
 
@@ -107,6 +118,9 @@ SCENES = {
     "glass_in_sky": {"objects": with_ball(GLASS, FLOOR), "sky": "image"},
     "frosted_glass": {"objects": with_ball(material("dielectric", alpha=0.01), FLOOR), "sky": "uniform"},
     "ball_in_glass": {"objects": [*with_ball(GLASS, *box(), (sphere((0.0, 0.6, 0.0), 0.25), RED)), CEILING]},
+    "window": {"objects": with_ball(GREY, *closed_space()), "sky": "image"},
+    "glass_by_window": {"objects": with_ball(GLASS, *closed_space()), "sky": "image"},
+    "metal_by_window": {"objects": with_ball(material("conductor", alpha=0.04), *closed_space()), "sky": "uniform"},
 }
 
 

@@ -29,7 +29,7 @@ pub(super) use dimensions::BounceKeys;
 pub(super) use emission::clamped;
 pub(super) use emissive_triangles::EmissiveTriangles;
 pub(super) use mis::LastScatter;
-pub(super) use visible_environment::{EntryIndex as VisibleEntry, VisibleEnvironment};
+pub(super) use visible_environment::{VisibleEntry, VisibleEnvironment};
 
 #[cfg(test)]
 mod tests;

@@ -25,7 +25,7 @@ use crate::scene_view::SceneView;
 const OPEN_SHARE: f32 = 0.1;
 
 /// Index of an entry.
-pub(in crate::integrator) type EntryIndex = u16;
+pub(in crate::integrator) type VisibleEntry = u16;
 
 /// What is seen of the environment of a frame.
 #[derive(Clone, Debug)]
@@ -55,7 +55,7 @@ impl<'a> VisibleEnvironment<'a> {
         let mut entries = Vec::new();
         for (group, entry) in groups.iter().zip(found) {
             if let Some(entry) = entry {
-                grid.set(group.key, entries.len() as EntryIndex);
+                grid.set(group.key, entries.len() as VisibleEntry);
                 entries.push(entry);
             }
         }
@@ -64,19 +64,19 @@ impl<'a> VisibleEnvironment<'a> {
     }
 
     /// The entry of a surface that scatters light of its own side; `None` where nothing is known.
-    pub(in crate::integrator) fn entry(&self, position: Vec3, normal: Vec3) -> Option<EntryIndex> {
+    pub(in crate::integrator) fn entry(&self, position: Vec3, normal: Vec3) -> Option<VisibleEntry> {
         self.grid.get(position, normal)
     }
 
     /// A unit direction and its density by solid angle.
-    pub(in crate::integrator) fn sample(&self, entry: EntryIndex, u: Vec2) -> (Vec3, f32) {
+    pub(in crate::integrator) fn sample(&self, entry: VisibleEntry, u: Vec2) -> (Vec3, f32) {
         let (sector, probability, u) = self.entries[usize::from(entry)].sample(u);
         let (direction, density) = self.sectors.sample(sector, u);
         (direction, probability * density)
     }
 
     /// The density of a unit direction by solid angle.
-    pub(in crate::integrator) fn pdf(&self, entry: EntryIndex, direction: Vec3) -> f32 {
+    pub(in crate::integrator) fn pdf(&self, entry: VisibleEntry, direction: Vec3) -> f32 {
         let (sector, density) = self.sectors.find(direction);
         self.entries[usize::from(entry)].probability(sector) * density
     }

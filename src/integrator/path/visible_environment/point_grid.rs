@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::EntryIndex;
+use super::VisibleEntry;
 use super::reached_points::ReachedPoint;
 use crate::geometry::Aabb;
 
@@ -13,7 +13,7 @@ const CELLS: f32 = 12.0;
 const AXES: usize = 6;
 
 /// No entry.
-const NONE: EntryIndex = EntryIndex::MAX;
+const NONE: VisibleEntry = VisibleEntry::MAX;
 
 // Each cube and axis may have an entry of its own.
 const _: () = assert!((CELLS as usize + 1).pow(3) * AXES < NONE as usize);
@@ -24,7 +24,7 @@ pub(super) struct PointGrid {
     origin: Vec3,
     cells_per_unit: f32,
     size: [usize; 3],
-    entries: Vec<EntryIndex>,
+    entries: Vec<VisibleEntry>,
 }
 
 /// Points of one cube and axis.
@@ -62,7 +62,7 @@ impl PointGrid {
         (grid, groups.map(group).collect())
     }
 
-    pub(super) fn set(&mut self, key: usize, entry: EntryIndex) {
+    pub(super) fn set(&mut self, key: usize, entry: VisibleEntry) {
         self.entries[key] = entry;
     }
 
@@ -95,7 +95,7 @@ impl PointGrid {
         })
     }
 
-    pub(super) fn get(&self, position: Vec3, normal: Vec3) -> Option<EntryIndex> {
+    pub(super) fn get(&self, position: Vec3, normal: Vec3) -> Option<VisibleEntry> {
         let entry = self.entries[self.key(position, normal)?];
         (entry != NONE).then_some(entry)
     }

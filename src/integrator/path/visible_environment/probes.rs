@@ -104,10 +104,13 @@ impl<'p, 'v> Probes<'p, 'v> {
             self.powers[sector] * ((1.0 - share) * arriving[sector] + share * mean)
         });
         let total: f32 = weights.iter().sum();
+        if total <= 0.0 {
+            return None;
+        }
         for (weight, power) in weights.iter_mut().zip(self.powers) {
             *weight = (1.0 - DEFENSIVE_SHARE) * *weight / total + DEFENSIVE_SHARE * power;
         }
-        if total > 0.0 { Entry::new(&weights) } else { None }
+        Entry::new(&weights)
     }
 
     /// For each sector, the mean over rays from the points of a group: the cosine of those that arrive, 0 of others.

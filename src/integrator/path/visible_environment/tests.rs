@@ -14,7 +14,7 @@ fn with_apartment(check: impl FnOnce(&VisibleEnvironment<'_>)) {
 fn samples_have_their_directions_density() {
     with_apartment(|visible| {
         assert!(visible.entries.len() > 10);
-        for entry in 0..visible.entries.len() as EntryIndex {
+        for entry in 0..visible.entries.len() as VisibleEntry {
             for index in 0..40 {
                 let u = (Vec2::new((index % 8) as f32, (index / 8) as f32) + 0.5) / Vec2::new(8.0, 5.0);
                 let (direction, pdf) = visible.sample(entry, u);
@@ -29,7 +29,7 @@ fn samples_have_their_directions_density() {
 fn densities_integrate_to_one() {
     with_apartment(|visible| {
         let count = 1 << 15;
-        for entry in (0..visible.entries.len() as EntryIndex).step_by(9) {
+        for entry in (0..visible.entries.len() as VisibleEntry).step_by(9) {
             let sum: f64 =
                 (0..count).map(|index| f64::from(visible.pdf(entry, spiral_direction(index, count)))).sum();
             let integral = sum * 4.0 * std::f64::consts::PI / f64::from(count);
@@ -42,7 +42,7 @@ fn densities_integrate_to_one() {
 fn all_light_can_be_sampled() {
     // From everywhere, each direction has at least the defensive share of its density by radiance alone.
     with_apartment(|visible| {
-        for entry in 0..visible.entries.len() as EntryIndex {
+        for entry in 0..visible.entries.len() as VisibleEntry {
             for index in 0..500 {
                 let direction = spiral_direction(index, 500);
                 let (sector, density) = visible.sectors.find(direction);

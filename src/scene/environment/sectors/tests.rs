@@ -1,4 +1,5 @@
 use super::*;
+use crate::geometry::spiral_direction;
 use crate::scene::{BuiltInLight, Environment, EnvironmentImage};
 
 fn points(count: u32) -> impl Iterator<Item = Vec2> {
@@ -50,8 +51,8 @@ fn densities_follow_the_radiance() {
         let count = 1 << 16;
         let (mut density, mut light) = (0.0, 0.0);
         let mut sums = [0.0; 3];
-        for u in points(count) {
-            let direction = super::super::cell_grid::direction((u.x - 0.5) * TAU, f64::from(1.0 - 2.0 * u.y));
+        for index in 0..count {
+            let direction = spiral_direction(index, count);
             let (sector, in_sector) = sectors.find(direction);
             let pdf = f64::from(sectors.powers()[sector] * in_sector);
             let radiance = f64::from(crate::color::luminance(environment.radiance(direction)));

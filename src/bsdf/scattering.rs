@@ -152,6 +152,11 @@ impl Scattering {
             && (transmission == 0.0 || matches!(self.transmission, TransmissionLobe::Smooth { .. }))
     }
 
+    /// Probability with which [`Scattering::sample`] samples the diffuse lobe.
+    pub fn diffuse_probability(&self) -> f32 {
+        self.probabilities.diffuse
+    }
+
     /// Directional albedos of the lobes below the coat, dimmed by it.
     pub fn albedos(&self) -> Albedos {
         self.albedos

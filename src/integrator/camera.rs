@@ -201,6 +201,7 @@ impl CameraRays {
             channels: ColorChannels::White,
             light_pass: None,
             guide_share: 1.0,
+            unguided_ratio: 1.0,
             sees_peaks: true,
             depth: 0,
             sample,

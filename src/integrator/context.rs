@@ -10,7 +10,7 @@ use super::interiors::Interiors;
 use super::lights::{self, PreparedLight};
 use super::media::{MediaStack, Medium};
 use super::opaque_materials::{OpaqueAlbedos, is_opaque};
-use super::path::{EmissiveTriangles, VisibleEntry, VisibleEnvironment};
+use super::path::{EmissiveTriangles, PathGuide, VisibleEntry, VisibleEnvironment};
 use super::random::hash;
 use super::settings::{EnvSamples, Integrator, IntegratorSettings, LightSize, PathSettings};
 use super::walls::is_wall;
@@ -54,6 +54,8 @@ pub struct IntegratorContext<'a> {
     samples_environment: bool,
     /// For [`Integrator::Path`], where walls hide most of the environment.
     pub(super) visible_environment: Option<Arc<VisibleEnvironment<'a>>>,
+    /// For [`Integrator::Path`], where smooth surfaces focus the light of emissive triangles.
+    pub(super) path_guide: Option<Arc<PathGuide>>,
     /// Share of the environment's light that shadow rays decide about.
     pub(super) occluded_share: f32,
     /// Sample points of paths and of shadow rays to the environment.
@@ -89,7 +91,7 @@ impl<'a> IntegratorContext<'a> {
         let ground_irradiance = on_ground * (1.0 - occluded_share);
         let opaque_materials = view.frame.materials.iter().map(is_opaque).collect();
         let opaque_albedos = OpaqueAlbedos::of(&view.frame.materials);
-        Self {
+        let mut context = Self {
             view,
             lights,
             interiors,
@@ -103,13 +105,18 @@ impl<'a> IntegratorContext<'a> {
                 .then(|| Arc::new(EnvironmentDirections::new(view.environment))),
             samples_environment: is_path && view.environment.sample(Vec2::splat(0.5)).is_some(),
             visible_environment: if is_path { VisibleEnvironment::new(view).map(Arc::new) } else { None },
+            path_guide: None,
             occluded_share,
             sample_points: (is_path || traces_environment).then(|| sample_points(view.frame, &settings)),
             uses_seeds: uses_seeds(view.frame, &settings),
             peaks: view.environment.peaks(),
             ground_irradiance,
             settings,
+        };
+        if is_path {
+            context.path_guide = PathGuide::new(&context).map(Arc::new);
         }
+        context
     }
 
     /// Kinds of shadow rays, by how light passes glass: one kind for each light, then one to the environment, then for paths one to
@@ -166,11 +173,13 @@ impl<'a> IntegratorContext<'a> {
     pub(super) fn media_around_start(&self, ray: &Ray) -> MediaStack {
         match self.view.frame.camera.projection {
             Projection::Perspective { .. } => MediaStack::new(&self.camera_media),
-            Projection::Orthographic { .. } => {
-                let start = ray.at(ray.t_min);
-                MediaStack::new(&self.interiors.media_around(self.view, &self.volume_bounds, start))
-            }
+            Projection::Orthographic { .. } => self.media_at(ray.at(ray.t_min)),
         }
+    }
+
+    /// The volumes around a point.
+    pub(super) fn media_at(&self, position: Vec3) -> MediaStack {
+        MediaStack::new(&self.interiors.media_around(self.view, &self.volume_bounds, position))
     }
 }
 

@@ -15,6 +15,8 @@ use crate::scene_view::SceneView;
 pub(in crate::integrator) struct EmissiveTriangles {
     /// Ids of the emissive triangles, ascending.
     triangles: Vec<u32>,
+    /// Luminance of the power of each.
+    powers: Vec<f32>,
     tree: LightTree,
 }
 
@@ -33,7 +35,18 @@ impl EmissiveTriangles {
     /// The lights of a frame.
     pub(in crate::integrator) fn new(view: SceneView<'_>) -> Self {
         let (triangles, emitters) = emitters(view);
-        Self { triangles, tree: LightTree::new(&emitters, view.bvh.simd_level()) }
+        let powers = emitters.iter().map(|emitter| emitter.power).collect();
+        Self { triangles, powers, tree: LightTree::new(&emitters, view.bvh.simd_level()) }
+    }
+
+    /// Their ids, ascending.
+    pub(super) fn triangles(&self) -> &[u32] {
+        &self.triangles
+    }
+
+    /// Luminance of the power of each.
+    pub(super) fn powers(&self) -> &[f32] {
+        &self.powers
     }
 
     /// Whether there are none.

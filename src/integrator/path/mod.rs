@@ -8,7 +8,8 @@
 //!   Transport Simulation", 1997, section 9.2).
 //! * **Lights that rays cannot hit**, those of `KHR_lights_punctual` and key lights, are found by shadow rays alone, which pass glass straight, as in
 //!   Whitted's tree. Shadow rays to the other lights end at glass, except at clear thin walls; the sampled rays bring the light that glass bends.
-//! * Paths end by Russian roulette on their weight, so that the mean stays what it is.
+//! * **Light that mirrors and glass focus** is found by sampled rays alone, which photons guide ([`guiding`]).
+//! * Paths end by Russian roulette on the weight that they would have without guiding, so that the mean stays what it is.
 //!
 //! A sample's numbers are points of one sequence (`zsobol`), by (pixel, sample, dimension): they do not depend on batches and threads.
 
@@ -18,8 +19,11 @@ mod dimensions;
 mod emission;
 mod emissive_triangles;
 mod emitters;
+mod guided_direction;
+mod guiding;
 mod mis;
 mod next_event;
+mod photon_tracing;
 mod scatter;
 mod shade;
 mod shaded_point;
@@ -28,6 +32,7 @@ mod visible_environment;
 pub(super) use dimensions::BounceKeys;
 pub(super) use emission::clamped;
 pub(super) use emissive_triangles::EmissiveTriangles;
+pub(super) use guiding::{LandedPhoton, PathGuide};
 pub(super) use mis::LastScatter;
 pub(super) use visible_environment::{VisibleEntry, VisibleEnvironment};
 

@@ -76,7 +76,7 @@ impl Tracer<'_, '_> {
         if scattered == Vec3::ZERO {
             return;
         }
-        let share = power_heuristic(pdf, scattered_pdf) / pdf;
+        let share = power_heuristic(pdf, shaded.direction_pdf(wi, scattered_pdf)) / pdf;
         let ray = Ray::new(shaded.shadow_start(local, Vec3::ZERO), wi);
         let media = media_towards(shaded, local);
         let queue = self.context.lights.len();
@@ -100,7 +100,8 @@ impl Tracer<'_, '_> {
         if scattered == Vec3::ZERO {
             return;
         }
-        let share = power_heuristic(sample.pdf, scattered_pdf) / sample.pdf;
+        let own_pdf = shaded.direction_pdf(sample.wi, scattered_pdf);
+        let share = power_heuristic(sample.pdf, own_pdf) / sample.pdf;
         let start = shaded.shadow_start(local, Vec3::ZERO);
         let ray = Ray { t_max: 1.0, ..Ray::new(start, sample.end - start) };
         let media = media_towards(shaded, local);

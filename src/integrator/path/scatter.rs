@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::dimensions::Decision;
+use super::guided_direction::SampledDirection;
 use super::mis::LastScatter;
 use super::shaded_point::ShadedPoint;
 use crate::bsdf::{ScatterLobe, ScatterSample};
@@ -21,23 +22,26 @@ impl Tracer<'_, '_> {
         let depth = shaded.state.depth;
         let u = shaded.samples.point(Decision::Direction);
         let choices = shaded.samples.point(Decision::LobeAndRoulette);
-        let Some(sample) = shaded.scattering.sample(choices.x, u) else { return false };
-        let Some(direction) = world_direction(shaded, &sample) else { return false };
+        let Some(sampled) = shaded.sample_direction(choices.x, u) else { return false };
+        let SampledDirection { sample, direction, unguided_ratio } = sampled;
         let mut weight = shaded.weight * sample.weight;
         let mut guide_share = if sample.is_smooth { shaded.state.guide_share * share } else { 0.0 };
         let largest = weight.max_element();
         if !(largest > 0.0 && largest < f32::INFINITY) {
             return false;
         }
-        if depth >= ROULETTE_DEPTH && largest < 1.0 {
-            if choices.y >= largest {
+        // A guided ray has less weight because it finds more light.
+        let unguided_ratio = shaded.state.unguided_ratio * unguided_ratio;
+        let survival = largest * unguided_ratio;
+        if depth >= ROULETTE_DEPTH && survival < 1.0 {
+            if choices.y >= survival {
                 return sample.is_smooth;
             }
-            weight /= largest;
-            guide_share /= largest;
+            weight /= survival;
+            guide_share /= survival;
         }
         let is_smooth = sample.is_smooth;
-        self.push_path(shaded, sample, direction, (weight, guide_share));
+        self.push_path(shaded, sample, direction, (weight, guide_share, unguided_ratio));
         is_smooth
     }
 
@@ -46,7 +50,7 @@ impl Tracer<'_, '_> {
         shaded: &ShadedPoint<'_, '_>,
         sample: ScatterSample,
         direction: Vec3,
-        (weight, guide_share): (Vec3, f32),
+        (weight, guide_share, unguided_ratio): (Vec3, f32, f32),
     ) {
         let (state, point) = (shaded.state, shaded.point);
         let is_reflected = sample.wi.z > 0.0;
@@ -91,18 +95,10 @@ impl Tracer<'_, '_> {
             channels: shaded.channels,
             light_pass: shaded.light_pass.or(Some(own_pass)),
             guide_share,
+            unguided_ratio,
             depth: state.depth + 1,
             ..*state
         };
         self.children.push_scattered(shaded.signature.then(kind), Ray::new(origin, direction), child, last);
     }
-}
-
-/// The world-space direction of a sample; `None` where the normals disagree about its side.
-fn world_direction(shaded: &ShadedPoint<'_, '_>, sample: &ScatterSample) -> Option<Vec3> {
-    if sample.is_unbent {
-        return Some(-shaded.point.wo);
-    }
-    let direction = (shaded.world_from_local * sample.wi).normalize();
-    (direction.dot(shaded.point.geometric_normal) * sample.wi.z > 0.0).then_some(direction)
 }

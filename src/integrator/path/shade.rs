@@ -109,6 +109,10 @@ impl Tracer<'_, '_> {
         let transmits = material.transmission > 0.0 || material.diffuse_transmission > 0.0;
         let visible = self.context.visible_environment.as_ref().filter(|_| !transmits);
         let visible = visible.and_then(|visible| visible.entry(point.position, point.geometric_normal));
+        let guide = self.context.path_guide.as_ref().filter(|_| !transmits);
+        let guidance = guide.and_then(|guide| {
+            guide.guidance((point.position, point.geometric_normal), scattering.diffuse_probability())
+        });
         let shaded = ShadedPoint {
             signature,
             state,
@@ -123,11 +127,16 @@ impl Tracer<'_, '_> {
             is_glass: material.transmission > 0.0,
             is_thin: material.thin,
             transmits,
+            guidance,
             visible,
             samples,
             last,
         };
-        self.queue_lights(&shaded);
+        if self.landed_photons.is_some() {
+            self.land_photon(&shaded);
+        } else {
+            self.queue_lights(&shaded);
+        }
         // Mirrors and clear glass show what guides the denoising.
         if !self.send_path(&shaded, share) {
             self.add_guide(state, share, (material, point));

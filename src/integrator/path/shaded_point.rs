@@ -9,6 +9,7 @@ use crate::interaction::SurfacePoint;
 
 use super::VisibleEntry;
 use super::dimensions::BounceSamples;
+use super::guiding::Guidance;
 use super::mis::LastScatter;
 
 /// A surface with its lobes, seen by one path.
@@ -35,6 +36,8 @@ pub(super) struct ShadedPoint<'p, 'a> {
     pub(super) is_glass: bool,
     /// Whether the surface is a thin wall.
     pub(super) is_thin: bool,
+    /// How the surface guides its rays.
+    pub(super) guidance: Option<Guidance<'p>>,
     /// What the surface sees of the environment.
     pub(super) visible: Option<VisibleEntry>,
     pub(super) samples: BounceSamples<'p>,

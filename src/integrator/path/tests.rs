@@ -22,6 +22,7 @@ fn paths_are_the_same_alone_and_in_batches() {
         ("material/nested_glass", Environment::BuiltIn(BuiltInLight::Studio)),
         ("material/alpha_blend_stack", Environment::BuiltIn(BuiltInLight::Outdoor)),
         ("light/two_lights_shadows", Environment::None),
+        ("path/box", Environment::None),
         ("showcase/apartment", Environment::BuiltIn(BuiltInLight::Outdoor)),
     ] {
         with_context(scene, &environment, |context, camera| {

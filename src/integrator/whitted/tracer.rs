@@ -17,7 +17,7 @@ use crate::bvh::{Hit, TraversalCounters};
 use crate::integrator::albedo_slices::AlbedoSlices;
 use crate::integrator::camera_samples::CameraRayBatch;
 use crate::integrator::media::MediaCache;
-use crate::integrator::path::BounceKeys;
+use crate::integrator::path::{BounceKeys, LandedPhoton};
 use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{
@@ -85,6 +85,8 @@ pub struct Tracer<'w, 'a> {
     pub(in crate::integrator) aovs: SampleAovs,
     pub(in crate::integrator) counters: TraversalCounters,
     pub(in crate::integrator) statistics: IntegratorStatistics,
+    /// Where photons landed; `None` for rays from a camera.
+    pub(in crate::integrator) landed_photons: Option<Vec<LandedPhoton>>,
 }
 
 impl<'w, 'a> Tracer<'w, 'a> {
@@ -114,6 +116,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
             aovs: SampleAovs::default(),
             counters: TraversalCounters::default(),
             statistics: IntegratorStatistics::default(),
+            landed_photons: None,
         }
     }
 
@@ -154,6 +157,20 @@ impl<'w, 'a> Tracer<'w, 'a> {
         }
         let mut wavefront = std::mem::take(&mut self.wavefront);
         self.find_camera_hits(camera, samples, &mut wavefront);
+        self.trace_wavefronts(wavefront);
+        &self.values
+    }
+
+    /// Traces the rays of the next depth, one for each sample, and all their descendants.
+    pub(in crate::integrator) fn trace_children(&mut self) {
+        self.values.clear();
+        self.values.resize(self.sequences.len(), SampleValue::default());
+        let mut wavefront = std::mem::take(&mut self.children);
+        self.find_surface_hits(&mut wavefront);
+        self.trace_wavefronts(wavefront);
+    }
+
+    fn trace_wavefronts(&mut self, mut wavefront: Wavefront) {
         while !wavefront.is_empty() {
             self.shade_surface_hits(&wavefront);
             self.trace_shadows();
@@ -162,7 +179,6 @@ impl<'w, 'a> Tracer<'w, 'a> {
             self.find_surface_hits(&mut wavefront);
         }
         self.wavefront = wavefront;
-        &self.values
     }
 
     /// Returns the counters of all batches since the last call.

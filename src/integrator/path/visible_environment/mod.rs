@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use self::entry::Entry;
 use self::point_grid::PointGrid;
 use self::probes::Probes;
+pub(super) use self::reached_points::random_point;
 use self::reached_points::reached_points;
 use crate::scene::EnvironmentSectors;
 use crate::scene_view::SceneView;

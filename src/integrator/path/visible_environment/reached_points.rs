@@ -55,7 +55,7 @@ fn first_wall(view: SceneView<'_>, ray: &Ray) -> Option<ReachedPoint> {
 }
 
 /// A random point of the unit square.
-pub(super) fn random_point(index: u32, stream: u32) -> Vec2 {
+pub(in crate::integrator::path) fn random_point(index: u32, stream: u32) -> Vec2 {
     let bits = hash(index ^ hash(stream));
     let unit = |bits: u32| (bits >> 8) as f32 / (1 << 24) as f32;
     Vec2::new(unit(bits), unit(hash(bits)))

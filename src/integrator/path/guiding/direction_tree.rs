@@ -1,0 +1,283 @@
+//! A density of directions: a quadtree over the square to which an octahedron unfolds.
+
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3};
+
+use super::{LandedPhoton, PhotonPath};
+use crate::scene::LuminanceImage;
+
+/// Levels of squares; those of the last have 1.4° to 2.4°.
+const LEVELS: u32 = 7;
+/// A square with fewer photons is not divided: more would be chance.
+const LEAST_ARRIVALS: usize = 32;
+/// Nor is one with less than this share of the weight.
+const LEAST_SHARE: f32 = 0.003;
+
+/// A density of directions by solid angle.
+#[derive(Clone, Debug)]
+pub(super) struct DirectionTree {
+    /// The root first.
+    nodes: Vec<Node>,
+}
+
+/// A square that is divided into quadrants.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    /// Probability of the left half.
+    left: f32,
+    /// Probability of the upper quadrant in the left half, and in the right one.
+    upper: [f32; 2],
+    /// Nodes of the quadrants, column by column; 0: the density is constant in the quadrant.
+    children: [u32; 4],
+}
+
+/// A photon that arrives from some direction.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arrival {
+    uv: Vec2,
+    /// Power of light that rays find dependably.
+    dependable: f32,
+    /// Mean square of what a ray finds there, times squared area and solid angle. Zero where that light is dependable.
+    square: f32,
+}
+
+impl Arrival {
+    /// A photon that landed in an area.
+    pub(super) fn new(photon: &LandedPhoton, area: f32) -> Self {
+        let uv = LuminanceImage::uv_from_direction(photon.direction);
+        // Focused light has the radiance of its source or none.
+        let (dependable, square) = match photon.path {
+            PhotonPath::Focused => (0.0, photon.power * photon.source_luminance * area),
+            PhotonPath::Straight | PhotonPath::Scattered => (photon.power, 0.0),
+        };
+        Self { uv, dependable, square }
+    }
+}
+
+impl DirectionTree {
+    /// The density that samples least noisily what arrives: as the root of the mean square of what a ray finds (Rath, Grittmann,
+    /// Herholz, Vévoda, Slusallek and Křivánek, "Variance-Aware Path Guiding", SIGGRAPH 2020).
+    pub(super) fn new(arrivals: &[Arrival]) -> Self {
+        let mut tree = Self { nodes: Vec::new() };
+        let least = LEAST_SHARE * weight(arrivals, 1.0);
+        tree.add(arrivals, least, (Vec2::ZERO, 1.0, 0));
+        tree
+    }
+
+    /// Adds the node of a square with the given corner, side and level. Returns its index and its weight.
+    fn add(
+        &mut self,
+        arrivals: &[Arrival],
+        least: f32,
+        (corner, side, level): (Vec2, f32, u32),
+    ) -> (u32, f32) {
+        let index = self.nodes.len();
+        self.nodes.push(Node { left: 0.5, upper: [0.5; 2], children: [0; 4] });
+        let half = 0.5 * side;
+        let mut quadrants: [Vec<Arrival>; 4] = Default::default();
+        for arrival in arrivals {
+            let at = arrival.uv - corner;
+            quadrants[quadrant(usize::from(at.x >= half), usize::from(at.y >= half))].push(*arrival);
+        }
+
+        let mut children = [0; 4];
+        let weights: [f32; 4] = std::array::from_fn(|number| {
+            let arrivals = &quadrants[number];
+            let own = weight(arrivals, half * half);
+            if level + 1 == LEVELS || own < least || arrivals.len() < LEAST_ARRIVALS {
+                return own;
+            }
+            let corner = corner + Vec2::new((number / 2) as f32, (number % 2) as f32) * half;
+            let (child, weight) = self.add(arrivals, least, (corner, half, level + 1));
+            children[number] = child;
+            weight
+        });
+        let halves = [weights[0] + weights[1], weights[2] + weights[3]];
+        let upper = [share(weights[0], halves[0]), share(weights[2], halves[1])];
+        let total = halves[0] + halves[1];
+        self.nodes[index] = Node { left: share(halves[0], total), upper, children };
+        (index as u32, total)
+    }
+
+    /// A unit direction, and its density.
+    pub(super) fn sample(&self, mut u: Vec2) -> (Vec3, f32) {
+        let (mut corner, mut half, mut density) = (Vec2::ZERO, 0.5, 1.0);
+        let mut node = &self.nodes[0];
+        loop {
+            let (column, x, p_column) = choose(node.left, u.x);
+            let (row, y, p_row) = choose(node.upper[column], u.y);
+            u = Vec2::new(x, y);
+            density *= 4.0 * p_column * p_row;
+            corner += Vec2::new(column as f32, row as f32) * half;
+            match node.children[quadrant(column, row)] {
+                0 => {
+                    let direction = LuminanceImage::direction_from_uv(corner + u * half);
+                    return (direction, density * square_by_solid_angle(direction));
+                }
+                child => node = &self.nodes[child as usize],
+            }
+            half *= 0.5;
+        }
+    }
+
+    /// The density of a unit direction.
+    pub(super) fn pdf(&self, direction: Vec3) -> f32 {
+        let mut uv = LuminanceImage::uv_from_direction(direction);
+        let mut density = 1.0;
+        let mut node = &self.nodes[0];
+        loop {
+            uv *= 2.0;
+            let (column, row) = (usize::from(uv.x >= 1.0), usize::from(uv.y >= 1.0));
+            uv -= Vec2::new(column as f32, row as f32);
+            let of = |first: f32, number: usize| if number == 0 { first } else { 1.0 - first };
+            density *= 4.0 * of(node.left, column) * of(node.upper[column], row);
+            match node.children[quadrant(column, row)] {
+                0 => return density * square_by_solid_angle(direction),
+                child => node = &self.nodes[child as usize],
+            }
+        }
+    }
+}
+
+/// Number of a quadrant.
+fn quadrant(column: usize, row: usize) -> usize {
+    2 * column + row
+}
+
+/// The share of a whole; half of nothing.
+fn share(part: f32, whole: f32) -> f32 {
+    if whole > 0.0 { part / whole } else { 0.5 }
+}
+
+/// Root of the mean square of what rays find in a share of all directions, times its solid angle.
+fn weight(arrivals: &[Arrival], share: f32) -> f32 {
+    let (mut dependable, mut square) = (0.0, 0.0);
+    for arrival in arrivals {
+        dependable += arrival.dependable;
+        square += arrival.square;
+    }
+    (dependable * dependable + square * share * 4.0 * PI).sqrt()
+}
+
+/// The first of two with some probability, or the second; with what is left of the number `u`, and the probability.
+fn choose(first: f32, u: f32) -> (usize, f32, f32) {
+    const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+    if u < first {
+        (0, (u / first).min(BELOW_ONE), first)
+    } else {
+        (1, ((u - first) / (1.0 - first)).min(BELOW_ONE), 1.0 - first)
+    }
+}
+
+/// Area of the unit square over the solid angle of its directions.
+fn square_by_solid_angle(direction: Vec3) -> f32 {
+    // The octahedron's faces are nearer than the sphere.
+    let width = direction.abs().element_sum();
+    0.25 / (width * width * width)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::spiral_direction;
+
+    /// Most arrivals come from around one direction, few from everywhere.
+    fn arrivals(count: u32, path: PhotonPath) -> Vec<Arrival> {
+        let center = Vec3::new(0.48, 0.6, -0.64);
+        let arrival = |index: u32| {
+            let around = spiral_direction(index, count);
+            let direction = if index % 8 == 0 { around } else { (center + 0.2 * around).normalize() };
+            let photon = LandedPhoton {
+                position: Vec3::ZERO,
+                normal: Vec3::Y,
+                direction,
+                path,
+                power: 1e-4 * (1 + index % 3) as f32,
+                source_luminance: 5.0,
+                index,
+            };
+            Arrival::new(&photon, 2.0)
+        };
+        (0..count).map(arrival).collect()
+    }
+
+    fn trees() -> Vec<DirectionTree> {
+        let lists = [
+            arrivals(5000, PhotonPath::Scattered),
+            arrivals(5000, PhotonPath::Focused),
+            [arrivals(500, PhotonPath::Scattered), arrivals(700, PhotonPath::Focused)].concat(),
+            arrivals(1, PhotonPath::Scattered),
+            Vec::new(),
+        ];
+        lists.iter().map(|arrivals| DirectionTree::new(arrivals)).collect()
+    }
+
+    #[test]
+    fn densities_integrate_to_one() {
+        let count = 1 << 16;
+        for (index, tree) in trees().iter().enumerate() {
+            let sum: f64 = (0..count).map(|index| f64::from(tree.pdf(spiral_direction(index, count)))).sum();
+            let integral = sum * 4.0 * std::f64::consts::PI / f64::from(count);
+            assert!((integral - 1.0).abs() < 0.01, "tree {index}: {integral}");
+        }
+    }
+
+    #[test]
+    fn samples_have_their_directions_density() {
+        for tree in trees() {
+            for index in 0..4000 {
+                let u = (Vec2::new((index % 80) as f32, (index / 80) as f32) + 0.5) / Vec2::new(80.0, 50.0);
+                let (direction, pdf) = tree.sample(u);
+                assert!((direction.length() - 1.0).abs() < 1e-6 && pdf > 0.0);
+                let again = tree.pdf(direction);
+                // A sample on the edge of a square may be found in the next one.
+                let near = u.x.min(1.0 - u.x).min(u.y).min(1.0 - u.y);
+                assert!((again / pdf - 1.0).abs() < 1e-4 || near < 1e-3, "{direction}: {again} {pdf}");
+            }
+        }
+    }
+
+    #[test]
+    fn samples_are_as_frequent_as_densities_say() {
+        // Mean of a function by samples over their density: its integral.
+        let value = |direction: Vec3| (direction.dot(Vec3::new(0.48, 0.6, -0.64)).max(0.0)).powi(8);
+        for tree in trees() {
+            let (side, mut sum) = (256, 0.0);
+            for index in 0..side * side {
+                let u = (Vec2::new((index % side) as f32, (index / side) as f32) + 0.5) / side as f32;
+                let (direction, pdf) = tree.sample(u);
+                sum += f64::from(value(direction) / pdf);
+            }
+            let integral = sum / f64::from(side * side);
+            // Directions without arrivals are not sampled.
+            let count = 1 << 16;
+            let directions = (0..count).map(|index| spiral_direction(index, count));
+            let sampled = directions.filter(|&direction| tree.pdf(direction) > 0.0);
+            let expected = sampled.map(|direction| f64::from(value(direction))).sum::<f64>()
+                * (4.0 * std::f64::consts::PI / f64::from(count));
+            assert!((integral / expected - 1.0).abs() < 0.02, "{integral} of {expected}");
+        }
+    }
+
+    #[test]
+    fn most_samples_go_where_most_arrives() {
+        let tree = &trees()[0];
+        let center = Vec3::new(0.48, 0.6, -0.64);
+        assert!(tree.pdf(center) > 50.0 * tree.pdf(-center), "{}", tree.pdf(center));
+        assert!(tree.pdf(-center) > 0.0);
+    }
+
+    #[test]
+    fn chance_weighs_more_than_power() {
+        // Equal powers from two sides, one of them by sparse photons of a bright source
+        let sparse: Vec<Arrival> = arrivals(400, PhotonPath::Focused);
+        let dependable = arrivals(400, PhotonPath::Scattered).into_iter().map(|mut arrival| {
+            arrival.uv = LuminanceImage::uv_from_direction(-LuminanceImage::direction_from_uv(arrival.uv));
+            arrival
+        });
+        let tree = DirectionTree::new(&dependable.chain(sparse).collect::<Vec<_>>());
+        let center = Vec3::new(0.48, 0.6, -0.64);
+        assert!(tree.pdf(center) > tree.pdf(-center));
+    }
+}

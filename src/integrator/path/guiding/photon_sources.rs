@@ -1,0 +1,96 @@
+//! Where photons start: on emissive triangles.
+
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3};
+
+use crate::bsdf::cosine_direction;
+use crate::bvh::{Hit, TriangleFlags};
+use crate::color::luminance;
+use crate::geometry::{Facing, Ray, Triangle};
+use crate::integrator::IntegratorContext;
+use crate::integrator::path::emitters::emitted;
+use crate::integrator::path::visible_environment::random_point;
+use crate::integrator::whitted::local_frame;
+use crate::interaction::SurfacePoint;
+use crate::scene_view::SceneView;
+
+/// Independent numbers of a photon.
+const EMITTER: u32 = 1 << 16;
+const POINT: u32 = EMITTER + 1;
+const DIRECTION: u32 = EMITTER + 2;
+
+/// The emissive triangles of a frame by their power.
+pub(super) struct PhotonSources<'c, 'a> {
+    view: SceneView<'a>,
+    triangles: &'c [u32],
+    /// Powers of the triangles up to each.
+    sums: Vec<f32>,
+}
+
+/// A photon where it starts.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EmittedPhoton {
+    pub(super) ray: Ray,
+    /// Such that the mean luminance of all photons is near 1.
+    pub(super) power: Vec3,
+    /// Luminance of the radiance of its source.
+    pub(super) luminance: f32,
+}
+
+impl<'c, 'a> PhotonSources<'c, 'a> {
+    /// The sources of a frame; `None` if there are none.
+    pub(super) fn new(context: &'c IntegratorContext<'a>) -> Option<Self> {
+        let lights = context.emissive_triangles.as_ref().filter(|lights| !lights.is_empty())?;
+        let mut sum = 0.0;
+        let sums = lights.powers().iter().map(|power| {
+            sum += power;
+            sum
+        });
+        Some(Self { view: context.view, triangles: lights.triangles(), sums: sums.collect() })
+    }
+
+    /// The photon of an index; `None` where the source is dark.
+    pub(super) fn emit(&self, index: u32) -> Option<EmittedPhoton> {
+        // A triangle by its power, and a side
+        let total = *self.sums.last()?;
+        let Vec2 { x: u_emitter, y: u_side } = random_point(index, EMITTER);
+        let last = self.sums.len() - 1;
+        let emitter = self.sums.partition_point(|&sum| sum <= u_emitter * total).min(last);
+        let before = if emitter > 0 { self.sums[emitter - 1] } else { 0.0 };
+        let probability = (self.sums[emitter] - before) / total;
+        let triangle = self.triangles[emitter];
+        let is_two_sided = !self.view.frame.flags[triangle as usize].has(TriangleFlags::SINGLE_SIDED);
+        let is_front = !is_two_sided || u_side < 0.5;
+        let (facing, sign) = if is_front { (Facing::Front, 1.0) } else { (Facing::Back, -1.0) };
+
+        // A point, uniform over the area
+        let u_point = random_point(index, POINT);
+        let root = u_point.x.sqrt();
+        let (u, v) = (root * (1.0 - u_point.y), root * u_point.y);
+        let Triangle { vertices: [a, b, c] } = self.view.frame.triangles[triangle as usize];
+        let cross = (b - a).cross(c - a);
+        let normal = cross.try_normalize()? * sign;
+        let position = a + (b - a) * u + (c - a) * v;
+
+        // A direction by its cosine
+        let direction = local_frame(normal) * cosine_direction(random_point(index, DIRECTION));
+        let hit = Hit { t: 1.0, triangle, u, v, facing };
+        let point = SurfacePoint::flat(self.view, &Ray::new(position + direction, -direction), &hit);
+        let radiance = emitted(self.view, &hit);
+        let sides = if is_two_sided { 2.0 } else { 1.0 };
+        let power = radiance * (0.5 * cross.length() * sides * PI / (probability * total));
+        let luminance = luminance(power);
+        let is_lit = luminance > 0.0 && luminance < f32::INFINITY;
+        is_lit.then(|| EmittedPhoton {
+            ray: Ray::new(point.origin_outside(), direction),
+            power,
+            luminance: crate::color::luminance(radiance),
+        })
+    }
+
+    /// Luminance of the power of all sources.
+    pub(super) fn power(&self) -> f32 {
+        self.sums.last().copied().unwrap_or(0.0)
+    }
+}

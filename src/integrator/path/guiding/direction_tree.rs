@@ -181,6 +181,7 @@ fn square_by_solid_angle(direction: Vec3) -> f32 {
 mod tests {
     use super::*;
     use crate::geometry::spiral_direction;
+    use crate::integrator::path::visible_environment::random_point;
 
     /// Most arrivals come from around one direction, few from everywhere.
     fn arrivals(count: u32, path: PhotonPath) -> Vec<Arrival> {
@@ -243,13 +244,12 @@ mod tests {
         // Mean of a function by samples over their density: its integral.
         let value = |direction: Vec3| (direction.dot(Vec3::new(0.48, 0.6, -0.64)).max(0.0)).powi(8);
         for tree in trees() {
-            let (side, mut sum) = (256, 0.0);
-            for index in 0..side * side {
-                let u = (Vec2::new((index % side) as f32, (index / side) as f32) + 0.5) / side as f32;
-                let (direction, pdf) = tree.sample(u);
+            let (samples, mut sum) = (1 << 18, 0.0);
+            for index in 0..samples {
+                let (direction, pdf) = tree.sample(random_point(index, 0));
                 sum += f64::from(value(direction) / pdf);
             }
-            let integral = sum / f64::from(side * side);
+            let integral = sum / f64::from(samples);
             // Directions without arrivals are not sampled.
             let count = 1 << 16;
             let directions = (0..count).map(|index| spiral_direction(index, count));

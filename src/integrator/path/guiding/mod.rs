@@ -95,7 +95,7 @@ impl Guidance<'_> {
 
 /// The largest area that the box around points shows along an axis.
 fn area(points: impl Iterator<Item = Vec3>) -> f32 {
-    let bounds = points.fold(Aabb::EMPTY, |bounds, point| bounds.union_point(point));
+    let bounds = points.fold(Aabb::EMPTY, Aabb::union_point);
     let Vec3 { x, y, z } = bounds.max - bounds.min;
     (x * y).max(y * z).max(z * x)
 }

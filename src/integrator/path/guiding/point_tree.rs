@@ -88,7 +88,7 @@ impl Build<'_> {
             return None;
         }
         let positions = || indices.iter().map(|&index| self.points[index as usize].0);
-        let bounds = positions().fold(Aabb::EMPTY, |bounds, position| bounds.union_point(position));
+        let bounds = positions().fold(Aabb::EMPTY, Aabb::union_point);
         let extent = bounds.max - bounds.min;
         let dimension = extent.max_position();
         let mut coordinates: Vec<f32> = positions().map(|position| position[dimension]).collect();

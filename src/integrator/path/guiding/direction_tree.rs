@@ -188,7 +188,8 @@ mod tests {
         let center = Vec3::new(0.48, 0.6, -0.64);
         let arrival = |index: u32| {
             let around = spiral_direction(index, count);
-            let direction = if index % 8 == 0 { around } else { (center + 0.2 * around).normalize() };
+            let direction =
+                if index.is_multiple_of(8) { around } else { (center + 0.2 * around).normalize() };
             let photon = LandedPhoton {
                 position: Vec3::ZERO,
                 normal: Vec3::Y,

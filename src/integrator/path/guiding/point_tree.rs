@@ -111,13 +111,13 @@ fn axis(normal: Vec3) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::spiral_direction;
 
-    /// Points of a slanted spiral, with normals along all axes.
+    /// Points of a flattened sphere, with normals along all axes.
     fn points(count: u32) -> Vec<Point> {
         let point = |index: u32| {
-            let turn = index as f32;
-            let position = Vec3::new(turn.sin() * turn, 0.01 * turn, turn.cos() * turn * 0.3);
-            (position, Vec3::AXES[index as usize % 3] * if index % 2 == 0 { 1.0 } else { -1.0 })
+            let position = spiral_direction(index, count) * Vec3::new(1.0, 0.01, 0.3);
+            (position, Vec3::AXES[index as usize % 3] * if index.is_multiple_of(2) { 1.0 } else { -1.0 })
         };
         (0..count).map(point).collect()
     }

@@ -64,6 +64,8 @@ def material(kind, color=WHITE, alpha=0.0, emission=0.0):
 
 
 GREY, RED, GREEN = (material("diffuse", c) for c in ((0.7, 0.7, 0.7), (0.6, 0.1, 0.1), (0.1, 0.5, 0.1)))
+# The index of its surroundings: reflects nothing at its surface, as in Mitsuba.
+RED_IN_GLASS = RED | {"ior": 1.5}
 BLACK = (0.0, 0.0, 0.0)
 
 
@@ -117,7 +119,7 @@ SCENES = {
     "glass": {"objects": with_ball(GLASS, *box()), "sky": "uniform"},
     "glass_in_sky": {"objects": with_ball(GLASS, FLOOR), "sky": "image"},
     "frosted_glass": {"objects": with_ball(material("dielectric", alpha=0.01), FLOOR), "sky": "uniform"},
-    "ball_in_glass": {"objects": [*with_ball(GLASS, *box(), (sphere((0.0, 0.6, 0.0), 0.25), RED)), CEILING]},
+    "ball_in_glass": {"objects": [*with_ball(GLASS, *box(), (sphere((0.0, 0.6, 0.0), 0.25), RED_IN_GLASS)), CEILING]},
     "window": {"objects": with_ball(GREY, *closed_space()), "sky": "image"},
     "glass_by_window": {"objects": with_ball(GLASS, *closed_space()), "sky": "image"},
     "metal_by_window": {"objects": with_ball(material("conductor", alpha=0.04), *closed_space()), "sky": "uniform"},
@@ -149,7 +151,7 @@ def write_gltf(scene, folder):
         entry = {
             "pbrMetallicRoughness": {"baseColorFactor": [*of["color"], 1.0], "metallicFactor": float(is_metal),
                                      "roughnessFactor": math.sqrt(of["alpha"]) if is_glass or is_metal else 1.0},
-            "extensions": {"KHR_materials_ior": {"ior": 1.5 if is_glass else 1.0}},
+            "extensions": {"KHR_materials_ior": {"ior": of.get("ior", 1.5 if is_glass else 1.0)}},
             "doubleSided": of["emission"] == 0.0,
         }
         if is_glass:

@@ -7,7 +7,7 @@
 //! quadtree (Müller, Gross and Novák, "Practical Path Guiding for Efficient Light-Transport Simulation", EGSR 2017), and part of the rays
 //! follow it. What is found decides the noise, but not the mean.
 //!
-//! Photons of the environment are not followed.
+//! Photons of the environment are not followed: where it lights a scene, rays by the lobes alone find most of the light.
 
 mod direction_tree;
 mod photon_sources;
@@ -21,11 +21,15 @@ use self::direction_tree::{Arrival, DirectionTree};
 use self::photons::indirect_photons;
 pub(in crate::integrator) use self::photons::{LandedPhoton, PhotonPath};
 use self::point_tree::PointTree;
+use crate::color::luminance;
 use crate::geometry::Aabb;
 use crate::integrator::IntegratorContext;
+use crate::scene::Environment;
 
-/// Share of the samples of a diffuse lobe that follow photons.
-const GUIDED_SHARE: f32 = 0.8;
+/// Most of the samples of a diffuse lobe that follow photons, where nothing else shines.
+const LARGEST_SHARE: f32 = 0.8;
+/// Surfaces that would send fewer samples after photons send none: what they cost would be in vain.
+const LEAST_SHARE: f32 = 0.1;
 
 /// Photons of a cell. Few miss light that comes from small parts of a cell's surroundings.
 const CELL_PHOTONS: usize = 2048;
@@ -34,8 +38,15 @@ const CELL_PHOTONS: usize = 2048;
 #[derive(Clone, Debug)]
 pub(in crate::integrator) struct PathGuide {
     cells: PointTree,
-    /// By cell.
-    directions: Vec<DirectionTree>,
+    guided: Vec<GuidedCell>,
+}
+
+/// How the surfaces of a cell guide their rays.
+#[derive(Clone, Debug)]
+struct GuidedCell {
+    directions: DirectionTree,
+    /// Share of the samples of a diffuse lobe.
+    share: f32,
 }
 
 /// How a surface guides its rays.
@@ -49,22 +60,21 @@ pub(super) struct Guidance<'g> {
 impl PathGuide {
     /// The guide of a frame; `None` where smooth surfaces focus little of the light of its emissive triangles.
     pub(in crate::integrator) fn new(context: &IntegratorContext<'_>) -> Option<Self> {
-        Self::from_photons(&indirect_photons(context)?)
-    }
-
-    fn from_photons(photons: &[LandedPhoton]) -> Option<Self> {
+        let photons = indirect_photons(context)?;
         let points: Vec<(Vec3, Vec3)> =
             photons.iter().map(|photon| (photon.position, photon.normal)).collect();
         let (cells, indices) = PointTree::new(&points, CELL_PHOTONS);
-        let directions: Vec<DirectionTree> = indices
-            .par_iter()
-            .map(|indices| {
-                let area = area(indices.iter().map(|&index| points[index as usize].0));
-                let arrivals = indices.iter().map(|&index| Arrival::new(&photons[index as usize], area));
-                DirectionTree::new(&arrivals.collect::<Vec<_>>())
-            })
-            .collect();
-        (!directions.is_empty()).then_some(Self { cells, directions })
+        let unguided = mean_irradiance(context.view.environment);
+        let guided_cell = |indices: &Vec<u32>| {
+            let photons = || indices.iter().map(|&index| &photons[index as usize]);
+            let area = area(photons().map(|photon| photon.position));
+            let arrivals: Vec<Arrival> = photons().map(|photon| Arrival::new(photon, area)).collect();
+            let power: f32 = photons().map(|photon| photon.power).sum();
+            let share = LARGEST_SHARE * power / (power + unguided * area);
+            GuidedCell { directions: DirectionTree::new(&arrivals), share }
+        };
+        let guided: Vec<GuidedCell> = indices.par_iter().map(guided_cell).collect();
+        guided.iter().any(|cell| cell.share >= LEAST_SHARE).then_some(Self { cells, guided })
     }
 
     /// How a surface guides its rays that scatters light of its own side, `diffuse_share` of it diffusely.
@@ -76,8 +86,8 @@ impl PathGuide {
         if diffuse_share <= 0.0 {
             return None;
         }
-        let cell = self.cells.cell(position, normal)?;
-        Some(Guidance { directions: &self.directions[cell as usize], share: GUIDED_SHARE * diffuse_share })
+        let GuidedCell { directions, share } = &self.guided[self.cells.cell(position, normal)? as usize];
+        (*share >= LEAST_SHARE).then_some(Guidance { directions, share: share * diffuse_share })
     }
 }
 
@@ -91,6 +101,12 @@ impl Guidance<'_> {
     pub(super) fn mixed_pdf(&self, direction: Vec3, lobe_pdf: f32) -> f32 {
         self.share * self.directions.pdf(direction) + (1.0 - self.share) * lobe_pdf
     }
+}
+
+/// Luminance of the irradiance of an environment, averaged over all normals: what rays find that no photons guide.
+fn mean_irradiance(environment: &Environment) -> f32 {
+    let normals = Vec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
+    normals.map(|normal| luminance(environment.irradiance(normal))).sum::<f32>() / 6.0
 }
 
 /// The largest area that the box around points shows along an axis.

@@ -12,7 +12,7 @@ use crate::integrator::{ColorChannels, IntegratorContext, LightPass, RayKind, Ra
 use crate::interaction::RayDifferential;
 
 /// Photons for each sample of a pixel. They take about the time of as many pixels.
-const PHOTONS_PER_SAMPLE: u32 = 8192;
+const PHOTONS_PER_SAMPLE: u32 = 4096;
 /// The least and the most photons.
 const PHOTON_LIMITS: [u32; 2] = [1 << 14, 1 << 19];
 

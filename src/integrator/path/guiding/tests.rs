@@ -85,6 +85,27 @@ fn only_focused_light_needs_a_guide() {
     }
 }
 
+#[test]
+fn an_environment_takes_samples_from_the_guide() {
+    let largest_share = |environment: &Environment| {
+        let mut largest: f32 = 0.0;
+        with_context("path/box", environment, |context, _| {
+            let settings = IntegratorSettings { integrator: Integrator::Path, ..context.settings };
+            let context = IntegratorContext::new(context.view, settings);
+            let guide = PathGuide::new(&context);
+            largest =
+                guide.iter().flat_map(|guide| &guide.guided).fold(0.0, |most, cell| most.max(cell.share));
+        });
+        largest
+    };
+    let [dark, dim, bright] = [0.0, 0.3, 1e4].map(|radiance| Environment::Constant(Vec3::splat(radiance)));
+    let [dark, dim, bright] = [&dark, &dim, &bright].map(largest_share);
+    assert!((dark - LARGEST_SHARE).abs() < 1e-5, "{dark}");
+    assert!(dim > LEAST_SHARE && dim < dark, "{dim}");
+    // There is no guide.
+    assert_eq!(bright, 0.0);
+}
+
 /// Mean over an image, its variance, and the mean variance of a sample.
 fn moments(context: &IntegratorContext<'_>, camera: &CameraRays) -> [f64; 3] {
     const SAMPLES: u32 = 64;

@@ -28,7 +28,7 @@ pub struct RayState {
     pub light_pass: Option<LightPass>,
     /// Share of a path whose guide the ray finds; 0 where an earlier surface scattered light.
     pub guide_share: f32,
-    /// The weight that the ray would have without guiding over its weight. Russian roulette follows that one.
+    /// The weight that the ray would have without guiding over its weight; 1 where it has more by guiding. Russian roulette follows that one.
     pub unguided_ratio: f32,
     /// Whether a ray of Whitted's tree sees the peaks of the environment: not where its last surface shows them as highlights.
     pub sees_peaks: bool,

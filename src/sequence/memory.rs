@@ -10,13 +10,17 @@ mod surfaces;
 
 use std::path::Path;
 
+use glam::Vec3;
+
 use crate::bvh::MAX_TRIANGLES;
 use crate::error::{Error, Result, over_limit};
 use crate::film::PixelWindow;
 use crate::frame::transmits;
 use crate::framing::kept_bytes;
+use crate::integrator::Integrator;
+use crate::integrator::path::most_photon_bytes;
 use crate::render::{PathFrame, tile_count};
-use crate::scene::{Scene, SelectedCamera, Selection};
+use crate::scene::{Material, Scene, SelectedCamera, Selection};
 
 pub use pixels::PixelMemory;
 use surfaces::{BYTES_A_SPLIT_REFERENCE, Motion, PosedCounts};
@@ -76,6 +80,7 @@ fn frame_bytes(job: &SequenceJob, window: PixelWindow, has_next: bool) -> u128 {
         + plate
         + tile_bytes(job, window)
         + environment_bytes(job)
+        + photon_bytes(job)
         + counts.frame_bytes(motion)
 }
 
@@ -84,6 +89,14 @@ fn tile_bytes(job: &SequenceJob, window: PixelWindow) -> u128 {
     let tiles = tile_count(window).min(rayon::current_num_threads());
     let bytes = if job.scene.materials.iter().any(transmits) { BYTES_A_BRANCHING_TILE } else { BYTES_A_TILE };
     tiles as u128 * bytes
+}
+
+/// Bytes of the photons that guide paths.
+fn photon_bytes(job: &SequenceJob) -> u128 {
+    let shines = |material: &Material| material.emissive != Vec3::ZERO;
+    let emits = job.render.integrator == Integrator::Path && job.scene.materials.iter().any(shines);
+    let samples = job.render.adaptive.map_or(job.render.samples, |adaptive| adaptive.max_samples);
+    if emits { most_photon_bytes(samples) as u128 } else { 0 }
 }
 
 /// Bytes of environment images.

@@ -32,7 +32,8 @@ mod visible_environment;
 pub(super) use dimensions::BounceKeys;
 pub(super) use emission::clamped;
 pub(super) use emissive_triangles::EmissiveTriangles;
-pub(super) use guiding::{LandedPhoton, PathGuide};
+pub(crate) use guiding::most_photon_bytes;
+pub(super) use guiding::{PathGuide, PhotonStore};
 pub(super) use mis::LastScatter;
 pub(super) use visible_environment::{VisibleEntry, VisibleEnvironment};
 

@@ -1,7 +1,7 @@
 //! Photons, which are traced as the rays of paths are.
 
 use super::LastScatter;
-use super::guiding::{LandedPhoton, PhotonPath};
+use super::guiding::{Photon, PhotonPath, PhotonStore};
 use super::shaded_point::ShadedPoint;
 use crate::color::luminance;
 use crate::geometry::Ray;
@@ -10,43 +10,43 @@ use crate::integrator::whitted::{RaySignature, Tracer};
 use crate::integrator::zsobol::SampleSequence;
 
 impl Tracer<'_, '_> {
-    /// Follows photons to all diffuse surfaces where they land. The first surface of each is as far as thin walls the last that
-    /// scattered it.
-    pub(super) fn follow_photons(
+    /// Traces photons to all diffuse surfaces that they reach. Each has a ray with its state, a scatter event where it starts, which clear thin
+    /// walls leave as it is, and sample points.
+    pub(super) fn trace_photons(
         mut self,
         photons: impl Iterator<Item = (Ray, RayState, LastScatter, SampleSequence)>,
-    ) -> Vec<LandedPhoton> {
-        self.landed_photons = Some(Vec::new());
+    ) -> PhotonStore {
+        self.photon_store = Some(PhotonStore::default());
         self.sequences.clear();
         for (ray, state, last, sequence) in photons {
             self.sequences.push(sequence);
             self.children.push_scattered(RaySignature::CAMERA, ray, state, Some(last));
         }
         self.trace_children();
-        self.landed_photons.unwrap_or_default()
+        self.photon_store.unwrap_or_default()
     }
 
-    /// Records a photon at a surface.
-    pub(super) fn land_photon(&mut self, shaded: &ShadedPoint<'_, '_>) {
-        let Some(landed) = &mut self.landed_photons else { return };
-        if shaded.transmits || shaded.scattering.diffuse_probability() <= 0.0 {
-            return;
-        }
+    /// Stores a photon at a surface; `false` where it ends.
+    pub(super) fn store_photon(&mut self, shaded: &ShadedPoint<'_, '_>) -> bool {
+        let Some(store) = &mut self.photon_store else { return false };
         let state = shaded.state;
-        // Only smooth surfaces leave a share of what guides the denoising.
-        let path = match (state.guide_share > 0.0, shaded.last) {
-            (true, Some(_)) => PhotonPath::Straight,
-            (true, None) => PhotonPath::Focused,
-            (false, _) => PhotonPath::Scattered,
-        };
-        landed.push(LandedPhoton {
-            position: shaded.point.position,
-            normal: shaded.point.geometric_normal,
-            direction: shaded.point.wo,
-            path,
-            power: luminance(shaded.weight),
-            source_luminance: 0.0,
-            index: state.sample,
-        });
+        if !shaded.transmits && shaded.scattering.diffuse_probability() > 0.0 {
+            // Smooth surfaces alone pass on a share of what guides the denoising.
+            let path = match (state.guide_share > 0.0, shaded.last) {
+                (true, Some(_)) => PhotonPath::Direct,
+                (true, None) => PhotonPath::Caustic,
+                (false, _) => PhotonPath::Indirect,
+            };
+            store.store(Photon {
+                position: shaded.point.position,
+                normal: shaded.point.geometric_normal,
+                direction: shaded.point.wo,
+                path,
+                power: luminance(shaded.weight),
+                source_luminance: 0.0,
+                index: state.sample,
+            });
+        }
+        PhotonStore::goes_on(state.depth)
     }
 }

@@ -31,7 +31,7 @@ impl Tracer<'_, '_> {
             return false;
         }
         // A guided ray has less weight because it finds more light.
-        let unguided_ratio = shaded.state.unguided_ratio * unguided_ratio;
+        let unguided_ratio = (shaded.state.unguided_ratio * unguided_ratio).clamp(1.0, 1e6);
         let survival = largest * unguided_ratio;
         if depth >= ROULETTE_DEPTH && survival < 1.0 {
             if choices.y >= survival {

@@ -58,7 +58,9 @@ impl Tracer<'_, '_> {
         });
         let below = coat.as_ref().map_or(1.0, |(coat, _, cosine)| coat.transmittance(*cosine));
         let emitted = weight * material.emission * below;
-        self.add_path_emission(state, (&hit, point), (light_pass, last.as_ref()), emitted);
+        if self.photon_store.is_none() {
+            self.add_path_emission(state, (&hit, point), (light_pass, last.as_ref()), emitted);
+        }
         // The ray that the deepest surface sent finds lights alone, so that both ways to find them go equally far.
         if state.depth > self.context.settings.max_depth {
             self.statistics.dropped_weight += f64::from(weight.max_element());
@@ -132,10 +134,10 @@ impl Tracer<'_, '_> {
             samples,
             last,
         };
-        if self.landed_photons.is_some() {
-            self.land_photon(&shaded);
-        } else {
+        if self.photon_store.is_none() {
             self.queue_lights(&shaded);
+        } else if !self.store_photon(&shaded) {
+            return;
         }
         // Mirrors and clear glass show what guides the denoising.
         if !self.send_path(&shaded, share) {

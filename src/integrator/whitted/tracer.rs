@@ -17,7 +17,7 @@ use crate::bvh::{Hit, TraversalCounters};
 use crate::integrator::albedo_slices::AlbedoSlices;
 use crate::integrator::camera_samples::CameraRayBatch;
 use crate::integrator::media::MediaCache;
-use crate::integrator::path::{BounceKeys, LandedPhoton};
+use crate::integrator::path::{BounceKeys, PhotonStore};
 use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{
@@ -85,8 +85,8 @@ pub struct Tracer<'w, 'a> {
     pub(in crate::integrator) aovs: SampleAovs,
     pub(in crate::integrator) counters: TraversalCounters,
     pub(in crate::integrator) statistics: IntegratorStatistics,
-    /// Where photons landed; `None` for rays from a camera.
-    pub(in crate::integrator) landed_photons: Option<Vec<LandedPhoton>>,
+    /// What surfaces store of photons; `None` for rays from a camera.
+    pub(in crate::integrator) photon_store: Option<PhotonStore>,
 }
 
 impl<'w, 'a> Tracer<'w, 'a> {
@@ -116,7 +116,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
             aovs: SampleAovs::default(),
             counters: TraversalCounters::default(),
             statistics: IntegratorStatistics::default(),
-            landed_photons: None,
+            photon_store: None,
         }
     }
 

@@ -123,6 +123,25 @@ fn light_bounces_in_a_closed_box() {
 }
 
 #[test]
+fn guided_light_in_a_closed_box_is_exact() {
+    // All walls emit L and reflect a, and a mirror shows them, which makes photons guide the paths: the radiance is L / (1 − a) everywhere.
+    let (emission, albedo) = (0.5_f32, 0.5_f32);
+    let mut stage = stage(8192);
+    stage.settings.max_depth = 40;
+    let mut inside = cuboid(Vec3::ZERO, Vec3::new(1.0, 0.7, 1.3));
+    for triangle in &mut inside.triangles {
+        triangle.swap(1, 2);
+    }
+    stage.add(inside, Material { emissive: Vec3::splat(emission), ..lambert(Vec3::splat(albedo)) });
+    stage.add(cuboid(Vec3::new(0.2, -0.3, 0.2), Vec3::new(0.3, 0.2, 0.4)), mirror_of(0.0));
+    let expected = emission / (1.0 - albedo);
+    for target in [Vec3::new(1.0, 0.3, 0.4), Vec3::new(0.2, -0.2, 0.2), Vec3::new(0.6, -0.7, 0.2)] {
+        let seen = stage.look(Vec3::new(-0.5, 0.3, -0.6), target);
+        assert_close(seen, Vec3::splat(expected), 0.01 * expected);
+    }
+}
+
+#[test]
 fn spheres_of_light_and_suns_light_as_points_do() {
     // A sphere above the horizon of the receiver: I cos θ / d², whatever its radius (Lambert).
     for radius in [0.0, 0.1, 0.45] {

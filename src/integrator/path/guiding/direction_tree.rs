@@ -1,18 +1,16 @@
 //! A density of directions: a quadtree over the square to which an octahedron unfolds.
 
-use std::f32::consts::PI;
-
 use glam::{Vec2, Vec3};
 
-use super::{LandedPhoton, PhotonPath};
+use super::{Photon, PhotonPath};
 use crate::scene::LuminanceImage;
 
 /// Levels of squares; those of the last have 1.4° to 2.4°.
 const LEVELS: u32 = 7;
 /// A square with fewer photons is not divided: more would be chance.
-const LEAST_ARRIVALS: usize = 32;
-/// Nor is one with less than this share of the weight.
-const LEAST_SHARE: f32 = 0.003;
+const LEAST_PHOTONS: usize = 32;
+/// Nor is one with less than this part of the flux and of the second moment.
+const LEAST_PART: f64 = 0.003;
 
 /// A density of directions by solid angle.
 #[derive(Clone, Debug)]
@@ -34,70 +32,82 @@ struct Node {
 
 /// A photon that arrives from some direction.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Arrival {
+pub(super) struct IncidentPhoton {
     uv: Vec2,
-    /// Power of light that rays find dependably.
-    dependable: f32,
-    /// Mean square of what a ray finds there, times squared area and solid angle. Zero where that light is dependable.
-    square: f32,
+    moments: Moments,
 }
 
-impl Arrival {
+/// What a ray finds in some directions, from photons.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moments {
+    /// Flux of light that all rays find.
+    flux: f64,
+    /// Second moment of the radiance of light that rays find by chance, times squared area and solid angle.
+    second: f64,
+}
+
+impl IncidentPhoton {
     /// A photon that landed in an area.
-    pub(super) fn new(photon: &LandedPhoton, area: f32) -> Self {
+    pub(super) fn new(photon: &Photon, area: f32) -> Self {
         let uv = LuminanceImage::uv_from_direction(photon.direction);
         // Focused light has the radiance of its source or none.
-        let (dependable, square) = match photon.path {
-            PhotonPath::Focused => (0.0, photon.power * photon.source_luminance * area),
-            PhotonPath::Straight | PhotonPath::Scattered => (photon.power, 0.0),
+        let power = f64::from(photon.power);
+        let moments = match photon.path {
+            PhotonPath::Caustic => {
+                let second = power * f64::from(photon.source_luminance) * f64::from(area);
+                Moments { flux: 0.0, second }
+            }
+            PhotonPath::Direct | PhotonPath::Indirect => Moments { flux: power, second: 0.0 },
         };
-        Self { uv, dependable, square }
+        Self { uv, moments }
     }
 }
 
 impl DirectionTree {
     /// The density that samples least noisily what arrives: as the root of the mean square of what a ray finds (Rath, Grittmann,
     /// Herholz, Vévoda, Slusallek and Křivánek, "Variance-Aware Path Guiding", SIGGRAPH 2020).
-    pub(super) fn new(arrivals: &[Arrival]) -> Self {
+    /// `None` where there is none: without photons, and where they are too bright or too dark for numbers.
+    pub(super) fn new(photons: &[IncidentPhoton]) -> Option<Self> {
         let mut tree = Self { nodes: Vec::new() };
-        let least = LEAST_SHARE * weight(arrivals, 1.0);
-        tree.add(arrivals, least, (Vec2::ZERO, 1.0, 0));
-        tree
+        let (_, weight) = tree.add(photons, Moments::of(photons), (Vec2::ZERO, 1.0, 0));
+        (weight > 0.0 && weight < f64::INFINITY).then_some(tree)
     }
 
-    /// Adds the node of a square with the given corner, side and level. Returns its index and its weight.
+    /// Adds the node of a square with the given corner, side and level; `total` is of all squares. Returns its index and its weight.
     fn add(
         &mut self,
-        arrivals: &[Arrival],
-        least: f32,
+        photons: &[IncidentPhoton],
+        total: Moments,
         (corner, side, level): (Vec2, f32, u32),
-    ) -> (u32, f32) {
+    ) -> (u32, f64) {
         let index = self.nodes.len();
         self.nodes.push(Node { left: 0.5, upper: [0.5; 2], children: [0; 4] });
         let half = 0.5 * side;
-        let mut quadrants: [Vec<Arrival>; 4] = Default::default();
-        for arrival in arrivals {
-            let at = arrival.uv - corner;
-            quadrants[quadrant(usize::from(at.x >= half), usize::from(at.y >= half))].push(*arrival);
+        let mut quadrants: [Vec<IncidentPhoton>; 4] = Default::default();
+        for photon in photons {
+            let at = photon.uv - corner;
+            quadrants[quadrant(usize::from(at.x >= half), usize::from(at.y >= half))].push(*photon);
         }
 
         let mut children = [0; 4];
-        let weights: [f32; 4] = std::array::from_fn(|number| {
-            let arrivals = &quadrants[number];
-            let own = weight(arrivals, half * half);
-            if level + 1 == LEVELS || own < least || arrivals.len() < LEAST_ARRIVALS {
-                return own;
+        let weights: [f64; 4] = std::array::from_fn(|number| {
+            let photons = &quadrants[number];
+            let moments = Moments::of(photons);
+            let is_small =
+                moments.flux <= LEAST_PART * total.flux && moments.second <= LEAST_PART * total.second;
+            if level + 1 == LEVELS || is_small || photons.len() < LEAST_PHOTONS {
+                return moments.weight(half * half);
             }
             let corner = corner + Vec2::new((number / 2) as f32, (number % 2) as f32) * half;
-            let (child, weight) = self.add(arrivals, least, (corner, half, level + 1));
+            let (child, weight) = self.add(photons, total, (corner, half, level + 1));
             children[number] = child;
             weight
         });
         let halves = [weights[0] + weights[1], weights[2] + weights[3]];
         let upper = [share(weights[0], halves[0]), share(weights[2], halves[1])];
-        let total = halves[0] + halves[1];
-        self.nodes[index] = Node { left: share(halves[0], total), upper, children };
-        (index as u32, total)
+        let weight = halves[0] + halves[1];
+        self.nodes[index] = Node { left: share(halves[0], weight), upper, children };
+        (index as u32, weight)
     }
 
     /// A unit direction, and its density.
@@ -146,18 +156,25 @@ fn quadrant(column: usize, row: usize) -> usize {
 }
 
 /// The share of a whole; half of nothing.
-fn share(part: f32, whole: f32) -> f32 {
-    if whole > 0.0 { part / whole } else { 0.5 }
+fn share(part: f64, whole: f64) -> f32 {
+    if whole > 0.0 { (part / whole) as f32 } else { 0.5 }
 }
 
-/// Root of the mean square of what rays find in a share of all directions, times its solid angle.
-fn weight(arrivals: &[Arrival], share: f32) -> f32 {
-    let (mut dependable, mut square) = (0.0, 0.0);
-    for arrival in arrivals {
-        dependable += arrival.dependable;
-        square += arrival.square;
+impl Moments {
+    fn of(photons: &[IncidentPhoton]) -> Self {
+        let mut all = Self::default();
+        for IncidentPhoton { moments, .. } in photons {
+            all.flux += moments.flux;
+            all.second += moments.second;
+        }
+        all
     }
-    (dependable * dependable + square * share * 4.0 * PI).sqrt()
+
+    /// Root of the second moment of what rays find in a share of all directions, times its solid angle.
+    fn weight(self, share: f32) -> f64 {
+        let solid_angle = f64::from(share) * 4.0 * std::f64::consts::PI;
+        (self.flux * self.flux + self.second * solid_angle).sqrt()
+    }
 }
 
 /// The first of two with some probability, or the second; with what is left of the number `u`, and the probability.
@@ -183,14 +200,14 @@ mod tests {
     use crate::geometry::spiral_direction;
     use crate::integrator::path::visible_environment::random_point;
 
-    /// Most arrivals come from around one direction, few from everywhere.
-    fn arrivals(count: u32, path: PhotonPath) -> Vec<Arrival> {
+    /// Most photons come from around one direction, few from everywhere.
+    fn photons(count: u32, path: PhotonPath) -> Vec<IncidentPhoton> {
         let center = Vec3::new(0.48, 0.6, -0.64);
-        let arrival = |index: u32| {
+        let photon = |index: u32| {
             let around = spiral_direction(index, count);
             let direction =
                 if index.is_multiple_of(8) { around } else { (center + 0.2 * around).normalize() };
-            let photon = LandedPhoton {
+            let photon = Photon {
                 position: Vec3::ZERO,
                 normal: Vec3::Y,
                 direction,
@@ -199,20 +216,36 @@ mod tests {
                 source_luminance: 5.0,
                 index,
             };
-            Arrival::new(&photon, 2.0)
+            IncidentPhoton::new(&photon, 2.0)
         };
-        (0..count).map(arrival).collect()
+        (0..count).map(photon).collect()
     }
 
     fn trees() -> Vec<DirectionTree> {
         let lists = [
-            arrivals(5000, PhotonPath::Scattered),
-            arrivals(5000, PhotonPath::Focused),
-            [arrivals(500, PhotonPath::Scattered), arrivals(700, PhotonPath::Focused)].concat(),
-            arrivals(1, PhotonPath::Scattered),
-            Vec::new(),
+            photons(5000, PhotonPath::Indirect),
+            photons(5000, PhotonPath::Caustic),
+            [photons(500, PhotonPath::Indirect), photons(700, PhotonPath::Caustic)].concat(),
+            photons(1, PhotonPath::Indirect),
+            scaled(photons(1000, PhotonPath::Indirect), 1e25),
+            scaled(photons(1000, PhotonPath::Indirect), 1e-25),
         ];
-        lists.iter().map(|arrivals| DirectionTree::new(arrivals)).collect()
+        lists.iter().map(|photons| DirectionTree::new(photons).unwrap()).collect()
+    }
+
+    fn scaled(mut photons: Vec<IncidentPhoton>, factor: f64) -> Vec<IncidentPhoton> {
+        for photon in &mut photons {
+            photon.moments.flux *= factor;
+        }
+        photons
+    }
+
+    #[test]
+    fn densities_need_photons_that_shine() {
+        assert!(DirectionTree::new(&[]).is_none());
+        for factor in [0.0, f64::INFINITY, f64::NAN] {
+            assert!(DirectionTree::new(&scaled(photons(100, PhotonPath::Indirect), factor)).is_none());
+        }
     }
 
     #[test]
@@ -233,9 +266,13 @@ mod tests {
                 let (direction, pdf) = tree.sample(u);
                 assert!((direction.length() - 1.0).abs() < 1e-6 && pdf > 0.0);
                 let again = tree.pdf(direction);
-                // A sample on the edge of a square may be found in the next one.
-                let near = u.x.min(1.0 - u.x).min(u.y).min(1.0 - u.y);
-                assert!((again / pdf - 1.0).abs() < 1e-4 || near < 1e-3, "{direction}: {again} {pdf}");
+                assert!((again / pdf - 1.0).abs() < 1e-4, "{direction}: {again} {pdf}");
+            }
+            // Edges of squares, and folds and corners of the octahedron
+            for (x, y) in (0..9).flat_map(|x| (0..9).map(move |y| (x, y))) {
+                let uv = Vec2::new(x as f32, y as f32) / 8.0;
+                let pdf = tree.pdf(LuminanceImage::direction_from_uv(uv));
+                assert!(pdf >= 0.0 && pdf.is_finite(), "{uv}: {pdf}");
             }
         }
     }
@@ -251,7 +288,7 @@ mod tests {
                 sum += f64::from(value(direction) / pdf);
             }
             let integral = sum / f64::from(samples);
-            // Directions without arrivals are not sampled.
+            // Directions without photons are not sampled.
             let count = 1 << 16;
             let directions = (0..count).map(|index| spiral_direction(index, count));
             let sampled = directions.filter(|&direction| tree.pdf(direction) > 0.0);
@@ -270,15 +307,24 @@ mod tests {
     }
 
     #[test]
-    fn chance_weighs_more_than_power() {
-        // Equal powers from two sides, one of them by sparse photons of a bright source
-        let sparse: Vec<Arrival> = arrivals(400, PhotonPath::Focused);
-        let dependable = arrivals(400, PhotonPath::Scattered).into_iter().map(|mut arrival| {
-            arrival.uv = LuminanceImage::uv_from_direction(-LuminanceImage::direction_from_uv(arrival.uv));
-            arrival
-        });
-        let tree = DirectionTree::new(&dependable.chain(sparse).collect::<Vec<_>>());
-        let center = Vec3::new(0.48, 0.6, -0.64);
-        assert!(tree.pdf(center) > tree.pdf(-center));
+    fn chance_weighs_more_than_flux() {
+        // Equal flux from two quadrants, in one of them by photons of a source so bright that a ray seldom meets it
+        let photon = |uv: Vec2, path: PhotonPath| {
+            let direction = LuminanceImage::direction_from_uv(uv);
+            let (position, normal) = (Vec3::ZERO, Vec3::Y);
+            let photon =
+                Photon { position, normal, direction, path, power: 0.01, source_luminance: 500.0, index: 0 };
+            IncidentPhoton::new(&photon, 2.0)
+        };
+        let (dependable, by_chance) = (Vec2::splat(0.2), Vec2::splat(0.7));
+        let photons = [photon(dependable, PhotonPath::Indirect), photon(by_chance, PhotonPath::Caustic)];
+        let tree = DirectionTree::new(&photons).unwrap();
+        let pdf = |uv: Vec2| {
+            let direction = LuminanceImage::direction_from_uv(uv);
+            tree.pdf(direction) / square_by_solid_angle(direction)
+        };
+        // The root of power · luminance · area · a quarter of all directions, over the power
+        let expected = (0.01_f32 * 500.0 * 2.0 * std::f32::consts::PI).sqrt() / 0.01;
+        assert!((pdf(by_chance) / pdf(dependable) / expected - 1.0).abs() < 1e-3);
     }
 }

@@ -5,9 +5,8 @@
 //! follows photons to the diffuse surfaces where they land (Jensen, "Importance Driven Path Tracing Using the Photon Map", Rendering
 //! Techniques 1995). Cells with equal numbers of photons each hold a density of the directions from which these came, as a
 //! quadtree (Müller, Gross and Novák, "Practical Path Guiding for Efficient Light-Transport Simulation", EGSR 2017), and part of the rays
-//! follow it. What is found decides the noise, but not the mean.
-//!
-//! Photons of the environment are not followed: where it lights a scene, rays by the lobes alone find most of the light.
+//! follow it: fewer where lamps that rays cannot hit and environments shine, too, which emit no photons here. What is found decides the noise,
+//! but not the mean.
 
 mod direction_tree;
 mod photon_sources;
@@ -17,28 +16,32 @@ mod point_tree;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use self::direction_tree::{Arrival, DirectionTree};
-use self::photons::indirect_photons;
-pub(in crate::integrator) use self::photons::{LandedPhoton, PhotonPath};
+use self::direction_tree::{DirectionTree, IncidentPhoton};
+use self::photons::PhotonTracing;
+pub(crate) use self::photons::most_photon_bytes;
+pub(in crate::integrator) use self::photons::{Photon, PhotonPath, PhotonStore};
 use self::point_tree::PointTree;
 use crate::color::luminance;
 use crate::geometry::Aabb;
 use crate::integrator::IntegratorContext;
-use crate::scene::Environment;
 
 /// Most of the samples of a diffuse lobe that follow photons, where nothing else shines.
 const LARGEST_SHARE: f32 = 0.8;
 /// Surfaces that would send fewer samples after photons send none: what they cost would be in vain.
 const LEAST_SHARE: f32 = 0.1;
 
-/// Photons of a cell. Few miss light that comes from small parts of a cell's surroundings.
+/// Points of a cell at which the light of lamps is measured.
+const LIT_POINTS: usize = 4;
+
+/// The most photons of a cell. Few miss light that comes from small parts of a cell's surroundings.
 const CELL_PHOTONS: usize = 2048;
 
 /// Where the indirect light of a frame's diffuse surfaces comes from.
 #[derive(Clone, Debug)]
 pub(in crate::integrator) struct PathGuide {
     cells: PointTree,
-    guided: Vec<GuidedCell>,
+    /// By cell; `None` where the lobes alone do.
+    guided: Vec<Option<GuidedCell>>,
 }
 
 /// How the surfaces of a cell guide their rays.
@@ -60,21 +63,25 @@ pub(super) struct Guidance<'g> {
 impl PathGuide {
     /// The guide of a frame; `None` where smooth surfaces focus little of the light of its emissive triangles.
     pub(in crate::integrator) fn new(context: &IntegratorContext<'_>) -> Option<Self> {
-        let photons = indirect_photons(context)?;
+        let tracing = PhotonTracing::new(context)?;
+        let mut photons = tracing.first()?;
+        // The first ones tell whether the rest would be in vain.
+        Self::from_photons(context, &photons, tracing.first_share())?;
+        photons.extend(tracing.rest());
+        Self::from_photons(context, &photons, 1.0)
+    }
+
+    /// The guide by a share of all photons.
+    fn from_photons(context: &IntegratorContext<'_>, photons: &[Photon], traced_share: f32) -> Option<Self> {
         let points: Vec<(Vec3, Vec3)> =
             photons.iter().map(|photon| (photon.position, photon.normal)).collect();
         let (cells, indices) = PointTree::new(&points, CELL_PHOTONS);
-        let unguided = mean_irradiance(context.view.environment);
         let guided_cell = |indices: &Vec<u32>| {
-            let photons = || indices.iter().map(|&index| &photons[index as usize]);
-            let area = area(photons().map(|photon| photon.position));
-            let arrivals: Vec<Arrival> = photons().map(|photon| Arrival::new(photon, area)).collect();
-            let power: f32 = photons().map(|photon| photon.power).sum();
-            let share = LARGEST_SHARE * power / (power + unguided * area);
-            GuidedCell { directions: DirectionTree::new(&arrivals), share }
+            let photons: Vec<&Photon> = indices.iter().map(|&index| &photons[index as usize]).collect();
+            GuidedCell::new(context, &photons, traced_share)
         };
-        let guided: Vec<GuidedCell> = indices.par_iter().map(guided_cell).collect();
-        guided.iter().any(|cell| cell.share >= LEAST_SHARE).then_some(Self { cells, guided })
+        let guided: Vec<Option<GuidedCell>> = indices.par_iter().map(guided_cell).collect();
+        guided.iter().any(Option::is_some).then_some(Self { cells, guided })
     }
 
     /// How a surface guides its rays that scatters light of its own side, `diffuse_share` of it diffusely.
@@ -86,8 +93,9 @@ impl PathGuide {
         if diffuse_share <= 0.0 {
             return None;
         }
-        let GuidedCell { directions, share } = &self.guided[self.cells.cell(position, normal)? as usize];
-        (*share >= LEAST_SHARE).then_some(Guidance { directions, share: share * diffuse_share })
+        let cell = self.cells.cell(position, normal)?;
+        let GuidedCell { directions, share } = self.guided[cell as usize].as_ref()?;
+        Some(Guidance { directions, share: share * diffuse_share })
     }
 }
 
@@ -103,10 +111,37 @@ impl Guidance<'_> {
     }
 }
 
-/// Luminance of the irradiance of an environment, averaged over all normals: what rays find that no photons guide.
-fn mean_irradiance(environment: &Environment) -> f32 {
+impl GuidedCell {
+    fn new(context: &IntegratorContext<'_>, photons: &[&Photon], traced_share: f32) -> Option<Self> {
+        let area = area(photons.iter().map(|photon| photon.position));
+        let power: f32 = photons.iter().map(|photon| photon.power).sum();
+        let unguided = unguided_irradiance(context, photons) * area * traced_share;
+        let share = LARGEST_SHARE * power / (power + unguided);
+        if !(share >= LEAST_SHARE && area > 0.0) {
+            return None;
+        }
+        let incident: Vec<IncidentPhoton> =
+            photons.iter().map(|photon| IncidentPhoton::new(photon, area)).collect();
+        Some(Self { directions: DirectionTree::new(&incident)?, share })
+    }
+}
+
+/// Luminance of the irradiance in a cell by lights that emit no photons, without occlusion. Rays by the lobes alone find what they light.
+fn unguided_irradiance(context: &IntegratorContext<'_>, photons: &[&Photon]) -> f32 {
+    let environment = context.view.environment;
     let normals = Vec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
-    normals.map(|normal| luminance(environment.irradiance(normal))).sum::<f32>() / 6.0
+    let of_sky = normals.map(|normal| luminance(environment.irradiance(normal))).sum::<f32>() / 6.0;
+    // A quarter of all normals' cosines to one direction
+    let of_peaks: f32 = context.peaks.iter().map(|peak| 0.25 * luminance(peak.irradiance)).sum();
+
+    let step = photons.len().div_ceil(LIT_POINTS);
+    let points = photons.iter().step_by(step.max(1));
+    let of_lamps = points.clone().flat_map(|photon| {
+        let samples =
+            context.lights.iter().filter_map(|light| light.sample(photon.position, Vec2::splat(0.5)));
+        samples.map(|sample| luminance(sample.irradiance) * sample.wi.dot(photon.normal).max(0.0))
+    });
+    of_sky + of_peaks + of_lamps.sum::<f32>() / points.count().max(1) as f32
 }
 
 /// The largest area that the box around points shows along an axis.

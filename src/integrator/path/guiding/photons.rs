@@ -1,4 +1,6 @@
-//! Photons: light that is followed from its sources to the surfaces where it lands.
+//! Photons: light that is followed from its sources to the diffuse surfaces that it reaches.
+
+use std::ops::Range;
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -14,32 +16,36 @@ use crate::interaction::RayDifferential;
 /// Photons for each sample of a pixel. They take about the time of as many pixels.
 const PHOTONS_PER_SAMPLE: u32 = 4096;
 /// The least and the most photons.
-const PHOTON_LIMITS: [u32; 2] = [1 << 14, 1 << 19];
+const PHOTON_LIMITS: [u32; 2] = [1 << 14, 1 << 18];
 
-/// Photons that are followed together.
+/// Photons that are traced together.
 const BATCH: u32 = 1024;
+/// The most that a batch stores.
+const STORED_BY_BATCH: usize = 4 * BATCH as usize;
+/// Surfaces after which a photon ends. What it would still bring is smooth.
+const MOST_BOUNCES: u32 = 8;
 
-/// The first photons decide whether others are followed.
+/// The first photons decide whether others are traced.
 const FIRST_BATCHES: u32 = 8;
-/// Where smooth surfaces focus less than this share of the light that lands, paths find it well enough.
-const LEAST_FOCUSED_SHARE: f32 = 0.01;
+/// Where smooth surfaces focus less than this share of the light that arrives, paths find it well enough.
+const LEAST_CAUSTIC_SHARE: f32 = 0.01;
 
-/// What a photon met between its source and the surface where it lands.
+/// What a photon met between its source and the surface that stores it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::integrator) enum PhotonPath {
     /// Nothing that bends it. Shadow rays find this light.
-    Straight,
-    /// Mirrors and clear glass.
-    Focused,
+    Direct,
+    /// Mirrors and clear glass alone.
+    Caustic,
     /// Some surface that scatters light.
-    Scattered,
+    Indirect,
 }
 
 /// A photon at a diffuse surface.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::integrator) struct LandedPhoton {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::integrator) struct Photon {
     pub(in crate::integrator) position: Vec3,
-    /// Unit vector, on the side where the photon lands.
+    /// Unit vector, on the side where the photon arrives.
     pub(in crate::integrator) normal: Vec3,
     /// Unit vector to where it came from.
     pub(in crate::integrator) direction: Vec3,
@@ -52,64 +58,116 @@ pub(in crate::integrator) struct LandedPhoton {
     pub(in crate::integrator) index: u32,
 }
 
-/// The photons of a frame that land after a surface turned them; `None` where smooth surfaces focus little light.
-pub(super) fn indirect_photons(context: &IntegratorContext<'_>) -> Option<Vec<LandedPhoton>> {
-    let sources = PhotonSources::new(context)?;
-    let [least, most] = PHOTON_LIMITS;
-    let count = context.settings.max_samples.saturating_mul(PHOTONS_PER_SAMPLE).clamp(least, most);
-    let points = ZSobol::new(count, 0);
-    let batches = |numbers: std::ops::Range<u32>| {
-        let landed = numbers.into_par_iter().map(|number| batch(context, &sources, &points, (number, count)));
-        landed.collect::<Vec<Vec<LandedPhoton>>>().concat()
-    };
-
-    let mut photons = batches(0..FIRST_BATCHES);
-    let power = |is_counted: &dyn Fn(&LandedPhoton) -> bool| -> f32 {
-        photons.iter().filter(|photon| is_counted(photon)).map(|photon| photon.power).sum()
-    };
-    let focused = power(&|photon| photon.path == PhotonPath::Focused);
-    if focused <= LEAST_FOCUSED_SHARE * power(&|_| true) {
-        return None;
-    }
-    photons.extend(batches(FIRST_BATCHES..count / BATCH));
-    photons.retain(|photon| photon.path != PhotonPath::Straight);
-    Some(photons)
+/// The photons that surfaces store.
+#[derive(Debug, Default)]
+pub(in crate::integrator) struct PhotonStore {
+    /// All but those of [`PhotonPath::Direct`].
+    photons: Vec<Photon>,
+    /// Power of those.
+    direct_power: f32,
 }
 
-/// Follows the photons of a batch.
-fn batch(
-    context: &IntegratorContext<'_>,
-    sources: &PhotonSources<'_, '_>,
-    points: &ZSobol,
-    (number, count): (u32, u32),
-) -> Vec<LandedPhoton> {
-    let indices = number * BATCH..(number + 1) * BATCH;
-    let emitted: Vec<(u32, EmittedPhoton)> =
-        indices.filter_map(|index| Some((index, sources.emit(index)?))).collect();
-    let rays = (0..).zip(&emitted).map(|(sample, (index, photon))| {
-        let state = RayState {
-            differential: RayDifferential::ZERO,
-            media: context.media_at(photon.ray.origin),
-            touching: None,
-            weight: photon.power,
-            kind: RayKind::Reflection,
-            channels: ColorChannels::White,
-            light_pass: Some(LightPass::Direct),
-            guide_share: 1.0,
-            unguided_ratio: 1.0,
-            sees_peaks: true,
-            depth: 0,
-            sample,
-            seed: Seed::default(),
-        };
-        let last = LastScatter { pdf: 1.0, position: photon.ray.origin, normal: None, visible: None };
-        (photon.ray, state, last, points.sequence((0, 0), *index))
-    });
-    let mut landed = Tracer::new(context).follow_photons(rays);
-    let unit = sources.power() / count as f32;
-    for photon in &mut landed {
-        photon.power *= unit;
-        photon.source_luminance = emitted[photon.index as usize].1.luminance;
+impl PhotonStore {
+    /// Stores a photon at a surface.
+    pub(in crate::integrator) fn store(&mut self, photon: Photon) {
+        if photon.path == PhotonPath::Direct {
+            self.direct_power += photon.power;
+        } else if self.photons.len() < STORED_BY_BATCH {
+            self.photons.push(photon);
+        }
     }
-    landed
+
+    /// Whether a photon goes on after some number of bounces.
+    pub(in crate::integrator) fn goes_on(depth: u32) -> bool {
+        depth < MOST_BOUNCES
+    }
+}
+
+/// The photons of a frame.
+pub(super) struct PhotonTracing<'c, 'a> {
+    context: &'c IntegratorContext<'a>,
+    sources: PhotonSources<'c, 'a>,
+    points: ZSobol,
+    count: u32,
+}
+
+impl<'c, 'a> PhotonTracing<'c, 'a> {
+    /// `None` where nothing emits photons.
+    pub(super) fn new(context: &'c IntegratorContext<'a>) -> Option<Self> {
+        let sources = PhotonSources::new(context)?;
+        let count = photon_count(context.settings.max_samples);
+        Some(Self { context, sources, points: ZSobol::new(count, 0), count })
+    }
+
+    /// The first stored photons; `None` where smooth surfaces focus little light.
+    pub(super) fn first(&self) -> Option<Vec<Photon>> {
+        let PhotonStore { photons, direct_power } = self.trace(0..FIRST_BATCHES);
+        let power: f32 = photons.iter().map(|photon| photon.power).sum();
+        let caustics = photons.iter().filter(|photon| photon.path == PhotonPath::Caustic);
+        let caustic_power: f32 = caustics.map(|photon| photon.power).sum();
+        (caustic_power > LEAST_CAUSTIC_SHARE * (power + direct_power)).then_some(photons)
+    }
+
+    /// The share of the first ones.
+    pub(super) fn first_share(&self) -> f32 {
+        (FIRST_BATCHES * BATCH) as f32 / self.count as f32
+    }
+
+    /// All others.
+    pub(super) fn rest(&self) -> Vec<Photon> {
+        self.trace(FIRST_BATCHES..self.count / BATCH).photons
+    }
+
+    fn trace(&self, batches: Range<u32>) -> PhotonStore {
+        let stores: Vec<PhotonStore> = batches.into_par_iter().map(|number| self.batch(number)).collect();
+        let mut all = PhotonStore::default();
+        for store in stores {
+            all.direct_power += store.direct_power;
+            all.photons.extend(store.photons);
+        }
+        all
+    }
+
+    fn batch(&self, number: u32) -> PhotonStore {
+        let indices = number * BATCH..(number + 1) * BATCH;
+        let emitted: Vec<(u32, EmittedPhoton)> =
+            indices.filter_map(|index| Some((index, self.sources.emit(index)?))).collect();
+        let rays = (0..).zip(&emitted).map(|(sample, (index, photon))| {
+            let state = RayState {
+                differential: RayDifferential::ZERO,
+                media: self.context.media_at(photon.ray.origin),
+                touching: None,
+                weight: photon.power,
+                kind: RayKind::Reflection,
+                channels: ColorChannels::White,
+                light_pass: Some(LightPass::Direct),
+                guide_share: 1.0,
+                unguided_ratio: 1.0,
+                sees_peaks: true,
+                depth: 0,
+                sample,
+                seed: Seed::default(),
+            };
+            let last = LastScatter { pdf: 1.0, position: photon.ray.origin, normal: None, visible: None };
+            (photon.ray, state, last, self.points.sequence((0, 0), *index))
+        });
+        let mut store = Tracer::new(self.context).trace_photons(rays);
+        let unit = self.sources.power() / self.count as f32;
+        store.direct_power *= unit;
+        for photon in &mut store.photons {
+            photon.power *= unit;
+            photon.source_luminance = emitted[photon.index as usize].1.luminance;
+        }
+        store
+    }
+}
+
+fn photon_count(samples: u32) -> u32 {
+    let [least, most] = PHOTON_LIMITS;
+    samples.saturating_mul(PHOTONS_PER_SAMPLE).clamp(least, most)
+}
+
+/// Bytes of the photons of a frame with some samples for each pixel, at most.
+pub(crate) fn most_photon_bytes(samples: u32) -> usize {
+    photon_count(samples) as usize / BATCH as usize * STORED_BY_BATCH * size_of::<Photon>()
 }

@@ -64,7 +64,7 @@ def material(kind, color=WHITE, alpha=0.0, emission=0.0):
 
 
 GREY, RED, GREEN = (material("diffuse", c) for c in ((0.7, 0.7, 0.7), (0.6, 0.1, 0.1), (0.1, 0.5, 0.1)))
-# The index of its surroundings: reflects nothing at its surface, as in Mitsuba.
+# The index of the glass around it: reflects nothing at its surface, as in Mitsuba.
 RED_IN_GLASS = RED | {"ior": 1.5}
 BLACK = (0.0, 0.0, 0.0)
 

@@ -308,7 +308,7 @@ mod tests {
 
     #[test]
     fn chance_weighs_more_than_flux() {
-        // Equal flux from two quadrants, in one of them by photons of a source so bright that a ray seldom meets it
+        // Equal flux from two quadrants, in one of them by photons of a source so bright that rays seldom find it
         let photon = |uv: Vec2, path: PhotonPath| {
             let direction = LuminanceImage::direction_from_uv(uv);
             let (position, normal) = (Vec3::ZERO, Vec3::Y);

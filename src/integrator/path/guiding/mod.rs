@@ -33,7 +33,7 @@ const LEAST_SHARE: f32 = 0.1;
 /// Points of a cell at which the light of lamps is measured.
 const LIT_POINTS: usize = 4;
 
-/// The most photons of a cell. Few miss light that comes from small parts of a cell's surroundings.
+/// The most photons of a cell. With fewer, cells miss light that comes from few directions.
 const CELL_PHOTONS: usize = 2048;
 
 /// Where the indirect light of a frame's diffuse surfaces comes from.

@@ -30,7 +30,7 @@ const FIRST_BATCHES: u32 = 8;
 /// Where smooth surfaces focus less than this share of the light that arrives, paths find it well enough.
 const LEAST_CAUSTIC_SHARE: f32 = 0.01;
 
-/// What a photon met between its source and the surface that stores it.
+/// What is between the source of a photon and the surface that stores it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::integrator) enum PhotonPath {
     /// Nothing that bends it. Shadow rays find this light.

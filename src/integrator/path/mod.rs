@@ -8,7 +8,7 @@
 //!   Transport Simulation", 1997, section 9.2).
 //! * **Lights that rays cannot hit**, those of `KHR_lights_punctual` and key lights, are found by shadow rays alone, which pass glass straight, as in
 //!   Whitted's tree. Shadow rays to the other lights end at glass, except at clear thin walls; the sampled rays bring the light that glass bends.
-//! * **Light that mirrors and glass focus** is found by sampled rays alone, which photons guide ([`guiding`]).
+//! * **Light that mirrors and glass focus** is found by sampled rays alone, which photons guide.
 //! * Paths end by Russian roulette on the weight that they would have without guiding, so that the mean stays what it is.
 //!
 //! A sample's numbers are points of one sequence (`zsobol`), by (pixel, sample, dimension): they do not depend on batches and threads.

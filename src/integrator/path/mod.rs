@@ -23,6 +23,7 @@ mod guided_direction;
 mod guiding;
 mod mis;
 mod next_event;
+mod normal_axis;
 mod photon_tracing;
 mod scatter;
 mod shade;

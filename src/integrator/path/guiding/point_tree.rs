@@ -3,9 +3,7 @@
 use glam::Vec3;
 
 use crate::geometry::Aabb;
-
-/// Normals are told apart by the nearest axis: two for each dimension.
-const AXES: usize = 6;
+use crate::integrator::path::normal_axis::{AXES, nearest_axis};
 
 /// Cells by position and normal.
 #[derive(Clone, Debug)]
@@ -34,7 +32,7 @@ impl PointTree {
     pub(super) fn new(points: &[Point], most: usize) -> (Self, Vec<Vec<u32>>) {
         let mut by_axis: [Vec<u32>; AXES] = Default::default();
         for (index, (_, normal)) in (0..).zip(points) {
-            by_axis[axis(*normal)].push(index);
+            by_axis[nearest_axis(*normal)].push(index);
         }
         let mut build = Build { points, most, nodes: Vec::new(), cells: Vec::new() };
         let roots = by_axis.map(|mut indices| (!indices.is_empty()).then(|| build.add(&mut indices)));
@@ -43,7 +41,7 @@ impl PointTree {
 
     /// The cell of a point; `None` where no point has such a normal.
     pub(super) fn cell(&self, position: Vec3, normal: Vec3) -> Option<u32> {
-        let mut node = self.roots[axis(normal)]?;
+        let mut node = self.roots[nearest_axis(normal)]?;
         loop {
             match self.nodes[node as usize] {
                 Node::Split { dimension, at, above } => {
@@ -100,12 +98,6 @@ impl Build<'_> {
         let at = if median > least { median } else { next()? };
         Some((dimension, at))
     }
-}
-
-/// The number of the axis that is nearest to a normal.
-fn axis(normal: Vec3) -> usize {
-    let dimension = normal.abs().max_position();
-    2 * dimension + usize::from(normal[dimension] < 0.0)
 }
 
 #[cfg(test)]

@@ -5,12 +5,10 @@ use glam::Vec3;
 use super::VisibleEntry;
 use super::reached_points::ReachedPoint;
 use crate::geometry::Aabb;
+use crate::integrator::path::normal_axis::{AXES, nearest_axis};
 
 /// Cubes along the longest axis.
 const CELLS: f32 = 12.0;
-
-/// Normals are told apart by the nearest axis: two for each dimension.
-const AXES: usize = 6;
 
 /// No entry.
 const NONE: VisibleEntry = VisibleEntry::MAX;
@@ -106,21 +104,8 @@ impl PointGrid {
         let [x, y, z] = scaled.to_array().map(|coordinate| coordinate as usize);
         let [columns, rows, layers] = self.size;
         let is_inside = scaled.cmpge(Vec3::ZERO).all() && x < columns && y < rows && z < layers;
-        is_inside.then(|| ((z * rows + y) * columns + x) * AXES + axis(normal))
+        is_inside.then(|| ((z * rows + y) * columns + x) * AXES + nearest_axis(normal))
     }
-}
-
-/// The number of the axis that is nearest to a normal.
-fn axis(normal: Vec3) -> usize {
-    let size = normal.abs();
-    let (dimension, component) = if size.x >= size.y && size.x >= size.z {
-        (0, normal.x)
-    } else if size.y >= size.z {
-        (1, normal.y)
-    } else {
-        (2, normal.z)
-    };
-    2 * dimension + usize::from(component < 0.0)
 }
 
 #[cfg(test)]

@@ -76,9 +76,12 @@ impl PathGuide {
         let points: Vec<(Vec3, Vec3)> =
             photons.iter().map(|photon| (photon.position, photon.normal)).collect();
         let (cells, indices) = PointTree::new(&points, CELL_PHOTONS);
+        let sky = sky_irradiance(context);
         let guided_cell = |indices: &Vec<u32>| {
             let photons: Vec<&Photon> = indices.iter().map(|&index| &photons[index as usize]).collect();
-            GuidedCell::new(context, &photons, traced_share)
+            // Rays by the lobes alone find what these light.
+            let unguided = sky + lamp_irradiance(context, &photons);
+            GuidedCell::new(&photons, unguided * traced_share)
         };
         let guided: Vec<Option<GuidedCell>> = indices.par_iter().map(guided_cell).collect();
         guided.iter().any(Option::is_some).then_some(Self { cells, guided })
@@ -112,11 +115,11 @@ impl Guidance<'_> {
 }
 
 impl GuidedCell {
-    fn new(context: &IntegratorContext<'_>, photons: &[&Photon], traced_share: f32) -> Option<Self> {
+    /// The cell of some photons; `unguided` is the luminance of the irradiance by lights that emit none. `None` where the lobes alone do.
+    fn new(photons: &[&Photon], unguided: f32) -> Option<Self> {
         let area = area(photons.iter().map(|photon| photon.position));
         let power: f32 = photons.iter().map(|photon| photon.power).sum();
-        let unguided = unguided_irradiance(context, photons) * area * traced_share;
-        let share = LARGEST_SHARE * power / (power + unguided);
+        let share = LARGEST_SHARE * power / (power + unguided * area);
         if !(share >= LEAST_SHARE && area > 0.0) {
             return None;
         }
@@ -126,14 +129,18 @@ impl GuidedCell {
     }
 }
 
-/// Luminance of the irradiance in a cell by lights that emit no photons, without occlusion. Rays by the lobes alone find what they light.
-fn unguided_irradiance(context: &IntegratorContext<'_>, photons: &[&Photon]) -> f32 {
+/// Luminance of the irradiance by an environment, averaged over all normals, without occlusion.
+fn sky_irradiance(context: &IntegratorContext<'_>) -> f32 {
     let environment = context.view.environment;
     let normals = Vec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
     let of_sky = normals.map(|normal| luminance(environment.irradiance(normal))).sum::<f32>() / 6.0;
     // A quarter of all normals' cosines to one direction
     let of_peaks: f32 = context.peaks.iter().map(|peak| 0.25 * luminance(peak.irradiance)).sum();
+    of_sky + of_peaks
+}
 
+/// Luminance of the irradiance in a cell by lamps that rays cannot hit, without occlusion.
+fn lamp_irradiance(context: &IntegratorContext<'_>, photons: &[&Photon]) -> f32 {
     let step = photons.len().div_ceil(LIT_POINTS);
     let points = photons.iter().step_by(step.max(1));
     let of_lamps = points.clone().flat_map(|photon| {
@@ -141,7 +148,7 @@ fn unguided_irradiance(context: &IntegratorContext<'_>, photons: &[&Photon]) -> 
             context.lights.iter().filter_map(|light| light.sample(photon.position, Vec2::splat(0.5)));
         samples.map(|sample| luminance(sample.irradiance) * sample.wi.dot(photon.normal).max(0.0))
     });
-    of_sky + of_peaks + of_lamps.sum::<f32>() / points.count().max(1) as f32
+    of_lamps.sum::<f32>() / points.count().max(1) as f32
 }
 
 /// The largest area that the box around points shows along an axis.

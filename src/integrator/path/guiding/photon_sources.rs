@@ -13,6 +13,7 @@ use crate::integrator::path::emitters::emitted;
 use crate::integrator::path::visible_environment::random_point;
 use crate::integrator::whitted::local_frame;
 use crate::interaction::SurfacePoint;
+use crate::scene::prefix_sums;
 use crate::scene_view::SceneView;
 
 /// Independent numbers of a photon.
@@ -24,8 +25,10 @@ const DIRECTION: u32 = EMITTER + 2;
 pub(super) struct PhotonSources<'c, 'a> {
     view: SceneView<'a>,
     triangles: &'c [u32],
-    /// Powers of the triangles up to each.
+    /// Prefix sums of the shares of the power, from 0 to 1.
     sums: Vec<f32>,
+    /// Luminance of the power of all.
+    power: f32,
 }
 
 /// A photon where it starts.
@@ -42,23 +45,18 @@ impl<'c, 'a> PhotonSources<'c, 'a> {
     /// The sources of a frame; `None` if there are none.
     pub(super) fn new(context: &'c IntegratorContext<'a>) -> Option<Self> {
         let lights = context.emissive_triangles.as_ref().filter(|lights| !lights.is_empty())?;
-        let mut sum = 0.0;
-        let sums = lights.powers().iter().map(|power| {
-            sum += power;
-            sum
-        });
-        Some(Self { view: context.view, triangles: lights.triangles(), sums: sums.collect() })
+        let mut sums = vec![0.0; lights.powers().len() + 1];
+        let power = prefix_sums(lights.powers().iter().map(|&power| f64::from(power)), &mut sums) as f32;
+        Some(Self { view: context.view, triangles: lights.triangles(), sums, power })
     }
 
     /// The photon of an index; `None` where the source is dark.
     pub(super) fn emit(&self, index: u32) -> Option<EmittedPhoton> {
         // A triangle by its power, and a side
-        let total = *self.sums.last()?;
         let Vec2 { x: u_emitter, y: u_side } = random_point(index, EMITTER);
-        let last = self.sums.len() - 1;
-        let emitter = self.sums.partition_point(|&sum| sum <= u_emitter * total).min(last);
-        let before = if emitter > 0 { self.sums[emitter - 1] } else { 0.0 };
-        let probability = (self.sums[emitter] - before) / total;
+        let last = self.triangles.len() - 1;
+        let emitter = self.sums[1..].partition_point(|&sum| sum <= u_emitter).min(last);
+        let probability = self.sums[emitter + 1] - self.sums[emitter];
         let triangle = self.triangles[emitter];
         let is_two_sided = !self.view.frame.flags[triangle as usize].has(TriangleFlags::SINGLE_SIDED);
         let is_front = !is_two_sided || u_side < 0.5;
@@ -79,18 +77,18 @@ impl<'c, 'a> PhotonSources<'c, 'a> {
         let point = SurfacePoint::flat(self.view, &Ray::new(position + direction, -direction), &hit);
         let radiance = emitted(self.view, &hit);
         let sides = if is_two_sided { 2.0 } else { 1.0 };
-        let power = radiance * (0.5 * cross.length() * sides * PI / (probability * total));
-        let luminance = luminance(power);
-        let is_lit = luminance > 0.0 && luminance < f32::INFINITY;
+        let power = radiance * (0.5 * cross.length() * sides * PI / (probability * self.power));
+        let brightness = luminance(power);
+        let is_lit = brightness > 0.0 && brightness < f32::INFINITY;
         is_lit.then(|| EmittedPhoton {
             ray: Ray::new(point.origin_outside(), direction),
             power,
-            luminance: crate::color::luminance(radiance),
+            luminance: luminance(radiance),
         })
     }
 
     /// Luminance of the power of all sources.
     pub(super) fn power(&self) -> f32 {
-        self.sums.last().copied().unwrap_or(0.0)
+        self.power
     }
 }

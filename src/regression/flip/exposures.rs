@@ -3,6 +3,10 @@
 //! Source: P. Andersson et al., *Visualizing Errors in Rendered High Dynamic Range Images*, Eurographics 2021, section 3,
 //! with the ACES curve of K. Narkowicz in units that the published tool (1.7) uses, and its rule for the median: the upper
 //! one of two.
+//!
+//! Where most of an image is black or next to black, its median says nothing about what is in it: the published tool then compares at up to 23 stops
+//! above the last useful exposure, where residues of a millionth turn white. Here the median is no darker than 1/64 of the lit part's typical
+//! light. Other images have the published exposures.
 
 use serde::Serialize;
 
@@ -10,13 +14,15 @@ use serde::Serialize;
 const ACES: [f32; 6] = [0.6 * 0.6 * 2.51, 0.6 * 0.03, 0.0, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14];
 /// Tone-mapped value of the brightest light at the first exposure, and of the median at the last.
 const SHOWN: f32 = 0.85;
+/// The least luminance for the last exposure, as a share of the typical light of what is lit.
+const LEAST_SHARE_OF_LIT: f32 = 1.0 / 64.0;
 
 /// Exposures from `start` to `stop`, in stops.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ExposureRange {
     /// The exposure for the brightest light of the reference.
     pub start: f32,
-    /// The exposure for the median of the reference.
+    /// The exposure for the median of the reference, or for what is lit where most of it is black.
     pub stop: f32,
     /// Number of exposures, evenly spaced, both ends included.
     pub count: u32,
@@ -35,6 +41,8 @@ impl ExposureRange {
         luminances.sort_unstable_by(f32::total_cmp);
         let largest = luminances.last().copied().unwrap_or_default();
         let median = luminances.get(half).copied().unwrap_or_default();
+        let least = LEAST_SHARE_OF_LIT * median_of_lit(&luminances);
+        let median = if median > least { median } else { least };
         let stops = |luminance: f32| {
             let luminance = if luminance > f32::EPSILON { luminance } else { f32::EPSILON };
             libm::log2f(light_shown_as(SHOWN) / luminance)
@@ -50,6 +58,19 @@ impl ExposureRange {
         let step = (self.stop - self.start) / (self.count.max(2) - 1) as f32;
         (0..self.count).map(|index| libm::exp2f(self.start + index as f32 * step)).collect()
     }
+}
+
+/// The median of sorted luminances, each weighted by its square root: near the plain one unless most of them are black, and not moved by a few
+/// that are very bright.
+fn median_of_lit(luminances: &[f32]) -> f32 {
+    let weight = |luminance: &f32| f64::from(luminance.sqrt());
+    let half = 0.5 * luminances.iter().map(weight).sum::<f64>();
+    let mut sum = 0.0;
+    let lit = luminances.iter().find(|luminance| {
+        sum += weight(luminance);
+        sum > half
+    });
+    lit.copied().unwrap_or_default()
 }
 
 /// The tone curve, clamped to the unit interval.
@@ -87,6 +108,23 @@ mod tests {
         let scales = range.scales();
         assert!((tone_mapped(64.0 * scales[0]) - SHOWN).abs() < 1e-4);
         assert!((tone_mapped(8.0 * scales[scales.len() - 1]) - SHOWN).abs() < 1e-4);
+    }
+
+    #[test]
+    fn images_that_are_mostly_black_are_compared_at_exposures_of_what_is_lit() {
+        // A third of the image is lit; the rest has light of a millionth, or none.
+        let image = |dark: f32| (0..99).map(|i| [if i % 3 == 0 { 0.5 } else { dark }; 3]).collect::<Vec<_>>();
+        for dark in [0.0, 4e-6] {
+            let range = ExposureRange::of(&image(dark));
+            assert!((range.stop - range.start - 6.0).abs() < 1e-4, "{dark}: {range:?}");
+        }
+        // Dark, but not black
+        let range = ExposureRange::of(&image(0.02));
+        assert!((range.stop - range.start - libm::log2f(25.0)).abs() < 1e-4, "{range:?}");
+        // A sun of a thousandth of the pixels does not make the rest black.
+        let sunny: Vec<_> = (0..1000).map(|i| [if i == 0 { 1e5 } else { 1.0 }; 3]).collect();
+        let range = ExposureRange::of(&sunny);
+        assert!((range.stop - range.start - libm::log2f(1e5)).abs() < 1e-4, "{range:?}");
     }
 
     #[test]

@@ -73,7 +73,7 @@ impl LightSample {
     /// The shadow ray between `end`, just off the surface, and the point of the light.
     pub(super) fn shadow_ray(&self, end: Vec3) -> Ray {
         match self.position {
-            Some(origin) => Ray { origin, direction: end - origin, t_min: 0.0, t_max: 1.0 },
+            Some(origin) => ray_between(origin, end),
             None => Ray::new(end, self.wi),
         }
     }
@@ -209,28 +209,49 @@ impl PreparedLight {
     ///
     /// Rays of point and spot lights start at the light, so that rays of many surface points share their origin. On a light that
     /// has a size, each sample takes another point. Irradiance and direction are those of the light's centre.
+    #[inline]
     pub(super) fn shadow_ray(&self, end: Vec3, seed: Seed, index: usize) -> Ray {
-        let disk_point = || concentric_disk_point(seed.point(Purpose::Light(index as u32)));
+        let LightSize { radius, sun_angle_radians } = self.size;
         match self.emitter {
-            Emitter::Distant { wi } if self.size.sun_angle_radians > 0.0 => {
-                let radius = libm::tanf(self.size.sun_angle_radians * 0.5);
-                Ray::new(end, (wi + across(wi, disk_point()) * radius).normalize())
+            Emitter::Distant { wi } if sun_angle_radians > 0.0 => {
+                distant_disk_ray((wi, sun_angle_radians), end, disk_point(seed, index))
             }
             Emitter::Distant { wi } => Ray::new(end, wi),
-            Emitter::Point { position, .. } => {
-                let mut origin = position;
-                let span = end - position;
-                let distance = span.length();
-                if self.size.radius > 0.0 && distance > 0.0 {
-                    // The light does not reach the surface that it lights.
-                    let radius =
-                        if self.size.radius < 0.5 * distance { self.size.radius } else { 0.5 * distance };
-                    origin += across(span / distance, disk_point()) * radius;
-                }
-                Ray { origin, direction: end - origin, t_min: 0.0, t_max: 1.0 }
+            Emitter::Point { position, .. } if radius > 0.0 => {
+                disk_ray((position, radius), end, disk_point(seed, index))
             }
+            Emitter::Point { position, .. } => ray_between(position, end),
         }
     }
+}
+
+/// A point of the unit disk for a sample of a light.
+fn disk_point(seed: Seed, light: usize) -> Vec2 {
+    concentric_disk_point(seed.point(Purpose::Light(light as u32)))
+}
+
+/// A ray from `end` to a point of the disk that a distant light fills.
+fn distant_disk_ray((wi, angle_radians): (Vec3, f32), end: Vec3, disk_point: Vec2) -> Ray {
+    let radius = libm::tanf(angle_radians * 0.5);
+    Ray::new(end, (wi + across(wi, disk_point) * radius).normalize())
+}
+
+/// A ray to `end` from a point of the disk that faces it.
+fn disk_ray((center, radius): (Vec3, f32), end: Vec3, disk_point: Vec2) -> Ray {
+    let span = end - center;
+    let distance = span.length();
+    if distance > 0.0 {
+        // The light does not reach the surface that it lights.
+        let radius = if radius < 0.5 * distance { radius } else { 0.5 * distance };
+        ray_between(center + across(span / distance, disk_point) * radius, end)
+    } else {
+        ray_between(center, end)
+    }
+}
+
+#[inline]
+fn ray_between(origin: Vec3, end: Vec3) -> Ray {
+    Ray { origin, direction: end - origin, t_min: 0.0, t_max: 1.0 }
 }
 
 /// A uniform direction of the cone around `axis` of half angle asin(`sin_max`), and the irradiance of the sample over that of the cone's light

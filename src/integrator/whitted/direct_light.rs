@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::shading::Shading;
 use super::shadow_queue::{ShadowQueue, ShadowRay, ShadowTask};
-use super::tracer::{Tracer, seconds_since};
+use super::tracer::{MIN_SCATTERED, Tracer, seconds_since};
 use crate::integrator::path::clamped;
 use crate::integrator::{LightPass, MediaStack};
 
@@ -14,15 +14,19 @@ impl Tracer<'_, '_> {
     /// Queues a shadow ray for each light that a surface scatters towards the viewer.
     pub(super) fn queue_direct_light(&mut self, shading: &Shading<'_, '_>) {
         for (index, light) in self.context.lights.iter().enumerate() {
-            let Some(incidence) = light.incidence(shading.point.position) else { continue };
+            let incidence = self.block_incidences[index].get(shading.index);
+            let is_reached = incidence.irradiance.max_element() > 0.0;
+            if !is_reached {
+                continue;
+            }
             let wi = shading.world_from_local.transpose() * incidence.wi;
             let scattered = shading.bsdf.eval_by(shading.wo, wi, shading.terms) * wi.z.abs();
-            let mut contribution = shading.weight_below * scattered * incidence.irradiance;
+            let mut scattered = shading.weight_below * scattered;
             let by_coat = shading.coat.map_or(0.0, |coat| coat.scattered(incidence.wi));
             if by_coat > 0.0 {
-                contribution += shading.weight * by_coat * incidence.irradiance;
+                scattered += shading.weight * by_coat;
             }
-            if contribution.max_element() > 0.0 {
+            if scattered.max_element() > MIN_SCATTERED {
                 let span = incidence.span;
                 let end = if wi.z > 0.0 || by_coat > 0.0 {
                     shading.point.shadow_end_outside(span)
@@ -38,7 +42,7 @@ impl Tracer<'_, '_> {
                     ray: light.shadow_ray(end, shading.state.seed, index),
                     sample: shading.state.sample,
                     light_pass: shading.light_pass.unwrap_or(LightPass::Direct),
-                    contribution,
+                    contribution: scattered * incidence.irradiance,
                     environment_clamp: None,
                     media,
                 });

@@ -11,6 +11,7 @@ use glam::{Mat3, Vec3};
 use super::local_frame::{local_frame, mirror_direction};
 use super::surface_hit::SurfaceHit;
 use super::traced_share::traced_share;
+use super::tracer::MIN_SCATTERED;
 use super::wavefront::Wavefront;
 use crate::bsdf::{AlbedoSlice, AlbedoTable, AlbedoTermLanes, Bsdf};
 use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec3Lanes, vectorized};
@@ -258,9 +259,9 @@ impl DirectLanes {
             let wi = reflected.world_from_local(lane).transpose() * wi;
             let scattered =
                 bsdf.eval_by(reflected.wo.get(lane), wi, reflected.albedos.get(lane)) * wi.z.abs();
-            let contribution = materials.weight.get(lane) * scattered * irradiance;
-            let is_lit = irradiance.max_element() > 0.0;
-            self.contribution.set(lane, if is_lit { contribution } else { Vec3::ZERO });
+            let scattered = materials.weight.get(lane) * scattered;
+            let is_lit = irradiance.max_element() > 0.0 && scattered.max_element() > MIN_SCATTERED;
+            self.contribution.set(lane, if is_lit { scattered * irradiance } else { Vec3::ZERO });
         }
     }
 }

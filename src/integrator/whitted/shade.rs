@@ -12,7 +12,8 @@ use super::tracer::Tracer;
 use super::transmission_side::{ior_outside, ior_transmission_side};
 use super::wavefront::Wavefront;
 use crate::bsdf::{Albedos, Bsdf};
-use crate::geometry::LANES;
+use crate::geometry::{LANES, vectorized};
+use crate::integrator::lights::IncidenceLanes;
 use crate::integrator::{ColorChannels, Integrator, LightPass};
 use crate::interaction::{MaterialSample, SurfaceBlock, SurfacePoint, untextured_color};
 use crate::scene::Material;
@@ -67,6 +68,9 @@ impl<'a> Tracer<'_, 'a> {
         let mut materials = std::mem::take(&mut self.block_materials);
         self.find_materials(&block, &mut materials);
         self.probe_transmission_sides(&block.points, &materials);
+        if self.context.settings.integrator == Integrator::Whitted {
+            self.find_incidences(&block);
+        }
         for (index, surface_hit) in hits.iter().enumerate() {
             let point = (index, &block.points[index]);
             match self.context.settings.integrator {
@@ -76,6 +80,15 @@ impl<'a> Tracer<'_, 'a> {
         }
         self.block_materials = materials;
         self.surface_block = Some(block);
+    }
+
+    /// Computes the light that arrives at the points of a block without occlusion.
+    fn find_incidences(&mut self, block: &SurfaceBlock<'a>) {
+        let (lights, level) = (&self.context.lights, self.context.view.bvh.simd_level());
+        self.block_incidences.resize_with(lights.len(), IncidenceLanes::default);
+        for (light, incidences) in lights.iter().zip(&mut self.block_incidences) {
+            vectorized!(level, light.incidences(block.positions(), incidences));
+        }
     }
 
     /// Replaces `materials` by the material values at the points of a block.
@@ -140,6 +153,7 @@ impl<'a> Tracer<'_, 'a> {
             signature: slot.signature,
             state,
             light_pass: *light_pass,
+            index,
             point,
             albedos: dispersed
                 .as_ref()

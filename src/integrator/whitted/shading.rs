@@ -27,6 +27,8 @@ pub(super) struct Shading<'p, 'a> {
     pub(super) state: &'p RayState,
     /// See [`super::surface_hit::SurfaceHit::light_pass`].
     pub(super) light_pass: Option<LightPass>,
+    /// Index of the point in its block.
+    pub(super) index: usize,
     pub(super) point: &'p SurfacePoint<'a>,
     pub(super) material: &'p MaterialSample,
     pub(super) bsdf: &'p Bsdf,

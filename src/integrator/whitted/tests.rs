@@ -108,6 +108,23 @@ fn every_batch_is_counted_once() {
 }
 
 #[test]
+fn surfaces_that_scatter_next_to_nothing_of_a_light_get_no_shadow_rays() {
+    // The key light of the studio; the glass ball is in the middle of the image, the floor at its bottom.
+    let [glass, floor] = [6 * 16 + 8, 11 * 16 + 8];
+    with_context("material/glass_sphere", &Environment::BuiltIn(BuiltInLight::Studio), |context, camera| {
+        let mut context = context.clone();
+        context.settings.max_depth = 0;
+        let tracer = &mut Tracer::new(&context);
+        for (pixel, is_lit) in [(glass, false), (floor, true)] {
+            let value = trace(tracer, camera, &[pixel])[0];
+            assert_eq!(value.coverage, 1.0);
+            assert_eq!(tracer.take_statistics().shadow_rays > 0, is_lit, "{pixel}");
+            assert_eq!(value.radiance.max_element() > 0.0, is_lit, "{pixel}");
+        }
+    });
+}
+
+#[test]
 fn blocks_of_opaque_surfaces_give_the_values_of_single_hits() {
     for scene in [
         "light/two_lights_shadows",

@@ -16,6 +16,7 @@ use super::wavefront::Wavefront;
 use crate::bvh::{Hit, TraversalCounters};
 use crate::integrator::albedo_slices::AlbedoSlices;
 use crate::integrator::camera_samples::CameraRayBatch;
+use crate::integrator::lights::IncidenceLanes;
 use crate::integrator::media::MediaCache;
 use crate::integrator::path::{BounceKeys, PhotonStore};
 use crate::integrator::shadow::ShadowBatch;
@@ -27,6 +28,10 @@ use crate::interaction::{MaterialSample, SurfaceBlock};
 
 /// Rays of a lower weight are not followed and count as black.
 pub(in crate::integrator) const MIN_WEIGHT: f32 = 1.0 / 1024.0;
+
+/// Surfaces that scatter less than this share of a light's irradiance, by steradian, get no shadow ray: the light counts as black. A white
+/// surface scatters 1/π, clear glass and mirrors less than this nearly everywhere.
+pub(super) const MIN_SCATTERED: f32 = 1.0 / 262_144.0;
 
 /// Value of one sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -67,6 +72,8 @@ pub struct Tracer<'w, 'a> {
     pub(super) surface_block: Option<Box<SurfaceBlock<'a>>>,
     /// Material values at those points.
     pub(super) block_materials: Vec<MaterialSample>,
+    /// For each light what arrives at those points without occlusion; empty for paths, which choose among lights.
+    pub(super) block_incidences: Vec<IncidenceLanes>,
     /// Taken out while a block is shaded.
     pub(super) opaque_block: Option<Box<OpaqueBlock<'a>>>,
     pub(in crate::integrator) shadows: ShadowQueue,
@@ -104,6 +111,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
             shading_order: ShadingOrder::default(),
             surface_block: Some(Box::default()),
             block_materials: Vec::new(),
+            block_incidences: Vec::new(),
             opaque_block: Some(Box::new(OpaqueBlock::new(context.lights.len()))),
             shadows: ShadowQueue::new(context.shadow_passages()),
             catcher_shadows: ShadowBatch::default(),

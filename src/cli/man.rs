@@ -53,7 +53,8 @@ pub(super) fn run(args: &ManArgs, mut program: Command) -> Result<()> {
 
 /// The name and the contents of a command's page.
 fn page(command: &Command) -> Result<(String, Vec<u8>)> {
-    let man = Man::new(command.clone()).manual("Rayframe");
+    let version = concat!("rayframe ", env!("CARGO_PKG_VERSION"));
+    let man = Man::new(command.clone()).manual("Rayframe").source(version);
     let mut text = Vec::new();
     man.render(&mut text).map_err(|error| Error::Internal { message: format!("manual page: {error}") })?;
     Ok((man.get_filename(), text))

@@ -2,7 +2,8 @@
 //!
 //! Runs the program itself: each scene is rendered plainly, and again in another way that must give the same file to the
 //! last byte. The scenes are those where something could go another way: many ties in depth, boxes that are split,
-//! stacked surfaces that are passed through in order, deformed meshes, the studio's light, and paths.
+//! stacked surfaces that are passed through in order, deformed meshes, the studio's light, and paths, which photons and
+//! the view through windows guide.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -18,7 +19,7 @@ struct Shot {
     options: &'static [&'static str],
 }
 
-const SHOTS: [Shot; 13] = [
+const SHOTS: [Shot; 15] = [
     shot("demo/whitted_1980", 5, &[]),
     shot("bvh/slivers", 0, &[]),
     shot("bvh/long_diagonals", 0, &[]),
@@ -32,6 +33,8 @@ const SHOTS: [Shot; 13] = [
     shot("material/nested_glass", 0, &["--env", "outdoor", "--integrator", "path"]),
     shot("material/alpha_blend_stack", 0, &["--env", "studio", "--integrator", "path", "--seed-per-frame"]),
     shot("texture/emissive", 0, &["--integrator", "path", "--noise", "0.02"]),
+    shot("path/box", 0, &["--integrator", "path"]),
+    shot("showcase/apartment", 0, &["--env", "outdoor", "--integrator", "path"]),
 ];
 
 const SIZE: &[&str] = &["-r", "96x54", "--samples", "2"];

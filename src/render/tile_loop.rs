@@ -38,25 +38,31 @@ pub(super) fn render_tiles(
         None => ScreenBounds::new(view, settings.resolution),
     };
 
-    // Tiles, each by one task
+    // Tiles, each by the next free worker: what a tile takes is not known before, and differs by orders of magnitude
     let tile_settings =
         TileSettings { camera: &camera, resolution: settings.resolution, screen: &screen, aovs };
-    let renderer = || TileRenderer::new(&context, tile_settings);
     let tiles = tiles(settings.window);
-    let finished = AtomicUsize::new(0);
-    let counters: Vec<RenderStatistics> = tiles
-        .par_iter()
-        .map_init(renderer, |renderer, tile| {
-            let statistics = render(renderer, *tile)?;
+    let (next, finished) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let worker = |_| {
+        let mut renderer = TileRenderer::new(&context, tile_settings);
+        let mut rendered = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(tile) = tiles.get(index) else { return Ok(rendered) };
+            rendered.push((index, render(&mut renderer, *tile)?));
             let done = finished.fetch_add(1, Ordering::Relaxed) + 1;
             on_progress(done as f32 / tiles.len() as f32);
-            Ok(statistics)
-        })
-        .collect::<Result<_, Cancelled>>()?;
+        }
+    };
+    let workers = rayon::current_num_threads().min(tiles.len());
+    let by_worker: Vec<Vec<(usize, RenderStatistics)>> =
+        (0..workers).into_par_iter().with_max_len(1).map(worker).collect::<Result<_, Cancelled>>()?;
 
     // Statistics, in tile order
+    let mut by_tile: Vec<(usize, RenderStatistics)> = by_worker.into_iter().flatten().collect();
+    by_tile.sort_unstable_by_key(|(index, _)| *index);
     let mut statistics = RenderStatistics::default();
-    for tile in &counters {
+    for (_, tile) in &by_tile {
         statistics.add(tile);
     }
     statistics.trace_seconds = start.elapsed().as_secs_f64();

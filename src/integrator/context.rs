@@ -66,6 +66,8 @@ pub struct IntegratorContext<'a> {
     pub(super) peaks: Vec<KeyLight>,
     /// Luminance of the environment's irradiance on the ground that no shadow rays decide about.
     pub(super) ground_irradiance: f32,
+    /// Whether anything only receives shadows: shadow catchers and the ground.
+    pub(super) has_receivers: bool,
     /// Settings.
     pub settings: IntegratorSettings,
 }
@@ -89,6 +91,8 @@ impl<'a> IntegratorContext<'a> {
         let on_ground =
             settings.ground.map_or(0.0, |ground| luminance(view.environment.irradiance(ground.up)));
         let ground_irradiance = on_ground * (1.0 - occluded_share);
+        let has_catchers = view.frame.materials.iter().any(|material| material.is_shadow_catcher);
+        let has_receivers = settings.ground.is_some() || has_catchers;
         let opaque_materials = view.frame.materials.iter().map(is_opaque).collect();
         let opaque_albedos = OpaqueAlbedos::of(&view.frame.materials);
         let mut context = Self {
@@ -111,6 +115,7 @@ impl<'a> IntegratorContext<'a> {
             uses_seeds: uses_seeds(view.frame, &settings),
             peaks: view.environment.peaks(),
             ground_irradiance,
+            has_receivers,
             settings,
         };
         if is_path {

@@ -82,9 +82,14 @@ impl Tracer<'_, '_> {
                 }
                 let state = CameraRays::ray_state(differentials.get(lane), media, sample, seed);
                 let slot = wavefront.push(RaySignature::CAMERA, *ray, state);
-                let (ray, state) = wavefront.ray(slot);
-                self.follow(slot, (ray, state, None), self.camera_hits[sample as usize]);
+                if !self.context.has_receivers {
+                    let (ray, state) = wavefront.ray(slot);
+                    self.follow(slot, (ray, state, None), self.camera_hits[sample as usize], None);
+                }
             }
+        }
+        if self.context.has_receivers {
+            self.follow_all(wavefront, |tracer, _, state| tracer.camera_hits[state.sample as usize]);
         }
     }
 

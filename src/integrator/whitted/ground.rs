@@ -5,7 +5,7 @@
 //! dark as on a diffuse floor. The mirror image lies over the shadow: it adds F times the premultiplied colour and coverage of the objects that the
 //! mirror ray sees, and nothing of the environment.
 
-use super::shadow_catcher::Receiver;
+use super::receivers::{ReceivedLight, Receiver};
 use super::tracer::{MIN_WEIGHT, Tracer};
 use super::wavefront::RaySlot;
 use crate::bsdf::dielectric_reflectance;
@@ -29,18 +29,21 @@ pub(super) struct GroundHit<'r> {
 }
 
 impl Tracer<'_, '_> {
-    /// The opacity of the ground where a ray hits it, of which the share `through` is left. Sends the mirror ray.
+    /// The opacity of the ground where a ray hits it, of which the share `through` is left. `received` is the light there, where it is known. Sends the
+    /// mirror ray.
     pub(super) fn ground_alpha(
         &mut self,
         hit: &GroundHit<'_>,
-        through: f32,
-        light_pass: Option<LightPass>,
+        received: Option<ReceivedLight>,
+        (through, light_pass): (f32, Option<LightPass>),
     ) -> f32 {
-        let position = hit.ray.at(hit.t);
-        let receiver = Receiver { position, normal: hit.ground.up, seed: hit.state.seed };
-        let (all, arriving) = self.direct_light_on(&receiver, |_| position);
-        let light = all + self.context.ground_irradiance;
-        let shadow = if light > 0.0 { ((all - arriving) / light).clamp(0.0, 1.0) } else { 0.0 };
+        let ReceivedLight { unoccluded, arriving } = received.unwrap_or_else(|| {
+            let position = hit.ray.at(hit.t);
+            let receiver = Receiver { position, normal: hit.ground.up, seed: hit.state.seed };
+            self.direct_light_on(&receiver, |_| position)
+        });
+        let light = unoccluded + self.context.ground_irradiance;
+        let shadow = if light > 0.0 { ((unoccluded - arriving) / light).clamp(0.0, 1.0) } else { 0.0 };
         let mirrored = if hit.ground.is_mirror { self.mirror(hit, through, light_pass) } else { 0.0 };
         1.0 - (1.0 - shadow) * (1.0 - mirrored)
     }

@@ -20,6 +20,7 @@ mod glossy;
 mod ground;
 mod local_frame;
 mod opaque_block;
+mod receivers;
 mod sample_aovs;
 mod secondary_rays;
 mod shade;
@@ -37,8 +38,8 @@ mod visibility;
 mod wavefront;
 
 pub(super) use local_frame::{local_frame, shading_frame};
+pub(super) use receivers::Receiver;
 pub use sample_aovs::{InstanceCoverage, SampleAovFlags};
-pub(super) use shadow_catcher::Receiver;
 pub(super) use shadow_queue::ShadowRay;
 pub(super) use surface_hit::SurfaceHit;
 pub use tracer::{SampleValue, Tracer};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 use super::{SampleValue, Tracer};
 use crate::bvh::{BuildSettings, Builder, TraversalCounters};
@@ -12,7 +12,9 @@ use crate::framing::resolve_camera;
 use crate::gltf::{ImportOptions, import};
 use crate::integrator::{CameraRays, CameraSamples, IntegratorContext, IntegratorSettings, Seed};
 use crate::interaction::{RayHit, SurfaceBlock, SurfacePoint};
-use crate::scene::{BuiltInLight, Environment, Selection, SelectionRequest, ViewRequest};
+use crate::scene::{
+    BuiltInLight, Environment, Ground, Scene, Selection, SelectionRequest, ViewRequest, mark_shadow_catchers,
+};
 use crate::scene_view::SceneView;
 
 const SIZE: (u32, u32) = (16, 12);
@@ -33,8 +35,19 @@ pub(in crate::integrator) fn with_context(
     environment: &Environment,
     check: impl FnOnce(&IntegratorContext<'_>, &CameraRays),
 ) {
+    with_edited_context(scene, |_| (), environment, check);
+}
+
+/// [`with_context`] of an edited scene.
+fn with_edited_context(
+    scene: &str,
+    edit: impl FnOnce(&mut Scene),
+    environment: &Environment,
+    check: impl FnOnce(&IntegratorContext<'_>, &CameraRays),
+) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(scene).with_extension("gltf");
-    let scene = import(&path, &ImportOptions::default()).unwrap();
+    let mut scene = import(&path, &ImportOptions::default()).unwrap();
+    edit(&mut scene);
     let (selection, _) = Selection::resolve(&SelectionRequest::default(), &scene).unwrap();
     let aspect_ratio = SIZE.0 as f32 / SIZE.1 as f32;
     let selection = resolve_camera(&scene, selection, &ViewRequest::default(), aspect_ratio).selection;
@@ -105,6 +118,40 @@ fn every_batch_is_counted_once() {
         assert_eq!(rays(once), rays(alone));
         assert_eq!(rays(tracer.take_statistics()), (0, 0, 0, 0));
     });
+}
+
+#[test]
+fn the_light_on_first_receivers_is_that_of_single_ones() {
+    let environment = Environment::BuiltIn(BuiltInLight::Studio);
+    let check = |ground: Option<Ground>| {
+        move |context: &IntegratorContext<'_>, camera: &CameraRays| {
+            let render = |ground: Option<Ground>, has_receivers: bool| {
+                let mut context = context.clone();
+                context.settings.ground = ground;
+                context.settings.show_background = false;
+                context.has_receivers = has_receivers;
+                let tracer = &mut Tracer::new(&context);
+                let all: Vec<usize> = (0..SAMPLES).collect();
+                let values = trace(tracer, camera, &all);
+                (values, tracer.take_statistics().shadow_rays)
+            };
+            let together = render(ground, true);
+            assert!(together == render(ground, false));
+            let is_shadow = |value: &SampleValue| value.coverage > 0.0 && value.coverage < 1.0;
+            let shows_shadows = match ground {
+                // The ground lies over a floor.
+                Some(_) => together.0 != render(None, false).0,
+                None => together.0.iter().any(is_shadow),
+            };
+            assert!(shows_shadows);
+        }
+    };
+    // Seen in mirrors and through glass, behind transparent surfaces, and a surface of the scene
+    let ground = |height: f32| Some(Ground { up: Vec3::Y, height, is_mirror: true });
+    with_context("demo/whitted_1980", &environment, check(ground(0.1)));
+    with_context("material/alpha_blend_stack", &environment, check(ground(0.1)));
+    let catch = |scene: &mut Scene| assert!(mark_shadow_catchers(scene, "floor") > 0);
+    with_edited_context("material/glass_sphere", catch, &environment, check(None));
 }
 
 #[test]

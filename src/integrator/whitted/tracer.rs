@@ -7,6 +7,7 @@ use glam::Vec3;
 
 use super::environment_shadows::LookupKeys;
 use super::opaque_block::OpaqueBlock;
+use super::receivers::{ReceivedLight, ReceiverShadows};
 use super::sample_aovs::{InstanceCoverage, SampleAovFlags, SampleAovs};
 use super::shading_order::ShadingOrder;
 use super::shadow_queue::ShadowQueue;
@@ -19,7 +20,6 @@ use crate::integrator::camera_samples::CameraRayBatch;
 use crate::integrator::lights::IncidenceLanes;
 use crate::integrator::media::MediaCache;
 use crate::integrator::path::{BounceKeys, PhotonStore};
-use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{
     CameraRays, CameraSamples, GuideSample, IntegratorContext, IntegratorStatistics, LightPass, LightPasses,
@@ -77,8 +77,10 @@ pub struct Tracer<'w, 'a> {
     /// Taken out while a block is shaded.
     pub(super) opaque_block: Option<Box<OpaqueBlock<'a>>>,
     pub(in crate::integrator) shadows: ShadowQueue,
-    /// The shadow rays of one point of a shadow catcher or the ground.
-    pub(in crate::integrator) catcher_shadows: ShadowBatch,
+    /// Taken out while it is filled.
+    pub(super) receiver_shadows: Option<Box<ReceiverShadows>>,
+    /// The light on the first receiver of each ray that is followed; empty where nothing receives shadows.
+    pub(super) first_receivers: Vec<Option<ReceivedLight>>,
     /// The sample points of each sample that is followed; empty where none are needed.
     pub(in crate::integrator) sequences: Vec<SampleSequence>,
     /// Surfaces that touch those of the shaded block.
@@ -114,7 +116,8 @@ impl<'w, 'a> Tracer<'w, 'a> {
             block_incidences: Vec::new(),
             opaque_block: Some(Box::new(OpaqueBlock::new(context.lights.len()))),
             shadows: ShadowQueue::new(context.shadow_passages()),
-            catcher_shadows: ShadowBatch::default(),
+            receiver_shadows: Some(Box::default()),
+            first_receivers: Vec::new(),
             sequences: Vec::new(),
             probes: TransmissionProbes::default(),
             albedo_slices: AlbedoSlices::default(),

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::ground::GroundHit;
+use super::receivers::ReceivedLight;
 use super::surface_hit::SurfaceHit;
 use super::tracer::{MIN_WEIGHT, Tracer, seconds_since};
 use super::wavefront::{RaySlot, Wavefront};
@@ -21,26 +22,44 @@ impl Tracer<'_, '_> {
         wavefront.find_hits(view.bvh, |hit| alpha_at(view, hit) > 0.0, &mut self.counters);
         self.statistics.query_seconds += seconds_since(start);
 
-        // Transparent surfaces and misses, ray by ray
         for &slot in wavefront.in_order() {
-            let (ray, state) = wavefront.ray(slot);
-            let first = state.touching.as_deref().copied().or(wavefront.hit(slot));
-            match state.kind {
+            match wavefront.ray(slot).1.kind {
                 RayKind::Camera => {}
                 RayKind::Reflection | RayKind::GroundReflection => self.statistics.reflection_rays += 1,
                 RayKind::Refraction => self.statistics.refraction_rays += 1,
             }
-            self.follow(slot, (ray, state, wavefront.last_scatter(slot)), first);
+        }
+
+        // Transparent surfaces and misses, ray by ray
+        self.follow_all(wavefront, |_, slot, state| {
+            state.touching.as_deref().copied().or_else(|| wavefront.hit(slot))
+        });
+    }
+
+    /// Follows the rays of a wavefront in their order. `first` returns the first hit of a ray.
+    pub(super) fn follow_all(
+        &mut self,
+        wavefront: &Wavefront,
+        first: impl Fn(&Self, RaySlot, &RayState) -> Option<Hit>,
+    ) {
+        self.find_first_receivers(wavefront, &first);
+        for (number, &slot) in wavefront.in_order().iter().enumerate() {
+            let (ray, state) = wavefront.ray(slot);
+            let received = self.first_receivers.get(number).copied().flatten();
+            let hit = first(self, slot, state);
+            self.follow(slot, (ray, state, wavefront.last_scatter(slot)), hit, received);
         }
     }
 
-    /// Follows one ray from its first hit through transparent surfaces to an opaque one or out of the scene.
+    /// Follows one ray from its first hit through transparent surfaces to an opaque one or out of the scene. `received` is the light on its first
+    /// receiver, where no surface is in front of that.
     #[inline]
     pub(super) fn follow(
         &mut self,
         slot: RaySlot,
         (ray, state, last): (&Ray, &RayState, Option<&LastScatter>),
         first: Option<Hit>,
+        received: Option<ReceivedLight>,
     ) {
         let view = self.context.view;
         let is_solid = |hit: &Hit| !view.frame.flags[hit.triangle as usize].has(TriangleFlags::FILTERED);
@@ -51,7 +70,7 @@ impl Tracer<'_, '_> {
                 self.surface_hits.push(surface_hit);
                 self.set_coverage(state, 1.0);
             }
-            _ => self.follow_through(slot, (ray, state, last), first),
+            _ => self.follow_through(slot, (ray, state, last), first, received),
         }
     }
 
@@ -61,6 +80,7 @@ impl Tracer<'_, '_> {
         slot: RaySlot,
         (ray, state, last): (&Ray, &RayState, Option<&LastScatter>),
         first: Option<Hit>,
+        mut received: Option<ReceivedLight>,
     ) {
         let view = self.context.view;
         let weight = state.weight.max_element();
@@ -75,7 +95,7 @@ impl Tracer<'_, '_> {
         for _ in 0..TRANSPARENCY_LIMIT {
             let in_front = |ground: &mut GroundHit<'_>| next.is_none_or(|hit| ground.t < hit.t);
             if let Some(ground) = ground_hit.take_if(in_front) {
-                through *= 1.0 - self.ground_alpha(&ground, through, light_pass);
+                through *= 1.0 - self.ground_alpha(&ground, received.take(), (through, light_pass));
                 if self.ends(state, weight * through) {
                     return;
                 }
@@ -86,7 +106,7 @@ impl Tracer<'_, '_> {
             let alpha = if catches_shadows(view, &hit) {
                 // A catcher stands for a solid surface, which hides the ground.
                 ground_hit = None;
-                if last.is_none() { self.caught_shadow(ray, state, &hit) } else { 0.0 }
+                if last.is_none() { self.caught_shadow((ray, state), &hit, received.take()) } else { 0.0 }
             } else {
                 let alpha = self.covered_share(state, alpha_at(view, &hit), &mut passes);
                 let surface_hit = SurfaceHit { slot, hit, share: through * alpha, light_pass };

@@ -91,8 +91,7 @@ impl<'a> IntegratorContext<'a> {
         let on_ground =
             settings.ground.map_or(0.0, |ground| luminance(view.environment.irradiance(ground.up)));
         let ground_irradiance = on_ground * (1.0 - occluded_share);
-        let has_catchers = view.frame.materials.iter().any(|material| material.is_shadow_catcher);
-        let has_receivers = settings.ground.is_some() || has_catchers;
+        let has_receivers = has_receivers(view.frame, &settings);
         let opaque_materials = view.frame.materials.iter().map(is_opaque).collect();
         let opaque_albedos = OpaqueAlbedos::of(&view.frame.materials);
         let mut context = Self {
@@ -211,12 +210,16 @@ fn open_share(view: SceneView<'_>) -> f32 {
     directions.map(is_open).filter(|is_open| *is_open).count() as f32 / OPENNESS_RAYS as f32
 }
 
+/// Whether anything only receives shadows.
+fn has_receivers(frame: &Frame, settings: &IntegratorSettings) -> bool {
+    settings.ground.is_some() || frame.materials.iter().any(|material| material.is_shadow_catcher)
+}
+
 /// Whether shadow rays to sized lights, glossy rays, shadow catchers or the ground use the seeds of ray states.
 fn uses_seeds(frame: &Frame, settings: &IntegratorSettings) -> bool {
     settings.light_size != LightSize::default()
         || settings.glossy_samples > 0
-        || settings.ground.is_some()
-        || frame.materials.iter().any(|material| material.is_shadow_catcher)
+        || has_receivers(frame, settings)
 }
 
 /// The sample points of a frame.

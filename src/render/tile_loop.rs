@@ -15,6 +15,9 @@ use crate::film::{AovFlags, PixelWindow};
 use crate::integrator::{CameraRays, IntegratorContext, IntegratorSettings};
 use crate::scene_view::SceneView;
 
+/// Tiles of a job of the pool: few enough that a thread which encodes the frame before, and takes a job while it waits for others, is soon back.
+const TILES_A_JOB: usize = 16;
+
 /// Calls `render` for every tile of the settings' window, in parallel, and adds up the statistics in the order of the tiles.
 pub(super) fn render_tiles(
     view: &SceneView<'_>,
@@ -43,23 +46,25 @@ pub(super) fn render_tiles(
         TileSettings { camera: &camera, resolution: settings.resolution, screen: &screen, aovs };
     let tiles = tiles(settings.window);
     let (next, finished) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let worker = |_| {
+    let next_tiles = |_| {
         let mut renderer = TileRenderer::new(&context, tile_settings);
         let mut rendered = Vec::new();
-        loop {
+        for _ in 0..TILES_A_JOB {
             let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(tile) = tiles.get(index) else { return Ok(rendered) };
+            let Some(tile) = tiles.get(index) else { break };
             rendered.push((index, render(&mut renderer, *tile)?));
             let done = finished.fetch_add(1, Ordering::Relaxed) + 1;
             on_progress(done as f32 / tiles.len() as f32);
         }
+        Ok(rendered)
     };
-    let workers = rayon::current_num_threads().min(tiles.len());
-    let by_worker: Vec<Vec<(usize, RenderStatistics)>> =
-        (0..workers).into_par_iter().with_max_len(1).map(worker).collect::<Result<_, Cancelled>>()?;
+    // With a job to spare for each thread, none is out of jobs while another still has several tiles.
+    let jobs = tiles.len().div_ceil(TILES_A_JOB) + rayon::current_num_threads();
+    let by_job: Vec<Vec<(usize, RenderStatistics)>> =
+        (0..jobs).into_par_iter().with_max_len(1).map(next_tiles).collect::<Result<_, Cancelled>>()?;
 
     // Statistics, in tile order
-    let mut by_tile: Vec<(usize, RenderStatistics)> = by_worker.into_iter().flatten().collect();
+    let mut by_tile: Vec<(usize, RenderStatistics)> = by_job.into_iter().flatten().collect();
     by_tile.sort_unstable_by_key(|(index, _)| *index);
     let mut statistics = RenderStatistics::default();
     for (_, tile) in &by_tile {

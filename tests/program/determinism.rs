@@ -19,7 +19,7 @@ struct Shot {
     options: &'static [&'static str],
 }
 
-const SHOTS: [Shot; 15] = [
+const SHOTS: [Shot; 16] = [
     shot("demo/whitted_1980", 5, &[]),
     shot("bvh/slivers", 0, &[]),
     shot("bvh/long_diagonals", 0, &[]),
@@ -33,6 +33,7 @@ const SHOTS: [Shot; 15] = [
     shot("material/nested_glass", 0, &["--env", "outdoor", "--integrator", "path"]),
     shot("material/alpha_blend_stack", 0, &["--env", "studio", "--integrator", "path", "--seed-per-frame"]),
     shot("texture/emissive", 0, &["--integrator", "path", "--noise", "0.02"]),
+    shot("material/glass_sphere", 0, &["--env", "studio", "--ground", "--shadow-catcher", "floor"]),
     shot("path/box", 0, &["--integrator", "path"]),
     shot("showcase/apartment", 0, &["--env", "outdoor", "--integrator", "path"]),
 ];

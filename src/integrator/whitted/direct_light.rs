@@ -26,7 +26,8 @@ impl Tracer<'_, '_> {
             if by_coat > 0.0 {
                 scattered += shading.weight * by_coat;
             }
-            if scattered.max_element() > MIN_SCATTERED {
+            let contribution = scattered * incidence.irradiance;
+            if scattered.max_element() > MIN_SCATTERED && contribution.max_element() > 0.0 {
                 let span = incidence.span;
                 let end = if wi.z > 0.0 || by_coat > 0.0 {
                     shading.point.shadow_end_outside(span)
@@ -42,7 +43,7 @@ impl Tracer<'_, '_> {
                     ray: light.shadow_ray(end, shading.state.seed, index),
                     sample: shading.state.sample,
                     light_pass: shading.light_pass.unwrap_or(LightPass::Direct),
-                    contribution: scattered * incidence.irradiance,
+                    contribution,
                     environment_clamp: None,
                     media,
                 });

@@ -1,10 +1,11 @@
 //! Whitted's recursive ray tracer (Whitted, "An Improved Illumination Model for Shaded Display", CACM 1980), breadth first.
 //!
-//! A batch of samples is traced in wavefronts, one for each depth: closest hits of all rays, shading, all shadow rays, and
-//! child rays with their weights, which are the next wavefront. A sample sums weight · radiance in the order of wavefronts
+//! A batch of samples is traced in wavefronts, one for each depth: closest hits of all rays, shadows on the ground and on shadow
+//! catchers, shading, all other shadow rays, and child rays with their weights, which are the next wavefront. A sample sums weight · radiance in the order of wavefronts
 //! and, within one, in the order of its own rays. So its value does not depend on the other samples of the batch.
 //!
-//! Each batch query of the hierarchy holds rays of one kind: closest hits by ray signature, shadow rays by signature and light.
+//! Each batch query of the hierarchy holds rays of one kind: closest hits by ray signature, shadow rays by signature and light,
+//! those of the ground and of catchers by light.
 //! Neighbours in a batch are neighbours on screen as far as the camera rays were.
 //!
 //! There is no ambient term. Smooth lobes are followed by mirror and refraction rays, rough lobes look up the prefiltered

@@ -17,6 +17,9 @@ use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::{EnvSamples, MediaStack, RayState, Seed};
 use crate::interaction::catches_shadows;
 
+/// Shadow rays that are traced together, but for the last receiver's: full packets, and little memory.
+const RAYS_TOGETHER: usize = 4096;
+
 /// A point that receives light.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::integrator) struct Receiver {
@@ -35,7 +38,7 @@ pub(super) struct ReceivedLight {
 
 /// The shadow rays of receivers. Keeps its memory.
 #[derive(Debug, Default)]
-pub(in crate::integrator) struct ReceiverShadows {
+pub(super) struct ReceiverShadows {
     /// For each light, then for the environment.
     batches: Vec<ShadowBatch>,
     rays: Vec<ReceiverRay>,
@@ -79,28 +82,32 @@ impl Tracer<'_, '_> {
         if !self.context.has_receivers {
             return;
         }
-        let Some(mut shadows) = self.receiver_shadows.take() else { return };
-
-        // Shadow rays
+        let mut shadows = std::mem::take(&mut self.receiver_shadows);
+        let mut lights = std::mem::take(&mut self.first_receivers);
         shadows.clear();
+        let mut traced = 0;
         for &slot in wavefront.in_order() {
             let (ray, state) = wavefront.ray(slot);
             // The sampled rays of paths pass receivers.
             let is_received = wavefront.last_scatter(slot).is_none()
                 && self.add_first_receiver(&mut shadows, (ray, state), first(self, slot, state));
-            self.first_receivers.push(is_received.then(ReceivedLight::default));
+            lights.push(is_received.then(ReceivedLight::default));
+            if shadows.rays.len() >= RAYS_TOGETHER {
+                self.receive(&mut shadows, &mut lights[traced..]);
+                traced = lights.len();
+            }
         }
-        let start = Instant::now();
-        self.trace_receivers(&mut shadows);
-        self.statistics.query_seconds += seconds_since(start);
+        self.receive(&mut shadows, &mut lights[traced..]);
+        (self.receiver_shadows, self.first_receivers) = (shadows, lights);
+    }
 
-        // Light
-        let mut first_receivers = std::mem::take(&mut self.first_receivers);
-        for (receiver, light) in first_receivers.iter_mut().flatten().enumerate() {
-            *light = self.received_light(&shadows, receiver);
+    /// Traces the queued rays, sets the lights of their receivers and clears the queue.
+    fn receive(&mut self, shadows: &mut ReceiverShadows, lights: &mut [Option<ReceivedLight>]) {
+        self.trace_receivers(shadows);
+        for (receiver, light) in lights.iter_mut().flatten().enumerate() {
+            *light = self.received_light(shadows, receiver);
         }
-        self.first_receivers = first_receivers;
-        self.receiver_shadows = Some(shadows);
+        shadows.clear();
     }
 
     /// Adds the receiver that a ray reaches before all surfaces; `false` if there is none.
@@ -131,12 +138,12 @@ impl Tracer<'_, '_> {
         receiver: &Receiver,
         shadow_end: impl Fn(Vec3) -> Vec3,
     ) -> ReceivedLight {
-        let Some(mut shadows) = self.receiver_shadows.take() else { return ReceivedLight::default() };
+        let mut shadows = std::mem::take(&mut self.receiver_shadows);
         shadows.clear();
         self.add_receiver(&mut shadows, receiver, shadow_end);
         self.trace_receivers(&mut shadows);
         let light = self.received_light(&shadows, 0);
-        self.receiver_shadows = Some(shadows);
+        self.receiver_shadows = shadows;
         light
     }
 
@@ -169,9 +176,11 @@ impl Tracer<'_, '_> {
     }
 
     fn trace_receivers(&mut self, shadows: &mut ReceiverShadows) {
+        let start = Instant::now();
         for batch in shadows.batches.iter_mut().filter(|batch| !batch.is_empty()) {
             batch.trace(self.context, &mut self.counters);
         }
+        self.statistics.query_seconds += seconds_since(start);
         self.statistics.shadow_rays += shadows.rays.len() as u64;
     }
 

@@ -10,7 +10,9 @@ use crate::cancel::CancelFlag;
 use crate::frame::Frame;
 use crate::framing::resolve_camera;
 use crate::gltf::{ImportOptions, import};
-use crate::integrator::{CameraRays, CameraSamples, IntegratorContext, IntegratorSettings, Seed};
+use crate::integrator::{
+    CameraRays, CameraSamples, EnvSamples, Integrator, IntegratorContext, IntegratorSettings, LightSize, Seed,
+};
 use crate::interaction::{RayHit, SurfaceBlock, SurfacePoint};
 use crate::scene::{
     BuiltInLight, Environment, Ground, Scene, Selection, SelectionRequest, ViewRequest, mark_shadow_catchers,
@@ -125,25 +127,35 @@ fn the_light_on_first_receivers_is_that_of_single_ones() {
     let environment = Environment::BuiltIn(BuiltInLight::Studio);
     let check = |ground: Option<Ground>| {
         move |context: &IntegratorContext<'_>, camera: &CameraRays| {
-            let render = |ground: Option<Ground>, has_receivers: bool| {
-                let mut context = context.clone();
-                context.settings.ground = ground;
-                context.settings.show_background = false;
+            let render = |settings: &IntegratorSettings, has_receivers: bool| {
+                let mut context = IntegratorContext::new(context.view, *settings);
                 context.has_receivers = has_receivers;
                 let tracer = &mut Tracer::new(&context);
                 let all: Vec<usize> = (0..SAMPLES).collect();
                 let values = trace(tracer, camera, &all);
                 (values, tracer.take_statistics().shadow_rays)
             };
-            let together = render(ground, true);
-            assert!(together == render(ground, false));
-            let is_shadow = |value: &SampleValue| value.coverage > 0.0 && value.coverage < 1.0;
-            let shows_shadows = match ground {
-                // The ground lies over a floor.
-                Some(_) => together.0 != render(None, false).0,
-                None => together.0.iter().any(is_shadow),
-            };
-            assert!(shows_shadows);
+            // More rays than are traced together, lights with a size, and paths
+            let plain = IntegratorSettings { ground, show_background: false, ..context.settings };
+            let light_size = LightSize { radius: 0.2, sun_angle_radians: 0.1 };
+            let env_samples = EnvSamples::Fixed(30);
+            for settings in [
+                IntegratorSettings { light_size, env_samples, ..plain },
+                IntegratorSettings { integrator: Integrator::Path, ..plain },
+                plain,
+            ] {
+                let together = render(&settings, true);
+                assert!(together == render(&settings, false), "{settings:?}");
+                let is_shadow = |value: &SampleValue| value.coverage > 0.0 && value.coverage < 1.0;
+                let shows_shadows = match ground {
+                    // The ground lies over a floor.
+                    Some(_) => {
+                        together.0 != render(&IntegratorSettings { ground: None, ..settings }, false).0
+                    }
+                    None => together.0.iter().any(is_shadow),
+                };
+                assert!(shows_shadows);
+            }
         }
     };
     // Seen in mirrors and through glass, behind transparent surfaces, and a surface of the scene

@@ -29,8 +29,8 @@ use crate::interaction::{MaterialSample, SurfaceBlock};
 /// Rays of a lower weight are not followed and count as black.
 pub(in crate::integrator) const MIN_WEIGHT: f32 = 1.0 / 1024.0;
 
-/// Surfaces that scatter less than this share of a light's irradiance, by steradian, get no shadow ray: the light counts as black. A white
-/// surface scatters 1/π, clear glass and mirrors less than this nearly everywhere.
+/// Where no more than this share of a light's irradiance, by steradian, would reach the camera from a surface, it gets no shadow ray and the light counts
+/// as black: a hundred-thousandth of a white surface. Clear glass and mirrors scatter less nearly everywhere.
 pub(super) const MIN_SCATTERED: f32 = 1.0 / 262_144.0;
 
 /// Value of one sample.
@@ -78,7 +78,7 @@ pub struct Tracer<'w, 'a> {
     pub(super) opaque_block: Option<Box<OpaqueBlock<'a>>>,
     pub(in crate::integrator) shadows: ShadowQueue,
     /// Taken out while it is filled.
-    pub(super) receiver_shadows: Option<Box<ReceiverShadows>>,
+    pub(super) receiver_shadows: ReceiverShadows,
     /// The light on the first receiver of each ray that is followed; empty where nothing receives shadows.
     pub(super) first_receivers: Vec<Option<ReceivedLight>>,
     /// The sample points of each sample that is followed; empty where none are needed.
@@ -116,7 +116,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
             block_incidences: Vec::new(),
             opaque_block: Some(Box::new(OpaqueBlock::new(context.lights.len()))),
             shadows: ShadowQueue::new(context.shadow_passages()),
-            receiver_shadows: Some(Box::default()),
+            receiver_shadows: ReceiverShadows::default(),
             first_receivers: Vec::new(),
             sequences: Vec::new(),
             probes: TransmissionProbes::default(),

@@ -95,6 +95,7 @@ impl Tracer<'_, '_> {
         for _ in 0..TRANSPARENCY_LIMIT {
             let in_front = |ground: &mut GroundHit<'_>| next.is_none_or(|hit| ground.t < hit.t);
             if let Some(ground) = ground_hit.take_if(in_front) {
+                // What is received belongs to the first receiver alone.
                 through *= 1.0 - self.ground_alpha(&ground, received.take(), (through, light_pass));
                 if self.ends(state, weight * through) {
                     return;

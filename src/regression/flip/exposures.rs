@@ -4,9 +4,9 @@
 //! with the ACES curve of K. Narkowicz in units that the published tool (1.7) uses, and its rule for the median: the upper
 //! one of two.
 //!
-//! Where most of an image is black or next to black, its median says nothing about what is in it: the published tool then compares at up to 23 stops
-//! above the last useful exposure, where residues of a millionth turn white. Here the median is no darker than 1/64 of the lit part's typical
-//! light. Other images have the published exposures.
+//! Where most of an image is black, its median says nothing about what is in it: the published tool then compares at up to 23 stops more than
+//! for what is lit, and residues of a millionth turn white. Here the last exposure is six stops beyond the one for what is lit. All other images have
+//! the published exposures.
 
 use serde::Serialize;
 
@@ -14,15 +14,17 @@ use serde::Serialize;
 const ACES: [f32; 6] = [0.6 * 0.6 * 2.51, 0.6 * 0.03, 0.0, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14];
 /// Tone-mapped value of the brightest light at the first exposure, and of the median at the last.
 const SHOWN: f32 = 0.85;
-/// The least luminance for the last exposure, as a share of the typical light of what is lit.
-const LEAST_SHARE_OF_LIT: f32 = 1.0 / 64.0;
+/// Most of an image is black where its median is under this share of [`median_of_lit`].
+const BLACK_SHARE: f32 = 1.0 / 65536.0;
+/// The luminance for the last exposure of such an image, as a share of the same.
+const LEAST_SHARE: f32 = 1.0 / 64.0;
 
 /// Exposures from `start` to `stop`, in stops.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ExposureRange {
     /// The exposure for the brightest light of the reference.
     pub start: f32,
-    /// The exposure for the median of the reference, or for what is lit where most of it is black.
+    /// The exposure for the median of the reference; where most of it is black, six stops beyond the one for what is lit.
     pub stop: f32,
     /// Number of exposures, evenly spaced, both ends included.
     pub count: u32,
@@ -36,13 +38,15 @@ impl ExposureRange {
             .map(|[r, g, b]| {
                 0.2126 * at_least_zero(*r) + 0.7152 * at_least_zero(*g) + 0.0722 * at_least_zero(*b)
             })
+            // No exposure shows what is infinite.
+            .filter(|luminance| luminance.is_finite())
             .collect();
         let half = luminances.len() / 2;
         luminances.sort_unstable_by(f32::total_cmp);
         let largest = luminances.last().copied().unwrap_or_default();
         let median = luminances.get(half).copied().unwrap_or_default();
-        let least = LEAST_SHARE_OF_LIT * median_of_lit(&luminances);
-        let median = if median > least { median } else { least };
+        let lit = median_of_lit(&luminances);
+        let median = if median < BLACK_SHARE * lit { LEAST_SHARE * lit } else { median };
         let stops = |luminance: f32| {
             let luminance = if luminance > f32::EPSILON { luminance } else { f32::EPSILON };
             libm::log2f(light_shown_as(SHOWN) / luminance)
@@ -60,10 +64,9 @@ impl ExposureRange {
     }
 }
 
-/// The median of sorted luminances, each weighted by its square root: near the plain one unless most of them are black, and not moved by a few
-/// that are very bright.
+/// The median of sorted luminances, each weighted by its fourth root: what is black hardly counts, and a few very bright ones do not decide.
 fn median_of_lit(luminances: &[f32]) -> f32 {
-    let weight = |luminance: &f32| f64::from(luminance.sqrt());
+    let weight = |luminance: &f32| f64::from(luminance.sqrt().sqrt());
     let half = 0.5 * luminances.iter().map(weight).sum::<f64>();
     let mut sum = 0.0;
     let lit = luminances.iter().find(|luminance| {
@@ -114,17 +117,33 @@ mod tests {
     fn images_that_are_mostly_black_are_compared_at_exposures_of_what_is_lit() {
         // A third of the image is lit; the rest has light of a millionth, or none.
         let image = |dark: f32| (0..99).map(|i| [if i % 3 == 0 { 0.5 } else { dark }; 3]).collect::<Vec<_>>();
-        for dark in [0.0, 4e-6] {
+        for dark in [0.0, 1e-6] {
             let range = ExposureRange::of(&image(dark));
             assert!((range.stop - range.start - 6.0).abs() < 1e-4, "{dark}: {range:?}");
         }
-        // Dark, but not black
-        let range = ExposureRange::of(&image(0.02));
-        assert!((range.stop - range.start - libm::log2f(25.0)).abs() < 1e-4, "{range:?}");
-        // A sun of a thousandth of the pixels does not make the rest black.
-        let sunny: Vec<_> = (0..1000).map(|i| [if i == 0 { 1e5 } else { 1.0 }; 3]).collect();
-        let range = ExposureRange::of(&sunny);
-        assert!((range.stop - range.start - libm::log2f(1e5)).abs() < 1e-4, "{range:?}");
+        // Dark, but not black; dim interiors with windows; a sun; many fireflies
+        let with_bright = |period: usize, dark: f32, bright: f32| {
+            (0..1000).map(|i| [if i % period == 1 { bright } else { dark }; 3]).collect::<Vec<_>>()
+        };
+        for (image, ratio) in [
+            (image(0.02), 25.0),
+            (with_bright(10, 0.01, 100.0), 1e4),
+            (with_bright(7, 0.1, 20.0), 200.0),
+            (with_bright(1000, 1.0, 1e5), 1e5),
+            (with_bright(200, 1.0, 65504.0), 65504.0),
+        ] {
+            let range = ExposureRange::of(&image);
+            assert!((range.stop - range.start - libm::log2f(ratio)).abs() < 1e-3, "{ratio}: {range:?}");
+        }
+    }
+
+    #[test]
+    fn values_that_are_not_finite_have_no_exposure() {
+        let finite = ExposureRange::of(&[[0.5; 3], [0.25; 3], [0.5; 3]]);
+        for broken in [f32::INFINITY, f32::NAN] {
+            let range = ExposureRange::of(&[[0.5; 3], [0.25; 3], [0.5; 3], [broken, 0.0, 0.0]]);
+            assert!((1..20).contains(&range.count) && range.start == finite.start, "{broken}: {range:?}");
+        }
     }
 
     #[test]

@@ -15,7 +15,7 @@ use crate::film::{AovFlags, PixelWindow};
 use crate::integrator::{CameraRays, IntegratorContext, IntegratorSettings};
 use crate::scene_view::SceneView;
 
-/// Tiles of a job of the pool: few enough that a thread which encodes the frame before, and takes a job while it waits for others, is soon back.
+/// Tiles of a job of the pool: few enough that a thread is soon back which encodes the frame before and takes a job in between.
 const TILES_A_JOB: usize = 16;
 
 /// Calls `render` for every tile of the settings' window, in parallel, and adds up the statistics in the order of the tiles.

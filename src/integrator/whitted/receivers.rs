@@ -17,7 +17,7 @@ use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::{EnvSamples, MediaStack, RayState, Seed};
 use crate::interaction::catches_shadows;
 
-/// Shadow rays that are traced together, but for the last receiver's: full packets, and little memory.
+/// Shadow rays after which queued receivers are traced: enough for full packets, and little memory.
 const RAYS_TOGETHER: usize = 4096;
 
 /// A point that receives light.

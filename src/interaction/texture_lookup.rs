@@ -20,10 +20,13 @@ use std::cell::RefCell;
 use glam::{Vec2, Vec4};
 
 use super::surface_point::SurfacePoint;
-use crate::scene::{Encoding, Filter, Image, MipFilter, MipLevel, Sampler, Scene, TextureRef, UvTransform};
+use crate::scene::{
+    Encoding, Filter, Image, MAX_PROBES, MipFilter, MipLevel, Sampler, Scene, TextureRef, UvTransform,
+    blended, level_of,
+};
 use crate::scene_view::SceneView;
+use ellipse::Ellipse;
 pub(super) use ellipse::UvDifferential;
-use ellipse::{Ellipse, MAX_PROBES, blended, level_of};
 use level_lookup::{LevelLookup, ProbeLine, WeightedTexels};
 use texels::Probes;
 

@@ -47,12 +47,13 @@ pub(super) fn render_tiles(
     let tiles = tiles(settings.window);
     let (next, finished) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let next_tiles = |_| {
-        let mut renderer = TileRenderer::new(&context, tile_settings);
+        let mut renderer = None;
         let mut rendered = Vec::new();
         for _ in 0..TILES_A_JOB {
             let index = next.fetch_add(1, Ordering::Relaxed);
             let Some(tile) = tiles.get(index) else { break };
-            rendered.push((index, render(&mut renderer, *tile)?));
+            let renderer = renderer.get_or_insert_with(|| TileRenderer::new(&context, tile_settings));
+            rendered.push((index, render(renderer, *tile)?));
             let done = finished.fetch_add(1, Ordering::Relaxed) + 1;
             on_progress(done as f32 / tiles.len() as f32);
         }

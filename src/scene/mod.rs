@@ -22,6 +22,7 @@ mod material;
 mod material_extensions;
 mod memory;
 mod mesh;
+mod mip_lookup;
 mod mip_maps;
 mod node;
 mod resolve_each;
@@ -66,6 +67,7 @@ pub use material_extensions::{
 };
 pub use memory::SceneMemory;
 pub use mesh::{Mesh, MorphTarget, Primitive, SkinInfluences};
+pub(crate) use mip_lookup::{MAX_PROBES, PROBE_SPACING, blended, level_of};
 pub use mip_maps::{ImageMips, MipLevel, mip_levels};
 pub(crate) use mip_maps::{mip_bytes, mip_sizes, mip_working_bytes};
 pub use node::{LocalTransform, Node, Skin};

@@ -2,27 +2,11 @@
 
 use glam::Vec2;
 
-/// Maximum number of probes along the long axis.
-pub(super) const MAX_PROBES: usize = 16;
-
-/// Distance of probes along the long axis, in widths of a probe.
-const SPACING: f32 = 1.4;
+use crate::scene::{MAX_PROBES, PROBE_SPACING};
 
 /// Derivatives of texture coordinates by one step along the rows and one along the columns of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::interaction) struct UvDifferential(pub(in crate::interaction) [Vec2; 2]);
-
-/// The blend of two levels: in the outer quarters of the way from one to the next it is one of them alone.
-pub(super) fn blended(level: usize, share: f32) -> (usize, f32) {
-    let share = (share - 0.25) * 2.0;
-    if share <= 0.0 {
-        (level, 0.0)
-    } else if share >= 1.0 {
-        (level + 1, 0.0)
-    } else {
-        (level, share)
-    }
-}
 
 /// The ellipse of a lookup, in texels of the full image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +40,7 @@ impl Ellipse {
 
     /// The width of a probe: the short axis, but at least a texel, and wide enough for the probes to cover the long axis.
     pub(super) fn width(&self) -> f32 {
-        let needed = self.long / (MAX_PROBES as f32 * SPACING);
+        let needed = self.long / (MAX_PROBES as f32 * PROBE_SPACING);
         let width = if self.short > needed { self.short } else { needed };
         if width > 1.0 { width } else { 1.0 }
     }
@@ -67,22 +51,10 @@ impl Ellipse {
         if !self.long.is_finite() {
             return 1;
         }
-        let needed = self.long / (width * SPACING) - 0.1;
+        let needed = self.long / (width * PROBE_SPACING) - 0.1;
         let whole = needed as u32;
         if whole as f32 == needed && whole > 0 { whole } else { whole + 1 }
     }
-}
-
-/// The level whose texels are at most `width` wide, and the share of the next one; 0 is the full image and `last` the
-/// coarsest. `width` is at least one.
-pub(super) fn level_of(width: f32, last: usize) -> (usize, f32) {
-    let bits = width.to_bits();
-    let level = (bits >> 23).saturating_sub(127) as usize;
-    if level >= last {
-        return (last, 0.0);
-    }
-    // The mantissa runs from one to two between two levels.
-    (level, f32::from_bits((bits & 0x007f_ffff) | 0x3f80_0000) - 1.0)
 }
 
 #[cfg(test)]
@@ -111,21 +83,5 @@ mod tests {
             let ellipse = Ellipse::of_steps([Vec2::splat(broken), Vec2::X]);
             assert_eq!((ellipse.width(), ellipse.probes(ellipse.width())), (f32::INFINITY, 1));
         }
-    }
-
-    #[test]
-    fn levels_follow_the_width() {
-        for (width, expected) in [
-            (1.0, (0, 0.0)),
-            (1.5, (0, 0.5)),
-            (2.0, (1, 0.0)),
-            (3.0, (1, 0.5)),
-            (5.0, (2, 0.25)),
-            (1e9, (3, 0.0)),
-        ] {
-            assert_eq!(level_of(width, 3), expected, "{width}");
-        }
-        assert_eq!(level_of(f32::INFINITY, 3), (3, 0.0));
-        assert_eq!(level_of(2.5, 0), (0, 0.0));
     }
 }

@@ -1,20 +1,16 @@
 //! Equirectangular image with mip levels, filtered over ray differentials.
 //!
 //! Lookups are anisotropic, as those of textures. The short axis of the ellipse that the differentials span selects the mip
-//! levels; each level is half as wide and high as the one before, and the blend of two is linear over half of the interval between them. Several probes
-//! along the long axis cover the rest. A texel of
-//! a level is the mean over its solid angle. Widths are angles, compared with the height of a row.
+//! levels; each level is half as wide and high as the one before, and the blend of two is linear over half of the interval
+//! between them. Several probes along the long axis cover the rest. A texel of a level is the mean over its solid angle.
+//! Widths are angles, compared with the height of a row.
 
 use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
 use super::equirect::{EquirectImage, uv_from_direction};
-
-/// Limit of the probes along the long axis.
-const MAX_PROBES: f32 = 16.0;
-/// Distance of neighbouring probes in widths, as for textures.
-const SPACING: f32 = 1.4;
+use crate::scene::{MAX_PROBES, PROBE_SPACING, blended, level_of};
 
 /// An equirectangular image with its mip levels.
 #[derive(Debug)]
@@ -69,8 +65,9 @@ impl FilteredImage {
         } else {
             a * ab + b * (root - half_difference)
         };
-        let short = larger(larger(a.cross(b).length() / long, long / (MAX_PROBES * SPACING)), row);
-        let count = libm::ceilf(long / (short * SPACING) - 0.1);
+        let short =
+            larger(larger(a.cross(b).length() / long, long / (MAX_PROBES as f32 * PROBE_SPACING)), row);
+        let count = libm::ceilf(long / (short * PROBE_SPACING) - 0.1);
         if count <= 1.0 {
             return self.trilinear(uv, short / row);
         }
@@ -86,21 +83,13 @@ impl FilteredImage {
     /// Interpolates between the two levels whose row heights enclose `width`, in rows of the full image; at least one. In the outer quarters of the
     /// way from one level to the next it is one of them alone.
     fn trilinear(&self, uv: Vec2, width: f32) -> Vec3 {
-        let last = self.levels.len() - 1;
-        let bits = width.to_bits();
-        let level = (bits >> 23).saturating_sub(127) as usize;
-        if level >= last {
-            return self.levels[last].bilinear(uv);
+        let (level, share) = level_of(width, self.levels.len() - 1);
+        let (level, share) = blended(level, share);
+        let sharper = self.levels[level].bilinear(uv);
+        if share == 0.0 {
+            return sharper;
         }
-        // The mantissa runs from one to two between two levels.
-        let share = (f32::from_bits((bits & 0x007f_ffff) | 0x3f80_0000) - 1.25) * 2.0;
-        if share <= 0.0 {
-            self.levels[level].bilinear(uv)
-        } else if share >= 1.0 {
-            self.levels[level + 1].bilinear(uv)
-        } else {
-            self.levels[level].bilinear(uv) * (1.0 - share) + self.levels[level + 1].bilinear(uv) * share
-        }
+        sharper * (1.0 - share) + self.levels[level + 1].bilinear(uv) * share
     }
 }
 

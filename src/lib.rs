@@ -41,6 +41,7 @@ pub mod denoise;
 pub mod error;
 pub mod geometry;
 mod lock_file;
+mod parallel_resize;
 mod sha256;
 
 pub mod bvh;

@@ -13,6 +13,7 @@ use super::triangle_flags::TriangleFlags;
 
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::{Aabb, BOX_PADDING, Triangle};
+use crate::parallel_resize::resize_with;
 
 /// Range of area sums whose terms neither overflow nor underflow in single precision.
 const ORDINARY_AREAS: std::ops::Range<f64> = 1.0e-20..1.0e30;
@@ -175,7 +176,7 @@ pub(super) fn padding(triangle: &Triangle) -> f32 {
 
 /// Fills `references` with the boxes of all traced triangles, in their order, and measures them.
 pub(super) fn gather_whole(input: Input, references: &mut Vec<Reference>) -> Result<Measures, Cancelled> {
-    references.resize(input.triangles.len(), Reference::NONE);
+    resize_with(references, input.triangles.len(), || Reference::NONE);
     let level = Level::new();
     let chunks: Vec<Measures> = references
         .par_chunks_mut(CHUNK)

@@ -26,8 +26,13 @@ impl Frame {
     /// [`crate::framing::resolve_camera`] replaces a [`SelectedCamera::Auto`] before; posed, it stands in the origin.
     pub fn pose(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
         self.pose_surfaces(scene, selection, time_seconds);
+        self.pose_camera(scene, selection);
+    }
+
+    /// Poses the camera of `selection` after the surfaces, at their time.
+    pub(crate) fn pose_camera(&mut self, scene: &Scene, selection: &Selection) {
         let Scratch { pose, world, .. } = &self.scratch;
-        self.camera = selected_camera(scene, selection, time_seconds, &pose.projections, world);
+        self.camera = selected_camera(scene, selection, self.time_seconds, &pose.projections, world);
     }
 
     /// Poses a frame anew that was posed at any time with the same scene and selection. Without clips only its camera moves.

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::bvh::TriangleFlags;
 use crate::geometry::Triangle;
+use crate::parallel_resize::resize_with;
 use crate::scene::{
     ImageLightPose, Material, MeshIndex, Node, NodeIndex, Primitive, Scene, Selection, Skin, VariantIndex,
 };
@@ -143,9 +144,9 @@ impl Frame {
                 flags = flags.with(TriangleFlags::HIDDEN);
             }
             let end = self.flags.len() + primitive.triangles.len();
-            self.instance_of_triangle.resize(end, index as u32);
+            resize_with(&mut self.instance_of_triangle, end, || index as u32);
             let vertices = &self.vertices[instance.first_vertex..];
-            self.flags.resize(end, flags);
+            resize_with(&mut self.flags, end, || flags);
             let flags = &mut self.flags[instance.first_triangle as usize..];
             self.triangles.par_extend(posed_triangles(primitive, vertices, instance.mirrored, flags));
         }

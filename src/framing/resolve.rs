@@ -29,6 +29,16 @@ pub fn resolve_camera(
     request: &ViewRequest,
     aspect_ratio: f32,
 ) -> ResolvedCamera {
+    resolve_camera_with_pose(scene, selection, request, aspect_ratio).0
+}
+
+/// The same, with the surfaces of `selection` at the start of its clips where they had to be posed.
+pub(crate) fn resolve_camera_with_pose(
+    scene: &Scene,
+    selection: Selection,
+    request: &ViewRequest,
+    aspect_ratio: f32,
+) -> (ResolvedCamera, Option<Frame>) {
     let is_placed = request.places_camera();
     let of_file = match &selection.camera {
         SelectedCamera::Node(_) | SelectedCamera::Path(_) if request.keeps_camera || !is_placed => {
@@ -42,11 +52,13 @@ pub fn resolve_camera(
         let camera_changes = view.changes();
         let is_changed = camera_changes != CameraChanges::default();
         let rule = if is_changed { CameraRule::Changed } else { CameraRule::OfFile };
-        return ResolvedCamera { selection: Selection { camera_changes, ..selection }, rule };
+        let posed = view.into_pose();
+        return (ResolvedCamera { selection: Selection { camera_changes, ..selection }, rule }, posed);
     }
     let (camera, rule) = view.camera(!is_placed);
+    let posed = view.into_pose();
     let selection = Selection { camera, camera_changes: CameraChanges::default(), ..selection };
-    ResolvedCamera { selection, rule }
+    (ResolvedCamera { selection, rule }, posed)
 }
 
 /// Indices of the nodes that cameras frame: all with meshes but backdrops and shadow catchers.
@@ -130,6 +142,12 @@ impl<'a> View<'a> {
     fn subject(&self) -> &Subject<'a> {
         let clips = &self.request.measured_clips;
         self.subject.get_or_init(|| Subject::measure(self.scene, self.selection, self.request.node, clips))
+    }
+
+    /// The measured surfaces of the selection, unless its clips were measured each alone.
+    fn into_pose(self) -> Option<Frame> {
+        let is_of_selection = self.request.measured_clips.is_empty();
+        self.subject.into_inner().filter(|_| is_of_selection).map(|subject| subject.frame)
     }
 
     /// Changes to the camera of the file.

@@ -19,6 +19,7 @@ use super::document::Document;
 use super::extremes::check_extremes;
 use super::formats::{Format, format_name};
 use super::raw::escape;
+use super::scan::first_wrong;
 use crate::error::{Error, Result};
 
 /// Document together with the contents of its buffers.
@@ -128,9 +129,9 @@ impl<'a> Data<'a> {
                 self.elements(context, index, pointer, decode)?
             }
         };
-        let is_invalid = |element: &[f32; N]| element.iter().any(|value| !value.is_finite());
-        let invalid = elements.par_iter().with_min_len(ELEMENTS_PER_TASK).position_first(is_invalid);
-        match invalid {
+        let is_invalid =
+            |element: &[f32; N]| element.iter().fold(false, |any, value| any | !value.is_finite());
+        match first_wrong(&elements, is_invalid) {
             None => {
                 let accessor = self.accessor(context, index, pointer)?;
                 if format.component == ComponentType::F32 && self.is_plain(index, accessor) {

@@ -24,12 +24,14 @@ pub(super) fn check_extremes<const N: usize>(
     }
     let none = ([f32::INFINITY; N], [f32::NEG_INFINITY; N]);
     let both = |(mut low, mut high): ([f32; N], [f32; N]), (other_low, other_high): ([f32; N], [f32; N])| {
-        low.iter_mut().zip(other_low).for_each(|(low, other)| *low = low.min(other));
-        high.iter_mut().zip(other_high).for_each(|(high, other)| *high = high.max(other));
+        low.iter_mut().zip(other_low).for_each(|(low, other)| *low = if other < *low { other } else { *low });
+        high.iter_mut()
+            .zip(other_high)
+            .for_each(|(high, other)| *high = if other > *high { other } else { *high });
         (low, high)
     };
-    let parts = elements.par_iter().with_min_len(ELEMENTS_PER_TASK);
-    let (low, high) = parts.map(|element| (*element, *element)).reduce(|| none, both);
+    let of_task = |task: &[[f32; N]]| task.iter().fold(none, |all, &element| both(all, (element, element)));
+    let (low, high) = elements.par_chunks(ELEMENTS_PER_TASK).map(of_task).reduce(|| none, both);
     let largest = low.iter().chain(&high).fold(0.0_f32, |largest, value| largest.max(value.abs()));
     for (name, stated, actual) in [("min", &accessor.min, low), ("max", &accessor.max, high)] {
         let Some(stated) = stated.as_ref().and_then(|value| value.as_array()) else {

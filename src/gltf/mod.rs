@@ -55,6 +55,7 @@ mod pointer;
 mod primitive;
 mod raw;
 mod resources;
+mod scan;
 mod skin;
 mod tangents;
 #[cfg(test)]

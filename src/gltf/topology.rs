@@ -10,10 +10,11 @@ use super::accessor::Data;
 use super::attributes::Reference;
 use super::context::Context;
 use super::formats;
+use super::scan::first_wrong;
 use crate::error::Result;
 
-/// Indices of one parallel task.
-const INDICES_PER_TASK: usize = 65_536;
+/// Triangles of one parallel task.
+const TRIANGLES_PER_TASK: usize = 16_384;
 
 /// Vertex list of a primitive: its indices, or all vertices in order.
 pub(super) fn read_indices(
@@ -36,9 +37,10 @@ pub(super) fn read_indices(
         _ => u32::MAX,
     };
     let list: Vec<u32> = elements.into_iter().map(|[index]| index).collect();
-    let is_wrong = |&index: &u32| index == restart || index as usize >= vertex_count;
-    let wrong = list.par_iter().with_min_len(INDICES_PER_TASK).position_first(is_wrong);
-    match wrong {
+    // The restart value is the largest of its type.
+    let end = u32::try_from(vertex_count).unwrap_or(u32::MAX).min(restart);
+    let is_wrong = |&index: &u32| index >= end;
+    match first_wrong(&list, is_wrong) {
         None => Ok(list),
         Some(i) => {
             let index = list.get(i).copied().unwrap_or_default();
@@ -59,7 +61,7 @@ pub(super) fn triangles(mode: Mode, list: &[u32]) -> (Vec<[u32; 3]>, usize) {
     match mode {
         Mode::Triangles => {
             let (whole, rest) = list.as_chunks::<3>();
-            (whole.to_vec(), rest.len())
+            (whole.par_iter().copied().with_min_len(TRIANGLES_PER_TASK).collect(), rest.len())
         }
         Mode::TriangleStrip => {
             let windows = list.windows(3).enumerate();

@@ -23,6 +23,15 @@ pub struct Selection {
 }
 
 impl Selection {
+    /// Whether `other` differs at most in its camera.
+    pub(crate) fn has_surfaces_of(&self, other: &Self) -> bool {
+        let Self { roots, clips, camera: _, camera_changes: _, image_light, variant } = self;
+        *roots == other.roots
+            && *clips == other.clips
+            && *image_light == other.image_light
+            && *variant == other.variant
+    }
+
     /// Time of the last keyframe of the selected clips and of the camera's path, seconds.
     pub fn duration_seconds(&self, scene: &Scene) -> f32 {
         let of_path = match &self.camera {

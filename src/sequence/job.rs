@@ -11,7 +11,7 @@ use crate::scene::{Environment, NodeIndex, Scene, Selection};
 
 use crate::settings::{ExistingFiles, Exposure, FrameRate, OutputPattern, Shutter};
 
-use super::{Plates, SequenceOutputs, SharedExposure};
+use super::{FirstPose, Plates, SequenceOutputs, SharedExposure};
 
 /// Description of a sequence of files.
 #[derive(Clone, Debug)]
@@ -31,6 +31,8 @@ pub struct SequenceJob {
     pub rate: FrameRate,
     /// Shutter of each frame.
     pub shutter: Shutter,
+    /// The scene as the choice of its camera has posed it; empty where nothing was posed.
+    pub first_pose: FirstPose,
     /// Image, sampling and shading.
     pub render: RenderSettings,
     /// BVH construction; never changes the image.

@@ -55,7 +55,10 @@ impl PosedFrames {
             return Ok(true);
         }
         std::mem::swap(&mut self.current, &mut self.previous);
-        self.current.pose(&job.scene, &job.selection, time_seconds);
+        match job.first_pose.take(&job.scene, &job.selection, time_seconds) {
+            Some(posed) => self.current = posed,
+            None => self.current.pose(&job.scene, &job.selection, time_seconds),
+        }
         *seconds = Phases { pose: posing.elapsed().as_secs_f64(), ..Phases::default() };
 
         if self.bvh.is_some() && has_same_triangles(&self.current, &self.previous) {

@@ -68,6 +68,7 @@ fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
         frames: _,
         rate,
         shutter,
+        first_pose: _,
         render,
         build: _,
         output,

@@ -8,7 +8,7 @@ use crate::bvh::{BuildSettings, SimdLevel};
 use crate::denoise::Denoiser;
 use crate::error::{Error, Result, Warning};
 use crate::film::AovFlags;
-use crate::framing::{CameraRule, ResolvedCamera, ground_below, resolve_camera};
+use crate::framing::{CameraRule, ResolvedCamera, ground_below, resolve_camera_with_pose};
 use crate::gltf::{self, ImageLoading, ImportOptions};
 use crate::output::{Aov, AovSet, matte_collisions};
 use crate::render::{PathFrame, RenderSettings};
@@ -17,8 +17,8 @@ use crate::scene::{
     mark_shadow_catching_node,
 };
 use crate::sequence::{
-    ExistingFiles, PixelMemory, Plan, Plates, SequenceJob, SequenceOutputs, SharedExposure, Shutter,
-    check_framing_memory, check_image_memory, lowest_band,
+    ExistingFiles, FirstPose, PixelMemory, Plan, Plates, SequenceJob, SequenceOutputs, SharedExposure,
+    Shutter, check_framing_memory, check_image_memory, lowest_band,
 };
 use crate::settings::{BackgroundSource, DenoiserKind, GroundKind, SettingValues, Switch, parse, suggest};
 
@@ -211,9 +211,13 @@ fn resolve_sequences(
         let (width, height) = outline.render.resolution;
         let aspect_ratio = width as f32 / height as f32;
         check_framing_memory(&scene, &outline.selection, max_memory_bytes)?;
-        let ResolvedCamera { selection, rule } =
-            resolve_camera(&scene, outline.selection.clone(), &outline.view, aspect_ratio);
+        let (ResolvedCamera { selection, rule }, posed) =
+            resolve_camera_with_pose(&scene, outline.selection.clone(), &outline.view, aspect_ratio);
         let mut sequence = sequence_job(shot, Arc::clone(&scene), &outline, selection, environment);
+        // Only the first of several sequences is rendered soon.
+        if let Some(frame) = posed.filter(|_| jobs.is_empty()) {
+            sequence.first_pose = FirstPose::new(frame, &scene, outline.selection.clone());
+        }
         sequence.render.ground = ground(args, &scene, &outline);
         sequence.denoiser.clone_from(&denoiser);
         sequence.plates = plates(args, &outline.frames, max_memory_bytes)?;
@@ -261,6 +265,7 @@ fn sequence_job(
         frames: outline.frames.clone(),
         rate: args.fps,
         shutter: shutter(args),
+        first_pose: FirstPose::default(),
         render: RenderSettings {
             show_background: environment_request(args).shows_background(),
             ..outline.render.clone()

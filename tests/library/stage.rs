@@ -19,7 +19,7 @@ use rayframe::scene::{
     TextureIndex, TextureRef, UvTransform,
 };
 use rayframe::sequence::{
-    ExistingFiles, Exposure, FrameRate, OutputPattern, SequenceJob, SequenceOutputs, Shutter,
+    ExistingFiles, Exposure, FirstPose, FrameRate, OutputPattern, SequenceJob, SequenceOutputs, Shutter,
 };
 
 /// A scene, its environment and its render settings.
@@ -198,6 +198,7 @@ pub(crate) fn sequence_job(
         frames: vec![1],
         rate: FrameRate::FILM,
         shutter: Shutter::default(),
+        first_pose: FirstPose::default(),
         render: RenderSettings {
             resolution,
             window: PixelWindow::full(resolution.0, resolution.1),

@@ -2,6 +2,7 @@
 
 use crate::bvh::wide_tree::WIDTH;
 use crate::geometry::Aabb;
+use crate::parallel_resize::resize_with;
 
 /// Bit that marks child words of leaves: a range of positions, named by its first.
 pub(crate) const LEAF_RANGE: u32 = 1 << 31;
@@ -83,8 +84,8 @@ impl Subtree {
 impl BinaryTree {
     /// Discards the last tree and resizes to `nodes` nodes and `positions` positions.
     pub(crate) fn reset(&mut self, nodes: usize, positions: usize) {
-        self.nodes.resize(nodes, Pair::NONE);
-        self.triangle_ids.resize(positions, u32::MAX);
+        resize_with(&mut self.nodes, nodes, || Pair::NONE);
+        resize_with(&mut self.triangle_ids, positions, || u32::MAX);
         (self.root, self.area_sum) = (None, 0.0);
     }
 

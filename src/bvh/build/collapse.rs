@@ -18,6 +18,7 @@ use crate::bvh::wide_tree::{
 };
 use crate::cancel::Cancelled;
 use crate::geometry::Aabb;
+use crate::parallel_resize::resize_with;
 
 /// Smallest number of references per task.
 const MIN_TASK: u32 = 2048;
@@ -89,7 +90,8 @@ impl WideTree {
     pub(crate) fn collapse(&mut self, source: CollapseInput, scratch: &mut Scratch) -> Result<(), Cancelled> {
         self.root = NO_CHILD;
         scratch.top.clear();
-        self.words.resize(source.tree.triangle_ids.len() * WORDS_PER_SLOT + BLOCK, 0.0);
+        let words = source.tree.triangle_ids.len() * WORDS_PER_SLOT + BLOCK;
+        resize_with(&mut self.words, words, || 0.0);
         let Some(root) = source.tree.root else {
             self.nodes.clear();
             return Ok(());
@@ -125,7 +127,7 @@ impl WideTree {
             first += part.nodes.len();
         }
 
-        self.nodes.resize(first, WideNode::EMPTY);
+        resize_with(&mut self.nodes, first, || WideNode::EMPTY);
         let (copy, mut rest) = self.nodes.split_at_mut(top.len());
         copy.clone_from_slice(top);
         let mut targets = Vec::with_capacity(parts.len());

@@ -17,6 +17,7 @@ use crate::bvh::references::Reference;
 use crate::bvh::simd::dispatch_lanes;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Aabb;
+use crate::parallel_resize::resize_with;
 
 const CHUNK: usize = 1 << 11;
 const BITS_PER_AXIS: u32 = 21;
@@ -55,8 +56,8 @@ impl MortonOrder {
         cancel: &CancelFlag,
     ) -> Result<(), Cancelled> {
         let grid = Grid::around(centers);
-        self.keys.resize_with(references.len(), Key::default);
-        self.codes.resize(references.len(), 0);
+        resize_with(&mut self.keys, references.len(), Key::default);
+        resize_with(&mut self.codes, references.len(), || 0);
         let level = Level::new();
         let chunks = self.keys.par_chunks_mut(CHUNK).zip(self.codes.par_chunks_mut(CHUNK));
         chunks.zip(references.par_chunks(CHUNK)).enumerate().for_each(

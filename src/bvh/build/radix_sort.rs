@@ -13,6 +13,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 
 use crate::cancel::{CancelFlag, Cancelled};
+use crate::parallel_resize::resize_with;
 
 /// Key in an array that several tasks write to.
 pub(crate) type Key = AtomicU64;
@@ -48,7 +49,7 @@ pub(crate) fn sort(
         keys.sort_by_key(|key| load(key) & mask);
         return Ok(());
     }
-    scratch.keys.resize_with(keys.len(), Key::default);
+    resize_with(&mut scratch.keys, keys.len(), Key::default);
 
     let blocks = (keys.len() / SMALLEST_BLOCK).clamp(1, rayon::current_num_threads());
     let shifts = bits.step_by(DIGIT_BITS as usize);

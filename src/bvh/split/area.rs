@@ -27,6 +27,7 @@ use super::cut::halves;
 use crate::bvh::references::{Input, Reference, padding};
 use crate::cancel::Cancelled;
 use crate::geometry::{Aabb, Triangle};
+use crate::parallel_resize::resize_with;
 
 /// Binary logarithm of the bins per octave of area.
 const LOG2_BINS_PER_OCTAVE: u32 = 4;
@@ -171,7 +172,7 @@ fn emit_all(
     })?;
 
     // Concatenate.
-    references.resize(parts.iter().map(Vec::len).sum(), Reference::NONE);
+    resize_with(references, parts.iter().map(Vec::len).sum(), || Reference::NONE);
     let mut outputs = Vec::with_capacity(chunks);
     let mut rest = references.as_mut_slice();
     for part in &*parts {

@@ -16,6 +16,7 @@ use crate::bvh::build::morton::Grid;
 use crate::bvh::references::{CHUNK, Input, Measures, Reference};
 use crate::cancel::Cancelled;
 use crate::geometry::Triangle;
+use crate::parallel_resize::resize_with;
 
 /// Binary logarithm of the bins per octave of priority.
 const LOG2_BINS_PER_OCTAVE: u32 = 6;
@@ -54,7 +55,7 @@ pub(crate) fn split(
         .par_chunks(CHUNK)
         .map(|chunk| chunk.iter().map(|priority| 1 + splits(priority) as usize).sum())
         .collect();
-    parts.resize(capacities.iter().sum(), Reference::NONE);
+    resize_with(parts, capacities.iter().sum(), || Reference::NONE);
     let mut outputs = Vec::with_capacity(capacities.len());
     let mut rest = parts.as_mut_slice();
     for &capacity in &capacities {
@@ -102,7 +103,7 @@ fn compute_priorities(
     priorities: &mut Vec<f32>,
 ) -> Result<Vec<u64>, Cancelled> {
     let scale = whole.scale();
-    priorities.resize(references.len(), 0.0);
+    resize_with(priorities, references.len(), || 0.0);
     priorities
         .par_chunks_mut(CHUNK)
         .zip(references.par_chunks(CHUNK))

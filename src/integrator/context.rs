@@ -9,6 +9,7 @@ use super::glass_passage::GlassPassage;
 use super::interiors::Interiors;
 use super::lights::{self, PreparedLight};
 use super::media::{MediaStack, Medium};
+use super::occluders::OccluderSphere;
 use super::opaque_materials::{OpaqueAlbedos, is_opaque};
 use super::path::{EmissiveTriangles, PathGuide, VisibleEntry, VisibleEnvironment};
 use super::random::hash;
@@ -50,6 +51,8 @@ pub struct IntegratorContext<'a> {
     pub(super) emissive_triangles: Option<EmissiveTriangles>,
     /// Directions of the shadow rays of [`Integrator::Whitted`] to the environment; `None` where its light is not occluded.
     pub(super) environment_directions: Option<Arc<EnvironmentDirections>>,
+    /// What can hide the environment from shadow catchers and the ground, where shadow rays decide about it.
+    pub(super) occluders: Option<OccluderSphere>,
     /// Whether shadow rays of paths sample the environment by its radiance.
     samples_environment: bool,
     /// For [`Integrator::Path`], where walls hide most of the environment.
@@ -104,6 +107,7 @@ impl<'a> IntegratorContext<'a> {
             volume_bounds,
             camera_media,
             emissive_triangles: is_path.then(|| EmissiveTriangles::new(view)),
+            occluders: (traces_environment && has_receivers).then(|| OccluderSphere::of(view.frame)),
             environment_directions: traces_environment
                 .then(|| Arc::new(EnvironmentDirections::new(view.environment))),
             samples_environment: is_path && view.environment.sample(Vec2::splat(0.5)).is_some(),

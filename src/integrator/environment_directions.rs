@@ -8,6 +8,7 @@ use std::f32::consts::TAU;
 
 use glam::{Vec2, Vec3};
 
+use super::occluders::Cone;
 use super::whitted::local_frame;
 use crate::geometry::sin_cos_of_turn;
 use crate::scene::{Environment, LuminanceImage};
@@ -81,6 +82,20 @@ impl EnvironmentDirections {
         // A cell, or a normal, may reach a little beyond the horizon.
         let height = direction.dot(normal);
         Some(if height < 0.0 { direction - normal * (2.0 * height) } else { direction })
+    }
+
+    /// A direction in a cone above a diffuse surface, and an estimate of the irradiance that the cone holds, by luminance; `None` if it holds
+    /// none. Directions below the surface are mirrored by it, as those of [`EnvironmentDirections::diffuse`].
+    pub(super) fn within(&self, cone: &Cone, normal: Vec3, u: Vec2) -> Option<(Vec3, f32)> {
+        let direction = cone.direction(u);
+        let height = direction.dot(normal);
+        let mirrored = direction - normal * (2.0 * height);
+        let above = if height < 0.0 { mirrored } else { direction };
+        // Directions whose mirror image is in the cone, too, are twice as frequent.
+        let has_both = cone.contains(mirrored);
+        let frequency = if has_both { 2.0 } else { 1.0 };
+        let irradiance = self.luminance.at(above) * height.abs() * cone.solid_angle() / frequency;
+        ((height >= 0.0 || has_both) && irradiance > 0.0).then_some((above, irradiance))
     }
 
     /// A direction of the lobe that prefiltered lookups average: GGX of `roughness` around the mirror direction, for a view along the normal, as
@@ -173,6 +188,7 @@ fn direction_in(cell: usize, u: Vec2) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::integrator::occluders::OccluderSphere;
     use crate::scene::BuiltInLight;
 
     fn points(count: u32) -> impl Iterator<Item = (Vec2, f32)> {
@@ -206,6 +222,41 @@ mod tests {
                     / count as f32;
             assert!((mean - expected).length() < 0.03, "{normal}: {mean} for {expected}");
         }
+    }
+
+    #[test]
+    fn the_light_in_a_cone_is_the_mean_of_its_estimates() {
+        // Under a uniform sky of 1, a cone of half angle a above the horizon holds pi sin² a cos b, b the angle of its axis; one whose axis lies
+        // in the surface holds half of the solid angle's cosines: ∫ sin t (2 sin t) dt over 0..a = a - sin a cos a.
+        let sphere = OccluderSphere::new(Vec3::ZERO, 1.0);
+        let mean = |directions: &EnvironmentDirections, cone: &Cone, normal: Vec3| {
+            let count = 20_000;
+            let all = points(count).filter_map(|(u, _)| directions.within(cone, normal, u));
+            all.inspect(|(wi, _)| assert!(cone.contains(*wi) || wi.dot(normal) < 1e-3))
+                .map(|(_, irradiance)| f64::from(irradiance))
+                .sum::<f64>()
+                / f64::from(count)
+        };
+        let sky = EnvironmentDirections::new(&Environment::Constant(Vec3::ONE));
+        let (sine, cosine) = (0.25_f64, 0.9375_f64.sqrt());
+        let above = sphere.cone_from(Vec3::new(0.0, -3.2, -2.4)).unwrap();
+        let expected = std::f64::consts::PI * sine * sine * 0.8;
+        assert!((mean(&sky, &above, Vec3::Y) / expected - 1.0).abs() < 3e-3);
+        let level = sphere.cone_from(Vec3::X * 4.0).unwrap();
+        let expected = libm::asin(sine) - sine * cosine;
+        assert!((mean(&sky, &level, Vec3::Y) / expected - 1.0).abs() < 3e-3);
+
+        // A studio, and a cone that the surface cuts anywhere: the mean over its directions, of which those below hold nothing.
+        let studio = EnvironmentDirections::new(&Environment::BuiltIn(BuiltInLight::Studio));
+        let cut = sphere.cone_from(Vec3::new(-2.4, -0.2, 0.8)).unwrap();
+        let count = 20_000;
+        let of_direction = |(u, _)| {
+            let wi = cut.direction(u);
+            f64::from(studio.luminance.at(wi) * wi.y.max(0.0))
+        };
+        let expected =
+            points(count).map(of_direction).sum::<f64>() * f64::from(cut.solid_angle()) / f64::from(count);
+        assert!((mean(&studio, &cut, Vec3::Y) / expected - 1.0).abs() < 1e-2);
     }
 
     #[test]

@@ -17,6 +17,7 @@ mod light_pass;
 mod light_sampling;
 mod lights;
 mod media;
+mod occluders;
 mod opaque_materials;
 pub mod path;
 mod random;

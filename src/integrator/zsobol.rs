@@ -67,7 +67,6 @@ impl SampleSequence {
     }
 
     /// A point in the unit square, coordinates in [0, 1). The points of different dimensions are independent.
-    #[cfg(test)]
     pub(crate) fn point(&self, dimension: u32) -> Vec2 {
         self.point_by(&DimensionKeys::new(self.seed, dimension))
     }

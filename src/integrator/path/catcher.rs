@@ -7,7 +7,6 @@ use glam::Vec3;
 use crate::bsdf::cosine_direction;
 use crate::color::luminance;
 use crate::integrator::Integrator;
-use crate::integrator::random::Purpose;
 use crate::integrator::whitted::{Receiver, Tracer, local_frame};
 
 /// Directions of each kind among which one is chosen.
@@ -23,10 +22,10 @@ impl Tracer<'_, '_> {
         }
         let environment = self.context.view.environment;
         let world_from_local = local_frame(receiver.normal);
-        let purpose = |number: u32| Purpose::Light(self.context.lights.len() as u32 + number);
-        let (mut u, mut sum, mut chosen) = (receiver.seed.point(purpose(0)).x, 0.0_f32, None);
+        let point = |number| receiver.environment_point(self.context.lights.len(), number);
+        let (mut u, mut sum, mut chosen) = (point(0).x, 0.0_f32, None);
         for number in 1..=2 * CANDIDATES {
-            let point = receiver.seed.point(purpose(number));
+            let point = point(number);
             let wi = if number % 2 == 0 {
                 world_from_local * cosine_direction(point)
             } else if let Some((wi, _)) = environment.sample(point) {

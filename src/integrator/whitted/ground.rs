@@ -29,17 +29,19 @@ pub(super) struct GroundHit<'r> {
 }
 
 impl Tracer<'_, '_> {
-    /// The opacity of the ground where a ray hits it, of which the share `through` is left. `received` is the light there, where it is known. Sends the
-    /// mirror ray.
+    /// The opacity of the ground where a ray hits it, of which the share `through` is left. `received` is the light there, where it is known, and
+    /// `number` that of the receiver along the ray. Sends the mirror ray.
     pub(super) fn ground_alpha(
         &mut self,
         hit: &GroundHit<'_>,
         received: Option<ReceivedLight>,
+        number: u32,
         (through, light_pass): (f32, Option<LightPass>),
     ) -> f32 {
         let ReceivedLight { unoccluded, arriving } = received.unwrap_or_else(|| {
             let position = hit.ray.at(hit.t);
-            let receiver = Receiver { position, normal: hit.ground.up, seed: hit.state.seed };
+            let points = self.receiver_points(hit.state, number);
+            let receiver = Receiver { position, normal: hit.ground.up, seed: hit.state.seed, points };
             self.direct_light_on(&receiver, |_| position)
         });
         let light = unoccluded + self.context.ground_irradiance;

@@ -5,7 +5,7 @@
 
 use std::time::Instant;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::tracer::{Tracer, seconds_since};
 use super::wavefront::{RaySlot, Wavefront};
@@ -14,11 +14,22 @@ use crate::color::luminance;
 use crate::geometry::Ray;
 use crate::integrator::random::Purpose;
 use crate::integrator::shadow::ShadowBatch;
-use crate::integrator::{EnvSamples, MediaStack, RayState, Seed};
+use crate::integrator::zsobol::SampleSequence;
+use crate::integrator::{EnvSamples, MediaStack, R2, RayState, Seed};
 use crate::interaction::catches_shadows;
+use crate::scene::Environment;
 
 /// Shadow rays after which queued receivers are traced: enough for full packets, and little memory.
 const RAYS_TOGETHER: usize = 4096;
+
+/// Shadow rays to the environment from a receiver that a camera sees, unless their number is set. Most of them miss everything and are cheap;
+/// each that does not is a speck on an even surface.
+const ENVIRONMENT_RAYS: u32 = 4;
+
+/// First dimension of the sample points of receivers, beyond those of surfaces and paths.
+const FIRST_DIMENSION: u32 = 1 << 31;
+/// Dimensions of one receiver: as many as the candidates of paths need, and to spare.
+const DIMENSIONS: u32 = 16;
 
 /// A point that receives light.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +38,18 @@ pub(in crate::integrator) struct Receiver {
     /// Unit normal on the lit side.
     pub(in crate::integrator) normal: Vec3,
     pub(in crate::integrator) seed: Seed,
+    /// The sample points of the pixel, and the first dimension of this receiver, on camera rays.
+    pub(in crate::integrator) points: Option<(SampleSequence, u32)>,
+}
+
+impl Receiver {
+    /// The point in the unit square of this number, for directions to the environment of a scene with so many lights.
+    pub(in crate::integrator) fn environment_point(&self, lights: usize, number: u32) -> Vec2 {
+        match self.points {
+            Some((sequence, first_dimension)) => sequence.point(first_dimension + number),
+            None => self.seed.point(Purpose::Light(lights as u32 + number)),
+        }
+    }
 }
 
 /// Luminance of the direct light on a receiver.
@@ -42,8 +65,17 @@ pub(super) struct ReceiverShadows {
     /// For each light, then for the environment.
     batches: Vec<ShadowBatch>,
     rays: Vec<ReceiverRay>,
-    /// The end of each receiver's rays.
-    ends: Vec<usize>,
+    receivers: Vec<QueuedReceiver>,
+    /// The last normal, and the irradiance of the environment on a surface of it: the ground has only one.
+    irradiance: Option<(Vec3, Vec3)>,
+}
+
+/// The end of a receiver's rays, and the luminance of light that arrives without any. What a ray decides about may be overestimated; then
+/// this is negative.
+#[derive(Clone, Copy, Debug)]
+struct QueuedReceiver {
+    end: usize,
+    certain: f32,
 }
 
 /// A shadow ray, and the irradiance that it decides about.
@@ -59,7 +91,15 @@ impl ReceiverShadows {
     fn clear(&mut self) {
         self.batches.iter_mut().for_each(ShadowBatch::clear);
         self.rays.clear();
-        self.ends.clear();
+        self.receivers.clear();
+    }
+
+    /// The irradiance of `environment` on a surface of this normal.
+    fn irradiance(&mut self, environment: &Environment, normal: Vec3) -> Vec3 {
+        match self.irradiance {
+            Some((known, irradiance)) if known == normal => irradiance,
+            _ => self.irradiance.insert((normal, environment.irradiance(normal))).1,
+        }
     }
 
     fn push(&mut self, batch: usize, ray: Ray, irradiance: Vec3) {
@@ -122,14 +162,22 @@ impl Tracer<'_, '_> {
             && first.is_none_or(|hit| t < hit.t)
         {
             let position = ray.at(t);
-            let receiver = Receiver { position, normal: ground.up, seed: state.seed };
+            let points = self.receiver_points(state, 0);
+            let receiver = Receiver { position, normal: ground.up, seed: state.seed, points };
             self.add_receiver(shadows, &receiver, |_| position);
             return true;
         }
         let Some(hit) = first.filter(|hit| catches_shadows(self.context.view, hit)) else { return false };
-        let (receiver, point) = self.catcher_receiver(ray, state, &hit);
+        let (receiver, point) = self.catcher_receiver((ray, state), &hit, 0);
         self.add_receiver(shadows, &receiver, |span| point.shadow_end_outside(span));
         true
+    }
+
+    /// The sample points of a camera ray's receiver with this number along the ray. Several rays of a later generation may belong to one
+    /// sample, and have none.
+    pub(super) fn receiver_points(&self, state: &RayState, number: u32) -> Option<(SampleSequence, u32)> {
+        let has_points = state.depth == 0 && self.context.sample_points.is_some();
+        has_points.then(|| (self.sequences[state.sample as usize], FIRST_DIMENSION + number * DIMENSIONS))
     }
 
     /// The direct light on one receiver. `shadow_end` returns the end of a shadow ray by its span.
@@ -162,17 +210,60 @@ impl Tracer<'_, '_> {
                 shadows.push(index, ray, incidence.irradiance * cosine);
             }
         }
-        let (rays, share) = match context.settings.env_samples {
-            EnvSamples::Fixed(rays) if context.environment_directions.is_some() => (rays, 1.0 / rays as f32),
-            _ => (1, context.occluded_share),
+        let certain = self.add_environment(shadows, receiver, &shadow_end);
+        shadows.receivers.push(QueuedReceiver { end: shadows.rays.len(), certain });
+    }
+
+    /// Adds shadow rays to the environment. Returns the luminance of its light that arrives without any.
+    fn add_environment(
+        &self,
+        shadows: &mut ReceiverShadows,
+        receiver: &Receiver,
+        shadow_end: impl Fn(Vec3) -> Vec3,
+    ) -> f32 {
+        let context = self.context;
+        let all = shadows.irradiance(context.view.environment, receiver.normal) * context.occluded_share;
+        if luminance(all) <= 0.0 {
+            return 0.0;
+        }
+        let mut add = |wi: Vec3, irradiance: Vec3| {
+            shadows.push(context.lights.len(), Ray::new(shadow_end(Vec3::ZERO), wi), irradiance);
         };
+        let Some(directions) = &context.environment_directions else {
+            // Paths take many samples of one ray.
+            if let Some(wi) = self.environment_direction(receiver) {
+                add(wi, all);
+            }
+            return 0.0;
+        };
+        // The rays of a sample are the points of a Hammersley set, rotated by one sample point.
+        let [point, choice] = [0, 1].map(|number| receiver.environment_point(context.lights.len(), number));
+        let cone = context.occluders.and_then(|occluders| occluders.cone_from(receiver.position));
+        let rays = match context.settings.env_samples {
+            EnvSamples::Fixed(rays) => rays,
+            EnvSamples::Auto if cone.is_none() && receiver.points.is_some() => ENVIRONMENT_RAYS,
+            EnvSamples::Auto => 1,
+        };
+        let share = all / rays as f32;
+        let Some(cone) = cone else {
+            for number in 0..rays {
+                let choice = (choice.x + number as f32 / rays as f32).fract();
+                if let Some(wi) = directions.diffuse(receiver.normal, rotated(point, number), choice) {
+                    add(wi, share);
+                }
+            }
+            return 0.0;
+        };
+        // All light from beyond the cone arrives.
+        let mut certain = luminance(all);
         for number in 0..rays {
-            if let Some(wi) = self.light_direction(receiver, number) {
-                let irradiance = context.view.environment.irradiance(receiver.normal) * share;
-                shadows.push(context.lights.len(), Ray::new(shadow_end(Vec3::ZERO), wi), irradiance);
+            if let Some((wi, in_cone)) = directions.within(&cone, receiver.normal, rotated(point, number)) {
+                let decided = in_cone * context.occluded_share / rays as f32;
+                certain -= decided;
+                add(wi, share * (decided / luminance(share)));
             }
         }
-        shadows.ends.push(shadows.rays.len());
+        certain
     }
 
     fn trace_receivers(&mut self, shadows: &mut ReceiverShadows) {
@@ -186,9 +277,10 @@ impl Tracer<'_, '_> {
 
     /// The light on the receiver with this index, after its rays were traced.
     fn received_light(&mut self, shadows: &ReceiverShadows, receiver: usize) -> ReceivedLight {
-        let first = receiver.checked_sub(1).map_or(0, |before| shadows.ends[before]);
-        let mut light = ReceivedLight::default();
-        for &ReceiverRay { batch, index, irradiance } in &shadows.rays[first..shadows.ends[receiver]] {
+        let first = receiver.checked_sub(1).map_or(0, |before| shadows.receivers[before].end);
+        let QueuedReceiver { end, certain } = shadows.receivers[receiver];
+        let mut light = ReceivedLight { unoccluded: certain, arriving: certain };
+        for &ReceiverRay { batch, index, irradiance } in &shadows.rays[first..end] {
             let shadow = shadows.batches[batch].transmittance(self.context, index, &mut self.counters);
             self.statistics.transparency_limit_reached += u64::from(shadow.limit_reached);
             light.unoccluded += luminance(irradiance);
@@ -196,15 +288,13 @@ impl Tracer<'_, '_> {
         }
         light
     }
+}
 
-    /// A direction from which light of the environment reaches a receiver, for the shadow ray of this number.
-    fn light_direction(&self, receiver: &Receiver, number: u32) -> Option<Vec3> {
-        let Some(directions) = &self.context.environment_directions else {
-            return self.environment_direction(receiver);
-        };
-        let purpose =
-            |dimension: u32| Purpose::Light(self.context.lights.len() as u32 + 2 * number + dimension);
-        let u_choice = receiver.seed.point(purpose(1)).x;
-        directions.diffuse(receiver.normal, receiver.seed.point(purpose(0)), u_choice)
-    }
+/// The point moved around the unit square by a number of steps of R₂.
+fn rotated(point: Vec2, steps: u32) -> Vec2 {
+    let moved = |coordinate: f32, step: u32| {
+        let share = (step.wrapping_mul(steps) >> 8) as f32 / (1 << 24) as f32;
+        (coordinate + share).fract()
+    };
+    Vec2::new(moved(point.x, R2[0]), moved(point.y, R2[1]))
 }

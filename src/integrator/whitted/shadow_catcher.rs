@@ -12,28 +12,31 @@ use crate::interaction::{RayDifferential, SurfacePoint};
 
 impl<'a> Tracer<'_, 'a> {
     /// The share of direct light that is occluded where `ray` hits a shadow catcher; 0 where no light shines. `received` is the light there, where it
-    /// is known.
+    /// is known, and `number` that of the receiver along the ray.
     pub(super) fn caught_shadow(
         &mut self,
         (ray, state): (&Ray, &RayState),
         hit: &Hit,
         received: Option<ReceivedLight>,
+        number: u32,
     ) -> f32 {
         let ReceivedLight { unoccluded, arriving } = received.unwrap_or_else(|| {
-            let (receiver, point) = self.catcher_receiver(ray, state, hit);
+            let (receiver, point) = self.catcher_receiver((ray, state), hit, number);
             self.direct_light_on(&receiver, |span| point.shadow_end_outside(span))
         });
         if unoccluded > 0.0 { (1.0 - arriving / unoccluded).clamp(0.0, 1.0) } else { 0.0 }
     }
 
-    /// The point of a shadow catcher that a ray hits.
+    /// The point of a shadow catcher that a ray hits, its receiver with this number.
     pub(super) fn catcher_receiver(
         &self,
-        ray: &Ray,
-        state: &RayState,
+        (ray, state): (&Ray, &RayState),
         hit: &Hit,
+        number: u32,
     ) -> (Receiver, SurfacePoint<'a>) {
         let point = SurfacePoint::new(self.context.view, ray, hit, &RayDifferential::ZERO);
-        (Receiver { position: point.position, normal: point.shading_normal, seed: state.seed }, point)
+        let (position, normal) = (point.position, point.shading_normal);
+        let points = self.receiver_points(state, number);
+        (Receiver { position, normal, seed: state.seed, points }, point)
     }
 }

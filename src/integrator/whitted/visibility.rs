@@ -87,6 +87,7 @@ impl Tracer<'_, '_> {
         let mut through = 1.0_f32;
         let mut light_pass = state.light_pass;
         let mut passes = 0;
+        let mut receivers = 0;
         let mut next = first;
         // Shadow rays pass the ground and shadow catchers, and so do the sampled rays that are weighed against them.
         let ground = self.context.settings.ground.filter(|_| last.is_none());
@@ -96,7 +97,9 @@ impl Tracer<'_, '_> {
             let in_front = |ground: &mut GroundHit<'_>| next.is_none_or(|hit| ground.t < hit.t);
             if let Some(ground) = ground_hit.take_if(in_front) {
                 // What is received belongs to the first receiver alone.
-                through *= 1.0 - self.ground_alpha(&ground, received.take(), (through, light_pass));
+                through *=
+                    1.0 - self.ground_alpha(&ground, received.take(), receivers, (through, light_pass));
+                receivers += 1;
                 if self.ends(state, weight * through) {
                     return;
                 }
@@ -107,7 +110,13 @@ impl Tracer<'_, '_> {
             let alpha = if catches_shadows(view, &hit) {
                 // A catcher stands for a solid surface, which hides the ground.
                 ground_hit = None;
-                if last.is_none() { self.caught_shadow((ray, state), &hit, received.take()) } else { 0.0 }
+                let number = receivers;
+                receivers += 1;
+                if last.is_none() {
+                    self.caught_shadow((ray, state), &hit, received.take(), number)
+                } else {
+                    0.0
+                }
             } else {
                 let alpha = self.covered_share(state, alpha_at(view, &hit), &mut passes);
                 let surface_hit = SurfaceHit { slot, hit, share: through * alpha, light_pass };

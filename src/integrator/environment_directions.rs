@@ -31,7 +31,9 @@ pub(super) struct EnvironmentDirections {
     luminance: LuminanceImage,
     /// For each normal, the cumulative light of the cells times their cosine, row by row.
     cumulative: Vec<f32>,
-    /// The same at the end of each row: two cache lines, where a search among all cells touches one for each of its first steps.
+    /// The largest luminance.
+    brightest: f32,
+    /// The same as `cumulative` at the end of each row: two cache lines, where a search among all cells touches one for each of its first steps.
     row_ends: Vec<f32>,
 }
 
@@ -60,7 +62,7 @@ impl EnvironmentDirections {
             }));
         }
         let row_ends = cumulative.iter().skip(CELLS - 1).step_by(CELLS).copied().collect();
-        Self { luminance, cumulative, row_ends }
+        Self { brightest: luminance.largest(), luminance, cumulative, row_ends }
     }
 
     /// A direction from which light reaches a diffuse surface; `None` where none does. The density is that of the light times the cosine, by
@@ -82,6 +84,11 @@ impl EnvironmentDirections {
         // A cell, or a normal, may reach a little beyond the horizon.
         let height = direction.dot(normal);
         Some(if height < 0.0 { direction - normal * (2.0 * height) } else { direction })
+    }
+
+    /// The largest irradiance that [`EnvironmentDirections::within`] may find.
+    pub(super) fn most_within(&self, cone: &Cone, normal: Vec3) -> f32 {
+        self.brightest * cone.largest_cosine(normal) * cone.solid_angle()
     }
 
     /// A direction in a cone above a diffuse surface, and an estimate of the irradiance that the cone holds, by luminance; `None` if it holds
@@ -257,6 +264,24 @@ mod tests {
         let expected =
             points(count).map(of_direction).sum::<f64>() * f64::from(cut.solid_angle()) / f64::from(count);
         assert!((mean(&studio, &cut, Vec3::Y) / expected - 1.0).abs() < 1e-2);
+    }
+
+    #[test]
+    fn no_estimate_of_a_cone_exceeds_its_limit() {
+        let sphere = OccluderSphere::new(Vec3::ZERO, 1.0);
+        for light in [BuiltInLight::Studio, BuiltInLight::Dark, BuiltInLight::Outdoor] {
+            let directions = EnvironmentDirections::new(&Environment::BuiltIn(light));
+            for i in 0..100 {
+                let away = crate::geometry::spiral_direction(i, 100);
+                let cone = sphere.cone_from(away * (2.1 + i as f32 * 0.1)).unwrap();
+                let limit = directions.most_within(&cone, Vec3::Y);
+                let mut largest = 0.0_f32;
+                for (_, irradiance) in points(200).filter_map(|(u, _)| directions.within(&cone, Vec3::Y, u)) {
+                    largest = largest.max(irradiance);
+                }
+                assert!(largest <= limit * 1.00001, "{light:?} {i}: {largest} {limit}");
+            }
+        }
     }
 
     #[test]

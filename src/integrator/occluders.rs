@@ -73,6 +73,16 @@ impl Cone {
         TAU * self.height
     }
 
+    /// The largest cosine between a direction and a unit vector; 0 if none is positive.
+    pub(super) fn largest_cosine(&self, normal: Vec3) -> f32 {
+        let (to_axis, half) = (self.axis.dot(normal), 1.0 - self.height);
+        if to_axis >= half {
+            return 1.0;
+        }
+        let sines = (1.0 - to_axis * to_axis).max(0.0) * self.height * (2.0 - self.height);
+        (to_axis * half + sines.sqrt()).max(0.0)
+    }
+
     /// A direction, evenly by solid angle.
     pub(super) fn direction(&self, u: Vec2) -> Vec3 {
         let height = self.height * u.x;
@@ -91,6 +101,40 @@ impl Cone {
 mod tests {
     use super::*;
     use crate::geometry::spiral_direction;
+    use crate::scene::{Selection, SelectionRequest, mark_shadow_catchers};
+
+    #[test]
+    fn the_sphere_holds_what_casts_shadows_and_nothing_else() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/environment/shadow_catcher.gltf");
+        let mut scene = crate::gltf::import(path.as_ref(), &crate::gltf::ImportOptions::default()).unwrap();
+        let (selection, _) = Selection::resolve(&SelectionRequest::default(), &scene).unwrap();
+        let with_floor = OccluderSphere::of(&Frame::at(&scene, &selection, 0.0));
+        assert!(mark_shadow_catchers(&mut scene, "floor") > 0);
+        let mut frame = Frame::at(&scene, &selection, 0.0);
+        let without_floor = OccluderSphere::of(&frame);
+        assert!(without_floor.radius < 0.5 * with_floor.radius);
+        let casts = |frame: &Frame, index: usize| {
+            let material = frame.instances[frame.instance_of_triangle[index] as usize].material;
+            !frame.materials[material.index()].is_shadow_catcher
+        };
+        for (index, triangle) in frame.triangles.iter().enumerate().filter(|(index, _)| casts(&frame, *index))
+        {
+            let is_inside = |corner: &Vec3| corner.distance(without_floor.center) <= without_floor.radius;
+            assert!(triangle.vertices.iter().all(is_inside), "{index}");
+        }
+
+        // Hidden triangles are not there.
+        let last = (0..frame.triangles.len()).rev().find(|&index| casts(&frame, index)).unwrap();
+        for index in 0..frame.triangles.len() {
+            if index != last {
+                frame.flags[index] = frame.flags[index].with(TriangleFlags::HIDDEN);
+            }
+        }
+        let of_last = OccluderSphere::of(&frame);
+        assert_eq!(of_last.center, frame.triangles[last].bounds().center());
+        assert!(of_last.radius > 0.0 && of_last.radius < without_floor.radius);
+        assert_eq!(OccluderSphere::of(&Frame::default()), OccluderSphere::new(Vec3::ZERO, 0.0));
+    }
 
     #[test]
     fn cones_hold_the_directions_to_the_sphere_and_no_others() {
@@ -104,6 +148,8 @@ mod tests {
                 let inside = cone.direction(u);
                 assert!((inside.length() - 1.0).abs() < 1e-6);
                 assert!(is_hit(inside) <= sphere.radius * 1.0001 && inside.dot(to_center) > 0.0);
+                let normal = spiral_direction(u32::from(i), 64);
+                assert!(inside.dot(normal) <= cone.largest_cosine(normal) + 1e-6);
                 let far = spiral_direction(u32::from(i), 64);
                 let hits = is_hit(far) < sphere.radius && far.dot(to_center) > 0.0;
                 assert_eq!(cone.contains(far), hits, "{far}");

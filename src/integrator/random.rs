@@ -72,12 +72,21 @@ impl Seed {
     /// A point in the unit square.
     pub fn point(self, purpose: Purpose) -> Vec2 {
         let rotation = hash(self.stream ^ hash(purpose.number()));
-        let coordinate = |step: u32, rotation: u32| {
-            let bits = self.index.wrapping_mul(step).wrapping_add(rotation);
-            (bits >> 8) as f32 / (1 << 24) as f32
-        };
+        let coordinate =
+            |step: u32, rotation: u32| unit_interval(self.index.wrapping_mul(step).wrapping_add(rotation));
         Vec2::new(coordinate(R2[0], rotation), coordinate(R2[1], hash(rotation)))
     }
+}
+
+/// A point of the unit square, moved around it by a number of steps of R₂.
+pub(super) fn r2_moved(point: Vec2, steps: u32) -> Vec2 {
+    let [x, y] = R2.map(|step| unit_interval(step.wrapping_mul(steps)));
+    (point + Vec2::new(x, y)).fract()
+}
+
+/// The number in [0, 1) of the highest 24 bits.
+fn unit_interval(bits: u32) -> f32 {
+    (bits >> 8) as f32 / (1 << 24) as f32
 }
 
 /// A bijection of 32 bits that flips about half of them (Wellons, "Prospecting for Hash Functions", 2018).

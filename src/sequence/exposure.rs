@@ -63,6 +63,7 @@ fn small_renders(
         path: PathSettings { sample_range: None, ..job.render.path },
         ..job.render.clone()
     };
+    job.first_pose.clear();
     let mut films = Vec::new();
     for selection in selections {
         let duration = f64::from(duration_seconds(&job.scene, selection));

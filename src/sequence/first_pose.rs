@@ -28,25 +28,54 @@ impl FirstPose {
     pub(super) fn take(&self, scene: &Arc<Scene>, selection: &Selection, time_seconds: f64) -> Option<Frame> {
         let taken = self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
         let Posed { mut frame, scene: posed_scene, selection: posed_selection } = taken?;
-        let is_same = Weak::ptr_eq(&posed_scene, &Arc::downgrade(scene))
-            && frame.time_seconds.to_bits() == time_seconds.to_bits()
-            && posed_selection.has_surfaces_of(selection);
-        if is_same {
+        let is_same =
+            Weak::ptr_eq(&posed_scene, &Arc::downgrade(scene)) && posed_selection.has_surfaces_of(selection);
+        if !is_same {
+            frame.pose(scene, selection, time_seconds);
+        } else if frame.time_seconds.to_bits() == time_seconds.to_bits() {
             frame.pose_camera(scene, selection);
         } else {
-            frame.pose(scene, selection, time_seconds);
+            frame.pose_again(scene, selection, time_seconds);
         }
         Some(frame)
+    }
+
+    /// Drops the pose before other work needs its memory.
+    pub(super) fn clear(&self) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{CameraRequest, SelectionRequest};
+    use crate::framing::resolve_camera_with_pose;
+    use crate::scene::{CameraRequest, SelectionRequest, VariantIndex, ViewRequest};
 
     fn loaded(path: &str) -> Arc<Scene> {
         Arc::new(crate::gltf::import(path.as_ref(), &crate::gltf::ImportOptions::default()).unwrap())
+    }
+
+    fn assert_equal(frame: &Frame, expected: &Frame) {
+        assert_eq!((frame.time_seconds, frame.camera), (expected.time_seconds, expected.camera));
+        assert_eq!(frame.triangles, expected.triangles);
+        assert_eq!(frame.vertices, expected.vertices);
+        assert!(frame.flags == expected.flags);
+        assert_eq!(frame.instance_of_triangle, expected.instance_of_triangle);
+        assert_eq!(frame.instances, expected.instances);
+        assert_eq!(frame.materials, expected.materials);
+        assert_eq!(frame.lights, expected.lights);
+        assert!(frame.image_light == expected.image_light);
+    }
+
+    /// The pose of `posed`, taken for `taken`, is what posing anew gives.
+    fn check(posed: (&Arc<Scene>, &Selection), taken: (&Arc<Scene>, &Selection, f64)) {
+        let mut frame = Frame::default();
+        frame.pose_surfaces(posed.0, posed.1, 0.0);
+        let pose = FirstPose::new(frame, posed.0, posed.1.clone());
+        let frame = pose.clone().take(taken.0, taken.1, taken.2).unwrap();
+        assert_equal(&frame, &Frame::at(taken.0, taken.1, taken.2));
+        assert!(pose.take(taken.0, taken.1, taken.2).is_none());
     }
 
     #[test]
@@ -57,21 +86,47 @@ mod tests {
         let (automatic, _) = Selection::resolve(&request, &scene).unwrap();
         assert_ne!(automatic.camera, selection.camera);
         let other_scene = loaded("scenes/demo/whitted_1980.gltf");
-        let without_clips = Selection { clips: Vec::new(), ..selection.clone() };
-        for (scene_taken, taken, time) in [
-            (&scene, &selection, 0.0),
-            (&scene, &selection, 0.25),
-            (&scene, &without_clips, 0.0),
-            (&other_scene, &selection, 0.0),
+        let still = Selection { clips: Vec::new(), ..selection.clone() };
+        for (posed, taken) in [
+            (&automatic, (&scene, &selection, 0.0)),
+            (&automatic, (&scene, &selection, 0.25)),
+            (&automatic, (&scene, &still, 0.0)),
+            (&automatic, (&other_scene, &selection, 0.0)),
+            // Only the camera depends on the time.
+            (&still, (&scene, &still, 0.25)),
         ] {
-            let mut frame = Frame::default();
-            frame.pose_surfaces(&scene, &automatic, 0.0);
-            let pose = FirstPose::new(frame, &scene, automatic.clone());
-            let frame = pose.clone().take(scene_taken, taken, time).unwrap();
-            let expected = Frame::at(scene_taken, taken, time);
-            assert_eq!((frame.time_seconds, frame.camera), (time, expected.camera));
-            assert_eq!((frame.triangles, frame.vertices), (expected.triangles, expected.vertices));
-            assert!(pose.take(scene_taken, taken, time).is_none());
+            check((&scene, posed), taken);
         }
+    }
+
+    #[test]
+    fn other_variants_and_roots_are_posed_anew() {
+        let scene = loaded("scenes/material/variants.gltf");
+        let (selection, _) = Selection::resolve(&SelectionRequest::default(), &scene).unwrap();
+        let variant = Selection { variant: Some(VariantIndex(1)), ..selection.clone() };
+        let materials = |selection: &Selection| {
+            let frame = Frame::at(&scene, selection, 0.0);
+            frame.instances.iter().map(|instance| instance.material).collect::<Vec<_>>()
+        };
+        assert_ne!(materials(&selection), materials(&variant));
+        let no_roots = Selection { roots: Vec::new(), ..selection.clone() };
+        for other in [&variant, &no_roots] {
+            check((&scene, &selection), (&scene, other, 0.0));
+        }
+    }
+
+    #[test]
+    fn clips_that_are_measured_each_alone_leave_no_pose() {
+        let scene = loaded("scenes/demo/whitted_1980.gltf");
+        let request = SelectionRequest { camera: Some(CameraRequest::Auto), ..SelectionRequest::default() };
+        let (selection, _) = Selection::resolve(&request, &scene).unwrap();
+        let has_pose = |view: &ViewRequest| {
+            let (_, posed) = resolve_camera_with_pose(&scene, selection.clone(), view, 1.5);
+            posed.is_some()
+        };
+        assert!(has_pose(&ViewRequest::default()));
+        let measured_clips = selection.clips.clone();
+        assert!(!measured_clips.is_empty());
+        assert!(!has_pose(&ViewRequest { measured_clips, ..ViewRequest::default() }));
     }
 }

@@ -51,6 +51,9 @@ pub fn run(job: &SequenceJob, plan: &Plan, cancel: &CancelFlag, on_event: OnEven
         to_render: plan.remaining(),
         kept: plan.frames.len() - plan.remaining(),
     });
+    if plan.remaining() == 0 {
+        job.first_pose.clear();
+    }
     let stop = cancel.inner();
     let mut summary = match tone_mapping(job, plan, &stop, on_event) {
         Ok(look) => Summary { look, ..render_and_write(&Run { job, plan, cancel, stop, look, on_event }) },

@@ -12,10 +12,10 @@ use super::wavefront::{RaySlot, Wavefront};
 use crate::bvh::Hit;
 use crate::color::luminance;
 use crate::geometry::Ray;
-use crate::integrator::random::Purpose;
+use crate::integrator::random::{Purpose, r2_moved};
 use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::zsobol::SampleSequence;
-use crate::integrator::{EnvSamples, MediaStack, R2, RayState, Seed};
+use crate::integrator::{EnvSamples, MediaStack, RayState, Seed};
 use crate::interaction::catches_shadows;
 use crate::scene::Environment;
 
@@ -70,8 +70,7 @@ pub(super) struct ReceiverShadows {
     irradiance: Option<(Vec3, Vec3)>,
 }
 
-/// The end of a receiver's rays, and the luminance of light that arrives without any. What a ray decides about may be overestimated; then
-/// this is negative.
+/// The end of a receiver's rays, and the luminance of light that arrives without any.
 #[derive(Clone, Copy, Debug)]
 struct QueuedReceiver {
     end: usize,
@@ -173,7 +172,7 @@ impl Tracer<'_, '_> {
         true
     }
 
-    /// The sample points of a camera ray's receiver with this number along the ray. Several rays of a later generation may belong to one
+    /// The sample points of a camera ray's receiver with this number along the ray. Several deeper rays may belong to one
     /// sample, and have none.
     pub(super) fn receiver_points(&self, state: &RayState, number: u32) -> Option<(SampleSequence, u32)> {
         let has_points = state.depth == 0 && self.context.sample_points.is_some();
@@ -226,8 +225,9 @@ impl Tracer<'_, '_> {
         if luminance(all) <= 0.0 {
             return 0.0;
         }
+        let origin = shadow_end(Vec3::ZERO);
         let mut add = |wi: Vec3, irradiance: Vec3| {
-            shadows.push(context.lights.len(), Ray::new(shadow_end(Vec3::ZERO), wi), irradiance);
+            shadows.push(context.lights.len(), Ray::new(origin, wi), irradiance);
         };
         let Some(directions) = &context.environment_directions else {
             // Paths take many samples of one ray.
@@ -236,19 +236,25 @@ impl Tracer<'_, '_> {
             }
             return 0.0;
         };
-        // The rays of a sample are the points of a Hammersley set, rotated by one sample point.
-        let [point, choice] = [0, 1].map(|number| receiver.environment_point(context.lights.len(), number));
-        let cone = context.occluders.and_then(|occluders| occluders.cone_from(receiver.position));
+        // A ray may not decide about more light than there is: shadows would be too light where they are limited to that.
+        let cone = context.occluders.and_then(|occluders| occluders.cone_from(origin)).filter(|cone| {
+            let most = directions.most_within(cone, receiver.normal) * context.occluded_share;
+            most <= luminance(all)
+        });
         let rays = match context.settings.env_samples {
+            _ if receiver.points.is_none() => 1,
             EnvSamples::Fixed(rays) => rays,
-            EnvSamples::Auto if cone.is_none() && receiver.points.is_some() => ENVIRONMENT_RAYS,
-            EnvSamples::Auto => 1,
+            EnvSamples::Auto if cone.is_some() => 1,
+            EnvSamples::Auto => ENVIRONMENT_RAYS,
         };
-        let share = all / rays as f32;
+        // The rays of a sample share one sample point, which each moves on.
+        let point = |number| receiver.environment_point(context.lights.len(), number);
+        let (share, u) = (all / rays as f32, point(0));
         let Some(cone) = cone else {
+            let choice = point(1).x;
             for number in 0..rays {
-                let choice = (choice.x + number as f32 / rays as f32).fract();
-                if let Some(wi) = directions.diffuse(receiver.normal, rotated(point, number), choice) {
+                let choice = (choice + number as f32 / rays as f32).fract();
+                if let Some(wi) = directions.diffuse(receiver.normal, r2_moved(u, number), choice) {
                     add(wi, share);
                 }
             }
@@ -257,7 +263,7 @@ impl Tracer<'_, '_> {
         // All light from beyond the cone arrives.
         let mut certain = luminance(all);
         for number in 0..rays {
-            if let Some((wi, in_cone)) = directions.within(&cone, receiver.normal, rotated(point, number)) {
+            if let Some((wi, in_cone)) = directions.within(&cone, receiver.normal, r2_moved(u, number)) {
                 let decided = in_cone * context.occluded_share / rays as f32;
                 certain -= decided;
                 add(wi, share * (decided / luminance(share)));
@@ -288,13 +294,4 @@ impl Tracer<'_, '_> {
         }
         light
     }
-}
-
-/// The point moved around the unit square by a number of steps of R₂.
-fn rotated(point: Vec2, steps: u32) -> Vec2 {
-    let moved = |coordinate: f32, step: u32| {
-        let share = (step.wrapping_mul(steps) >> 8) as f32 / (1 << 24) as f32;
-        (coordinate + share).fract()
-    };
-    Vec2::new(moved(point.x, R2[0]), moved(point.y, R2[1]))
 }

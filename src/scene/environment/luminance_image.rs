@@ -42,6 +42,11 @@ impl LuminanceImage {
         self.at_uv(uv_from_direction(direction))
     }
 
+    /// The largest luminance from any direction.
+    pub(crate) fn largest(&self) -> f32 {
+        self.0.largest()
+    }
+
     /// Luminance from the direction of a position in the unit square.
     #[inline(always)]
     pub(crate) fn at_uv(&self, uv: Vec2) -> f32 {

@@ -48,6 +48,11 @@ impl OctahedralImage<f32> {
     pub(super) fn number_at(&self, uv: Vec2) -> f32 {
         self.interpolated(uv)
     }
+
+    /// The largest number.
+    pub(super) fn largest(&self) -> f32 {
+        self.nodes.iter().copied().fold(0.0, f32::max)
+    }
 }
 
 impl<T> OctahedralImage<T>

@@ -66,14 +66,22 @@ fn walls_hide_what_rough_metals_mirror() {
 
 #[test]
 fn the_ground_and_its_shadow_follow_the_same_form_factor() {
-    let mut stage = stage(4096);
-    stage.settings.show_background = false;
-    stage.settings.ground = Some(Ground { up: Vec3::Y, height: 0.0, is_mirror: false });
-    stage.add(rectangle(Vec3::Y, Vec3::Z, Vec3::X), lambert(Vec3::ONE));
-    let seen = middle(&stage);
-    let expected = square_form_factor(1.0, 1.0);
-    assert!((seen.w - expected).abs() < 0.02, "{seen} for {expected}");
-    assert_eq!(seen.truncate(), Vec3::ZERO);
+    // A wide square fills most of the sky. A small one is a narrow cone, of which rays decide about a little light each.
+    for (half_width, tolerance) in [(1.0, 0.005), (0.3, 0.002), (0.1, 2e-4)] {
+        let mut stage = stage(4096);
+        stage.settings.show_background = false;
+        stage.settings.ground = Some(Ground { up: Vec3::Y, height: 0.0, is_mirror: false });
+        stage.add(rectangle(Vec3::Y, Vec3::Z * half_width, Vec3::X * half_width), lambert(Vec3::ONE));
+        let expected = square_form_factor(half_width, 1.0);
+        for (env_samples, samples) in
+            [(EnvSamples::Auto, 4096), (EnvSamples::Fixed(1), 4096), (EnvSamples::Fixed(16), 256)]
+        {
+            (stage.settings.env_samples, stage.settings.samples) = (env_samples, samples);
+            let seen = middle(&stage);
+            assert!((seen.w - expected).abs() < tolerance, "{env_samples:?}: {seen} for {expected}");
+            assert_eq!(seen.truncate(), Vec3::ZERO);
+        }
+    }
 }
 
 #[test]

@@ -68,6 +68,8 @@ fn mirror_images_are_premultiplied_and_leave_the_environment_out() {
     stage.settings.show_background = false;
     stage.settings.ground = Some(plane(0.0, true));
     stage.environment = Environment::Constant(Vec3::ONE);
+    // Without the card's own shadow
+    stage.settings.env_samples = EnvSamples::Fixed(0);
     let color = Vec3::new(0.25, 0.5, 2.0);
     stage.add(rectangle(Vec3::new(0.0, 1.0, 0.0), Vec3::X * 0.4, Vec3::Y * 0.4), unlit(color));
     // At 45° onto an index of 1.5: F = 0.0502399 by Fresnel's equations.

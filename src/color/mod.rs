@@ -69,31 +69,41 @@ pub(crate) fn srgb8_table() -> &'static [f32; 256] {
     TABLE.get_or_init(|| std::array::from_fn(|code| decode(code as f64 / 255.0) as f32))
 }
 
-/// [`linear_to_srgb8`] by table: the last code whose lower edge does not exceed `linear`.
-pub(crate) fn linear_to_srgb8_by_table(linear: f32) -> u8 {
-    /// Equal cells of the unit interval. No cell contains more than two edges.
-    const CELLS: usize = 4096;
-    /// Lower edges of all codes, and the code at the start of each cell.
-    struct Codes {
-        edges: [f32; 256],
-        first: [u8; CELLS],
+/// Equal cells of the unit interval in [`Srgb8Codes`]. No cell contains more than two edges.
+const CELLS: usize = 4096;
+
+/// [`linear_to_srgb8`] by table.
+pub(crate) struct Srgb8Codes {
+    /// Lower edges of all codes, then two that no value reaches.
+    edges: [f32; 258],
+    /// The code at the start of each cell.
+    first: [u8; CELLS],
+}
+
+impl Srgb8Codes {
+    /// The table.
+    pub(crate) fn get() -> &'static Self {
+        static CODES: OnceLock<Box<Srgb8Codes>> = OnceLock::new();
+        CODES.get_or_init(|| {
+            let edges: [f32; 258] = std::array::from_fn(|code| match code {
+                0 => 0.0,
+                1..=255 => decode((code as f64 - 0.5) / 255.0) as f32,
+                _ => f32::INFINITY,
+            });
+            let code_at = |linear: f32| (edges.partition_point(|edge| *edge <= linear) - 1) as u8;
+            Box::new(Self { edges, first: std::array::from_fn(|cell| code_at(cell as f32 / CELLS as f32)) })
+        })
     }
-    static CODES: OnceLock<Box<Codes>> = OnceLock::new();
-    let codes = CODES.get_or_init(|| {
-        let edges: [f32; 256] = std::array::from_fn(|code| match code {
-            0 => 0.0,
-            _ => decode((code as f64 - 0.5) / 255.0) as f32,
-        });
-        let code_at = |linear: f32| (edges.partition_point(|edge| *edge <= linear) - 1) as u8;
-        Box::new(Codes { edges, first: std::array::from_fn(|cell| code_at(cell as f32 / CELLS as f32)) })
-    });
-    // The cast saturates and takes NaN to zero.
-    let cell = ((linear * CELLS as f32) as usize).min(CELLS - 1);
-    let mut code = codes.first[cell];
-    while code < 255 && linear >= codes.edges[usize::from(code) + 1] {
-        code += 1;
+
+    /// The last code whose lower edge does not exceed `linear`. Without branches, which images would decide at random.
+    #[inline(always)]
+    pub(crate) fn encode(&self, linear: f32) -> u8 {
+        // The cast saturates and takes NaN to zero.
+        let cell = ((linear * CELLS as f32) as usize).min(CELLS - 1);
+        let code = usize::from(self.first[cell]);
+        let next = code + usize::from(linear >= self.edges[code + 1]);
+        (next + usize::from(linear >= self.edges[next + 1])).min(255) as u8
     }
-    code
 }
 
 /// Decodes a sixteen-bit sRGB value by table.
@@ -156,17 +166,20 @@ mod tests {
     #[test]
     fn the_table_encodes_as_the_formula() {
         for code in 0..=255_u8 {
-            assert_eq!(linear_to_srgb8_by_table(srgb8_to_linear(code)), code);
+            assert_eq!(Srgb8Codes::get().encode(srgb8_to_linear(code)), code);
             assert_eq!(linear_to_srgb16(srgb16_to_linear(u16::from(code) * 251)), u16::from(code) * 251);
         }
         for step in 0..100_000 {
             let linear = step as f32 / 99_000.0;
-            let (slow, fast) = (linear_to_srgb8(linear), linear_to_srgb8_by_table(linear));
+            let (slow, fast) = (linear_to_srgb8(linear), Srgb8Codes::get().encode(linear));
             // Both round; on an edge between codes they may round differently.
             let edge = linear_to_srgb(linear) * 255.0 + 0.5;
             assert!(slow == fast || (edge - edge.round()).abs() < 1e-4, "{linear}: {slow} {fast}");
         }
-        assert_eq!([-1.0, f32::NAN, 2.0, f32::INFINITY].map(linear_to_srgb8_by_table), [0, 0, 255, 255]);
+        assert_eq!(
+            [-1.0, f32::NAN, 2.0, f32::INFINITY].map(|linear| Srgb8Codes::get().encode(linear)),
+            [0, 0, 255, 255]
+        );
         assert_eq!([-1.0, 1.0, 2.0].map(linear_to_srgb16), [0, 65535, 65535]);
     }
 

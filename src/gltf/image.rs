@@ -1,5 +1,6 @@
 //! Decoded images of textures and image-based lights.
 
+use std::cmp::Reverse;
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -54,10 +55,16 @@ pub(super) fn import(
         context.charge(image.header.decoded_bytes, &image.pointer)?;
     }
     let path = context.path;
-    let decoded: Vec<Result<_>> =
-        encoded.into_par_iter().map(|image| decoded_image(path, image, cache)).collect();
+    // A large image that is decoded last leaves the other threads without work.
+    let mut by_size: Vec<_> = encoded.into_iter().enumerate().collect();
+    by_size.sort_by_key(|(_, image)| Reverse(image.bytes.len()));
+    let each_in_turn = by_size.into_iter().par_bridge();
+    let mut decoded: Vec<(usize, Result<_>)> =
+        each_in_turn.map(|(index, image)| (index, decoded_image(path, image, cache))).collect();
     // The first error in the order of the file, independent of thread timing.
-    let (images, keys) = decoded.into_iter().collect::<Result<Vec<_>>>()?.into_iter().unzip();
+    decoded.sort_by_key(|(index, _)| *index);
+    let decoded = decoded.into_iter().map(|(_, image)| image);
+    let (images, keys) = decoded.collect::<Result<Vec<_>>>()?.into_iter().unzip();
     Ok(ImportedImages { images, stored, keys })
 }
 

@@ -13,8 +13,10 @@ use std::sync::Arc;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
+use super::mip_blocks::{self, RowPair, code_of, each, share_of};
 use super::{Encoding, Image, Texels};
-use crate::color;
+use crate::color::{self, Srgb8Codes};
+use crate::geometry::vectorized;
 
 /// One mip level below the full image.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,21 +77,38 @@ pub fn mip_levels(image: &Image, encoding: Encoding) -> Vec<MipLevel> {
     match &image.texels {
         Texels::Rgba8(texels) => {
             let table = color::srgb8_table();
+            let codes = Srgb8Codes::get();
             let linear = |code: u8| table[usize::from(code)];
             let decode_color =
-                |[r, g, b, a]: [u8; 4]| Vec4::new(linear(r), linear(g), linear(b), f32::from(a) / 255.0);
+                |[r, g, b, a]: [u8; 4]| Vec4::new(linear(r), linear(g), linear(b), share_of(a));
+            let encode_color = |mean: Vec4| {
+                let [r, g, b, a] = mean.to_array();
+                [codes.encode(r), codes.encode(g), codes.encode(b), code_of(a)]
+            };
             let decode_normal = |texel| direction(linear8(texel));
-            let encode_color = |mean| encode8(mean, Encoding::Srgb);
-            // Each encoding has its own loop over the texels.
+            let encode_linear = |mean: Vec4| stored(mean, Encoding::Linear).map(code_of);
+            let encode_normal = |mean: Vec4| stored(mean, Encoding::Normal).map(code_of);
+            let simd = fearless_simd::Level::new();
+            // Each encoding has its own loops over the texels.
             let levels = match encoding {
-                Encoding::Linear => {
-                    levels_of(size, texels, encoding, linear8, |mean| encode8(mean, Encoding::Linear))
-                }
+                Encoding::Linear => levels_of(size, texels, encoding, (linear8, encode_linear), |rows| {
+                    vectorized!(simd, rows.fill_blocks(mip_blocks::shares, mip_blocks::codes))
+                }),
                 Encoding::Normal => {
-                    levels_of(size, texels, encoding, decode_normal, |mean| encode8(mean, Encoding::Normal))
+                    levels_of(size, texels, encoding, (decode_normal, encode_normal), |rows| {
+                        vectorized!(
+                            simd,
+                            rows.fill_blocks(mip_blocks::directions, mip_blocks::direction_codes)
+                        )
+                    })
                 }
-                Encoding::Srgb | Encoding::CoveredSrgb => {
-                    levels_of(size, texels, encoding, decode_color, encode_color)
+                Encoding::Srgb => levels_of(size, texels, encoding, (decode_color, encode_color), |rows| {
+                    let decode = |texels: &_| each(texels, |texel| decode_color(texel).to_array());
+                    let encode = |means: &_| each(means, |mean| encode_color(Vec4::from_array(mean)));
+                    vectorized!(simd, rows.fill_blocks(decode, encode))
+                }),
+                Encoding::CoveredSrgb => {
+                    levels_of(size, texels, encoding, (decode_color, encode_color), |_| 0)
                 }
             };
             mip_levels_of(levels, Texels::Rgba8)
@@ -97,7 +116,7 @@ pub fn mip_levels(image: &Image, encoding: Encoding) -> Vec<MipLevel> {
         Texels::Rgba16(texels) => {
             let decode = |texel| decode16(texel, encoding);
             let encode = |mean| encode16(mean, encoding);
-            mip_levels_of(levels_of(size, texels, encoding, decode, encode), Texels::Rgba16)
+            mip_levels_of(levels_of(size, texels, encoding, (decode, encode), |_| 0), Texels::Rgba16)
         }
     }
 }
@@ -110,12 +129,14 @@ fn mip_levels_of<T>(levels: Vec<Level<T>>, texels_of: impl Fn(Vec<T>) -> Texels)
     levels.into_iter().map(level).collect()
 }
 
+/// The levels of an image, by what decodes and encodes its texels. `fill_blocks` fills the start of a row of the first level, of an image of even size,
+/// and returns the number of its texels; the bits are those of the other rows.
 fn levels_of<T: Copy + Default + Send + Sync>(
     size: (u32, u32),
     texels: &[T],
     encoding: Encoding,
-    decode: impl Fn(T) -> Vec4 + Sync,
-    encode: impl Fn(Vec4) -> T + Sync,
+    (decode, encode): (impl Fn(T) -> Vec4 + Sync, impl Fn(Vec4) -> T + Sync),
+    fill_blocks: impl Fn(RowPair<'_, T>) -> usize + Sync,
 ) -> Vec<Level<T>> {
     let mut levels = Vec::new();
     let Some(mut next) = halved(size) else {
@@ -123,7 +144,11 @@ fn levels_of<T: Copy + Default + Send + Sync>(
     };
     let stride = size.0 as usize;
     let texel = |x: usize, y: usize| decode(texels[y * stride + x]);
-    let (mut means, mut encoded) = downsample(size, next, encoding, texel, &encode);
+    let fill = |row: usize, means: &mut [Vec4], encoded: &mut [T]| {
+        let [above, below] = [row, row + 1].map(|row| &texels[row * stride..(row + 1) * stride]);
+        fill_blocks(RowPair { above, below, means, encoded })
+    };
+    let (mut means, mut encoded) = downsample(size, next, encoding, (texel, &encode), fill);
     loop {
         levels.push((next, encoded));
         let size = next;
@@ -133,7 +158,7 @@ fn levels_of<T: Copy + Default + Send + Sync>(
         next = smaller;
         let stride = size.0 as usize;
         let mean = |x: usize, y: usize| means[y * stride + x];
-        (means, encoded) = downsample(size, next, encoding, mean, &encode);
+        (means, encoded) = downsample(size, next, encoding, (mean, &encode), |_, _, _| 0);
     }
 }
 
@@ -167,13 +192,14 @@ fn spans(old: u32, new: u32) -> Vec<Span> {
         .collect()
 }
 
-/// Means of the next level's texels, and their encoded form. `texel` returns a value of the previous level.
+/// Means of the next level's texels, and their encoded form. `texel` returns a value of the previous level, of which `fill` fills the start of a
+/// row from two of even width.
 fn downsample<T: Copy + Default + Send>(
     old: (u32, u32),
     new: (u32, u32),
     encoding: Encoding,
-    texel: impl Fn(usize, usize) -> Vec4 + Sync,
-    encode: impl Fn(Vec4) -> T + Sync,
+    (texel, encode): (impl Fn(usize, usize) -> Vec4 + Sync, impl Fn(Vec4) -> T + Sync),
+    fill: impl Fn(usize, &mut [Vec4], &mut [T]) -> usize + Sync,
 ) -> (Vec<Vec4>, Vec<T>) {
     let is_covered = encoding == Encoding::CoveredSrgb;
     let is_even = old == (new.0 * 2, new.1 * 2);
@@ -182,14 +208,15 @@ fn downsample<T: Copy + Default + Send>(
     let mut encoded = vec![T::default(); means.len()];
     let lines = means.par_chunks_mut(columns.len()).zip(encoded.par_chunks_mut(columns.len()));
     lines.zip(&rows).for_each(|((means, encoded), row)| {
-        let texels = means.iter_mut().zip(encoded);
         if is_even {
-            for ((mean, encoded), column) in texels.zip(0..) {
+            let filled = fill(row.first, means, encoded);
+            let texels = means.iter_mut().zip(encoded).enumerate().skip(filled);
+            for (column, (mean, encoded)) in texels {
                 *mean = mean_of_four([column * 2, row.first], is_covered, &texel);
                 *encoded = encode(*mean);
             }
         } else {
-            for ((mean, encoded), column) in texels.zip(&columns) {
+            for ((mean, encoded), column) in means.iter_mut().zip(encoded).zip(&columns) {
                 *mean = mean_of(*column, *row, is_covered, &texel);
                 *encoded = encode(*mean);
             }
@@ -234,8 +261,8 @@ fn mean_of(column: Span, row: Span, is_covered: bool, texel: &impl Fn(usize, usi
 
 /// The channels of a texel as shares of the largest code.
 #[inline(always)]
-fn linear8([r, g, b, a]: [u8; 4]) -> Vec4 {
-    Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a)) / 255.0
+fn linear8(texel: [u8; 4]) -> Vec4 {
+    Vec4::from_array(texel.map(share_of))
 }
 
 fn decode16(texel: [u16; 4], encoding: Encoding) -> Vec4 {
@@ -266,18 +293,6 @@ fn stored(mean: Vec4, encoding: Encoding) -> [f32; 4] {
             (normal * 0.5 + Vec3::splat(0.5)).extend(mean.w).to_array()
         }
         Encoding::Linear | Encoding::Srgb | Encoding::CoveredSrgb => mean.to_array(),
-    }
-}
-
-#[inline(always)]
-fn encode8(mean: Vec4, encoding: Encoding) -> [u8; 4] {
-    let [r, g, b, a] = stored(mean, encoding);
-    // Float-to-integer casts saturate.
-    let linear = |value: f32| (value * 255.0 + 0.5) as u8;
-    let srgb = color::linear_to_srgb8_by_table;
-    match encoding {
-        Encoding::Linear | Encoding::Normal => [linear(r), linear(g), linear(b), linear(a)],
-        Encoding::Srgb | Encoding::CoveredSrgb => [srgb(r), srgb(g), srgb(b), linear(a)],
     }
 }
 

@@ -22,6 +22,7 @@ mod material;
 mod material_extensions;
 mod memory;
 mod mesh;
+mod mip_blocks;
 mod mip_lookup;
 mod mip_maps;
 mod node;

@@ -61,11 +61,7 @@ impl RowPair<'_, [u8; CHANNELS]> {
 /// Shares of the largest code.
 #[inline(always)]
 pub(super) fn shares<const N: usize>(codes: &Codes<N>) -> Values<N> {
-    let mut shares = [[0.0; CHANNELS]; N];
-    for (share, code) in shares.as_flattened_mut().iter_mut().zip(codes.as_flattened()) {
-        *share = share_of(*code);
-    }
-    shares
+    each(codes, |texel| each(&texel, share_of))
 }
 
 /// `code / 255`, in the same bits: the first product is exact, and the second so small that the sum is rounded as the quotient is.
@@ -79,11 +75,7 @@ pub(super) fn share_of(code: u8) -> f32 {
 /// Codes of shares, which saturate.
 #[inline(always)]
 pub(super) fn codes<const N: usize>(shares: &Values<N>) -> Codes<N> {
-    let mut codes = [[0; CHANNELS]; N];
-    for (code, share) in codes.as_flattened_mut().iter_mut().zip(shares.as_flattened()) {
-        *code = code_of(*share);
-    }
-    codes
+    each(shares, |texel| each(&texel, code_of))
 }
 
 /// The code of a share of the largest one. The cast saturates.

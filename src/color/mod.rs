@@ -69,15 +69,15 @@ pub(crate) fn srgb8_table() -> &'static [f32; 256] {
     TABLE.get_or_init(|| std::array::from_fn(|code| decode(code as f64 / 255.0) as f32))
 }
 
-/// Equal cells of the unit interval in [`Srgb8Codes`]. No cell contains more than two edges.
-const CELLS: usize = 4096;
+/// Equal cells of the unit interval in [`Srgb8Codes`]. No cell contains more than one edge: edges are at least 1 / (255 · 12.92) apart.
+const SRGB8_CELLS: usize = 4096;
 
 /// [`linear_to_srgb8`] by table.
 pub(crate) struct Srgb8Codes {
-    /// Lower edges of all codes, then two that no value reaches.
-    edges: [f32; 258],
+    /// Lower edges of all codes, then one that only infinity reaches.
+    edges: [f32; 257],
     /// The code at the start of each cell.
-    first: [u8; CELLS],
+    first: [u8; SRGB8_CELLS],
 }
 
 impl Srgb8Codes {
@@ -85,24 +85,26 @@ impl Srgb8Codes {
     pub(crate) fn get() -> &'static Self {
         static CODES: OnceLock<Box<Srgb8Codes>> = OnceLock::new();
         CODES.get_or_init(|| {
-            let edges: [f32; 258] = std::array::from_fn(|code| match code {
+            let edges: [f32; 257] = std::array::from_fn(|code| match code {
                 0 => 0.0,
                 1..=255 => decode((code as f64 - 0.5) / 255.0) as f32,
                 _ => f32::INFINITY,
             });
             let code_at = |linear: f32| (edges.partition_point(|edge| *edge <= linear) - 1) as u8;
-            Box::new(Self { edges, first: std::array::from_fn(|cell| code_at(cell as f32 / CELLS as f32)) })
+            Box::new(Self {
+                edges,
+                first: std::array::from_fn(|cell| code_at(cell as f32 / SRGB8_CELLS as f32)),
+            })
         })
     }
 
-    /// The last code whose lower edge does not exceed `linear`. Without branches, which images would decide at random.
+    /// The last code whose lower edge does not exceed `linear`. Without branches, which would be mispredicted.
     #[inline(always)]
     pub(crate) fn encode(&self, linear: f32) -> u8 {
         // The cast saturates and takes NaN to zero.
-        let cell = ((linear * CELLS as f32) as usize).min(CELLS - 1);
+        let cell = ((linear * SRGB8_CELLS as f32) as usize).min(SRGB8_CELLS - 1);
         let code = usize::from(self.first[cell]);
-        let next = code + usize::from(linear >= self.edges[code + 1]);
-        (next + usize::from(linear >= self.edges[next + 1])).min(255) as u8
+        (code + usize::from(linear >= self.edges[code + 1])).min(255) as u8
     }
 }
 

@@ -55,9 +55,9 @@ pub(super) fn import(
         context.charge(image.header.decoded_bytes, &image.pointer)?;
     }
     let path = context.path;
-    // A large image that is decoded last leaves the other threads without work.
+    // An image that takes long leaves the other threads without work if it is decoded last.
     let mut by_size: Vec<_> = encoded.into_iter().enumerate().collect();
-    by_size.sort_by_key(|(_, image)| Reverse(image.bytes.len()));
+    by_size.sort_by_key(|(_, image)| Reverse((image.header.decoded_bytes, image.bytes.len())));
     let each_in_turn = by_size.into_iter().par_bridge();
     let mut decoded: Vec<(usize, Result<_>)> =
         each_in_turn.map(|(index, image)| (index, decoded_image(path, image, cache))).collect();

@@ -33,6 +33,8 @@ pub(super) struct EnvironmentDirections {
     cumulative: Vec<f32>,
     /// The largest luminance.
     brightest: f32,
+    /// Irradiance for one of the last sums of `cumulative`: the solid angle that its weights leave out.
+    irradiance_scale: f32,
     /// The same as `cumulative` at the end of each row: two cache lines, where a search among all cells touches one for each of its first steps.
     row_ends: Vec<f32>,
 }
@@ -41,11 +43,13 @@ impl EnvironmentDirections {
     /// Directions of an environment that is lit.
     pub(super) fn new(environment: &Environment) -> Self {
         let luminance = LuminanceImage::new(environment);
+        let mut widths = 0.0;
         let cells: Vec<(Vec3, f32)> = (0..CELLS * CELLS)
             .map(|cell| {
                 let direction = direction_in(cell, Vec2::splat(0.5));
                 // The solid angle of a cell, but for a factor: the plane of the octahedron is nearest in the middle of a face.
                 let width = direction.abs().element_sum();
+                widths += width * width * width;
                 (direction, luminance.at(direction) * width * width * width)
             })
             .collect();
@@ -62,7 +66,13 @@ impl EnvironmentDirections {
             }));
         }
         let row_ends = cumulative.iter().skip(CELLS - 1).step_by(CELLS).copied().collect();
-        Self { brightest: luminance.largest(), luminance, cumulative, row_ends }
+        Self {
+            brightest: luminance.largest(),
+            irradiance_scale: 2.0 * TAU / widths,
+            luminance,
+            cumulative,
+            row_ends,
+        }
     }
 
     /// A direction from which light reaches a diffuse surface; `None` where none does. The density is that of the light times the cosine, by
@@ -84,6 +94,19 @@ impl EnvironmentDirections {
         // A cell, or a normal, may reach a little beyond the horizon.
         let height = direction.dot(normal);
         Some(if height < 0.0 { direction - normal * (2.0 * height) } else { direction })
+    }
+
+    /// The irradiance of a surface by luminance, as the sum of all cells, interpolated between normals.
+    pub(super) fn irradiance(&self, normal: Vec3) -> f32 {
+        let position = LuminanceImage::uv_from_direction(normal) * NORMAL_STEPS as f32;
+        let node = position.floor().min(Vec2::splat((NORMAL_STEPS - 1) as f32));
+        let share = position - node;
+        let sum = |column: usize, row: usize| {
+            let node = (node.y as usize + row) * (NORMAL_STEPS + 1) + node.x as usize + column;
+            self.row_ends.get((node + 1) * CELLS - 1).copied().unwrap_or_default()
+        };
+        let [above, below] = [0, 1].map(|row| sum(0, row) + (sum(1, row) - sum(0, row)) * share.x);
+        (above + (below - above) * share.y) * self.irradiance_scale
     }
 
     /// The largest irradiance that [`EnvironmentDirections::within`] may find.
@@ -264,6 +287,26 @@ mod tests {
         let expected =
             points(count).map(of_direction).sum::<f64>() * f64::from(cut.solid_angle()) / f64::from(count);
         assert!((mean(&studio, &cut, Vec3::Y) / expected - 1.0).abs() < 1e-2);
+    }
+
+    #[test]
+    fn the_irradiance_is_that_of_the_cosine_lobe() {
+        for environment in [Environment::Constant(Vec3::ONE), Environment::BuiltIn(BuiltInLight::Studio)] {
+            let directions = EnvironmentDirections::new(&environment);
+            for normal in [Vec3::Y, Vec3::X, Vec3::new(0.0, -0.6, 0.8), Vec3::new(0.48, 0.6, -0.64)] {
+                let frame = local_frame(normal);
+                let count = 20_000;
+                let radiances = points(count).map(|(u, _)| {
+                    let (sine, cosine) = libm::sincosf(u.y * TAU);
+                    let radius = u.x.sqrt();
+                    let wi = frame * Vec3::new(radius * cosine, radius * sine, (1.0 - u.x).sqrt());
+                    f64::from(directions.luminance.at(wi))
+                });
+                let expected = radiances.sum::<f64>() * std::f64::consts::PI / f64::from(count);
+                let found = f64::from(directions.irradiance(normal));
+                assert!((found / expected - 1.0).abs() < 0.015, "{normal}: {found} for {expected}");
+            }
+        }
     }
 
     #[test]

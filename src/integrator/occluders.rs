@@ -136,6 +136,16 @@ mod tests {
         assert_eq!(OccluderSphere::of(&Frame::default()), OccluderSphere::new(Vec3::ZERO, 0.0));
     }
 
+    /// The largest cosine between directions on the rim of a cone or its axis and a normal.
+    fn spiral_cosines(cone: &Cone, normal: Vec3) -> f32 {
+        let rim = (0..128).map(|i| cone.direction(Vec2::new(1.0, i as f32 / 128.0)).dot(normal));
+        let inside = (0..4096).map(|i| {
+            let i = i as f32 / 4096.0;
+            cone.direction(Vec2::new(i, i * 64.0 % 1.0)).dot(normal)
+        });
+        rim.chain(inside).fold(f32::NEG_INFINITY, f32::max)
+    }
+
     #[test]
     fn cones_hold_the_directions_to_the_sphere_and_no_others() {
         let sphere = OccluderSphere::new(Vec3::new(1.0, -2.0, 0.5), 0.75);
@@ -149,7 +159,9 @@ mod tests {
                 assert!((inside.length() - 1.0).abs() < 1e-6);
                 assert!(is_hit(inside) <= sphere.radius * 1.0001 && inside.dot(to_center) > 0.0);
                 let normal = spiral_direction(u32::from(i), 64);
-                assert!(inside.dot(normal) <= cone.largest_cosine(normal) + 1e-6);
+                let cosines = spiral_cosines(&cone, normal);
+                assert!(cosines <= cone.largest_cosine(normal) + 1e-6);
+                assert!(cosines.max(0.0) > cone.largest_cosine(normal) - 0.02, "{normal}");
                 let far = spiral_direction(u32::from(i), 64);
                 let hits = is_hit(far) < sphere.radius && far.dot(to_center) > 0.0;
                 assert_eq!(cone.contains(far), hits, "{far}");

@@ -7,15 +7,15 @@ use crate::geometry::{LANES, normalized_or};
 
 /// Channels of a texel.
 const CHANNELS: usize = 4;
-/// Texels of the image in a row of a block.
-const PAIRS: usize = 2 * LANES;
+/// Texels of the image above a row of a block.
+const SOURCE_TEXELS: usize = 2 * LANES;
 
 /// Linear channels of texels.
 pub(super) type Values<const N: usize> = [[f32; CHANNELS]; N];
 /// Encoded texels.
 pub(super) type Codes<const N: usize> = [[u8; CHANNELS]; N];
 
-/// Two rows of an image, and the row below that halves them.
+/// Two rows of an image, and the row of the next level that they become.
 pub(super) struct RowPair<'a, T> {
     pub(super) above: &'a [T],
     pub(super) below: &'a [T],
@@ -28,13 +28,13 @@ impl RowPair<'_, [u8; CHANNELS]> {
     #[inline(always)]
     pub(super) fn fill_blocks(
         self,
-        decode: impl Fn(&Codes<PAIRS>) -> Values<PAIRS>,
+        decode: impl Fn(&Codes<SOURCE_TEXELS>) -> Values<SOURCE_TEXELS>,
         encode: impl Fn(&Values<LANES>) -> Codes<LANES>,
     ) -> usize {
         let Self { above, below, means, encoded } = self;
         let (means, _) = means.as_chunks_mut::<LANES>();
         let (encoded, _) = encoded.as_chunks_mut::<LANES>();
-        let rows = above.as_chunks::<PAIRS>().0.iter().zip(below.as_chunks::<PAIRS>().0);
+        let rows = above.as_chunks::<SOURCE_TEXELS>().0.iter().zip(below.as_chunks::<SOURCE_TEXELS>().0);
         let mut filled = 0;
         for ((above, below), (means, encoded)) in rows.zip(means.iter_mut().zip(encoded)) {
             let (above, below) = (decode(above), decode(below));
@@ -84,7 +84,7 @@ pub(super) fn code_of(share: f32) -> u8 {
     (share * 255.0 + 0.5) as u8
 }
 
-/// What `value` makes of each element, without calls.
+/// Maps an array, as a loop that is vectorised.
 #[inline(always)]
 pub(super) fn each<A: Copy, B: Copy + Default, const N: usize>(
     of: &[A; N],

@@ -129,8 +129,8 @@ fn mip_levels_of<T>(levels: Vec<Level<T>>, texels_of: impl Fn(Vec<T>) -> Texels)
     levels.into_iter().map(level).collect()
 }
 
-/// The levels of an image, by what decodes and encodes its texels. `fill_blocks` fills the start of a row of the first level, of an image of even size,
-/// and returns the number of its texels; the bits are those of the other rows.
+/// The levels of an image. `decode` and `encode` convert its texels. `fill_blocks` fills the start of a row of the first level and returns the number
+/// of its texels; it is called only where both sizes are even, and gives the bits that the other texels get.
 fn levels_of<T: Copy + Default + Send + Sync>(
     size: (u32, u32),
     texels: &[T],
@@ -192,8 +192,8 @@ fn spans(old: u32, new: u32) -> Vec<Span> {
         .collect()
 }
 
-/// Means of the next level's texels, and their encoded form. `texel` returns a value of the previous level, of which `fill` fills the start of a
-/// row from two of even width.
+/// Means of the next level's texels, and their encoded form. `texel` returns a value of the previous level. `fill` fills the start of a row and returns
+/// the number of its texels; it is called only where both sizes are even.
 fn downsample<T: Copy + Default + Send>(
     old: (u32, u32),
     new: (u32, u32),

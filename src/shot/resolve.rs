@@ -214,7 +214,8 @@ fn resolve_sequences(
         let (ResolvedCamera { selection, rule }, posed) =
             resolve_camera_with_pose(&scene, outline.selection.clone(), &outline.view, aspect_ratio);
         let mut sequence = sequence_job(shot, Arc::clone(&scene), &outline, selection, environment);
-        // Only the first of several sequences is rendered soon, and a ground measures the scene again.
+        // Only the first of several sequences is rendered soon, and a ground measures the scene again, which would
+        // hold two poses in memory.
         let is_next = jobs.is_empty() && args.ground == GroundKind::None;
         if let Some(frame) = posed.filter(|_| is_next) {
             sequence.first_pose = FirstPose::new(frame, &scene, outline.selection.clone());

@@ -12,6 +12,7 @@ use super::wavefront::{RaySlot, Wavefront};
 use crate::bvh::Hit;
 use crate::color::luminance;
 use crate::geometry::Ray;
+use crate::integrator::environment_directions::EnvironmentDirections;
 use crate::integrator::random::{Purpose, r2_moved};
 use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::zsobol::SampleSequence;
@@ -25,6 +26,9 @@ const RAYS_TOGETHER: usize = 4096;
 /// Shadow rays to the environment from a receiver that a camera sees, unless their number is set. Most of them miss everything and are cheap;
 /// each that does not is a speck on an even surface.
 const ENVIRONMENT_RAYS: u32 = 4;
+
+/// Share of the light about which a single ray may decide at most, to be no worse than that many.
+const MOST_OF_ONE_RAY: f32 = 0.5;
 
 /// First dimension of the sample points of receivers, beyond those of surfaces and paths.
 const FIRST_DIMENSION: u32 = 1 << 31;
@@ -68,6 +72,8 @@ pub(super) struct ReceiverShadows {
     receivers: Vec<QueuedReceiver>,
     /// The last normal, and the irradiance of the environment on a surface of it: the ground has only one.
     irradiance: Option<(Vec3, Vec3)>,
+    /// The same by luminance on the grid of [`EnvironmentDirections`].
+    grid_irradiance: Option<(Vec3, f32)>,
 }
 
 /// The end of a receiver's rays, and the luminance of light that arrives without any.
@@ -98,6 +104,14 @@ impl ReceiverShadows {
         match self.irradiance {
             Some((known, irradiance)) if known == normal => irradiance,
             _ => self.irradiance.insert((normal, environment.irradiance(normal))).1,
+        }
+    }
+
+    /// [`EnvironmentDirections::irradiance`].
+    fn grid_irradiance(&mut self, directions: &EnvironmentDirections, normal: Vec3) -> f32 {
+        match self.grid_irradiance {
+            Some((known, irradiance)) if known == normal => irradiance,
+            _ => self.grid_irradiance.insert((normal, directions.irradiance(normal))).1,
         }
     }
 
@@ -226,26 +240,28 @@ impl Tracer<'_, '_> {
             return 0.0;
         }
         let origin = shadow_end(Vec3::ZERO);
-        let mut add = |wi: Vec3, irradiance: Vec3| {
-            shadows.push(context.lights.len(), Ray::new(origin, wi), irradiance);
-        };
         let Some(directions) = &context.environment_directions else {
             // Paths take many samples of one ray.
             if let Some(wi) = self.environment_direction(receiver) {
-                add(wi, all);
+                shadows.push(context.lights.len(), Ray::new(origin, wi), all);
             }
             return 0.0;
         };
-        // A ray may not decide about more light than there is: shadows would be too light where they are limited to that.
-        let cone = context.occluders.and_then(|occluders| occluders.cone_from(origin)).filter(|cone| {
-            let most = directions.most_within(cone, receiver.normal) * context.occluded_share;
-            most <= luminance(all)
-        });
+        // The light in a cone is known on the grid of the directions; what counts is its share of all light there. A ray may not decide about
+        // more than that: shadows would be too light where they are limited to it.
+        let of_grid = luminance(all) / shadows.grid_irradiance(directions, receiver.normal);
+        let cone = context.occluders.and_then(|occluders| occluders.cone_from(origin));
+        let most =
+            cone.map_or(f32::INFINITY, |cone| directions.most_within(&cone, receiver.normal)) * of_grid;
+        let cone = cone.filter(|_| most <= luminance(all));
         let rays = match context.settings.env_samples {
             _ if receiver.points.is_none() => 1,
             EnvSamples::Fixed(rays) => rays,
-            EnvSamples::Auto if cone.is_some() => 1,
+            EnvSamples::Auto if most <= MOST_OF_ONE_RAY * luminance(all) => 1,
             EnvSamples::Auto => ENVIRONMENT_RAYS,
+        };
+        let mut add = |wi: Vec3, irradiance: Vec3| {
+            shadows.push(context.lights.len(), Ray::new(origin, wi), irradiance);
         };
         // The rays of a sample share one sample point, which each moves on.
         let point = |number| receiver.environment_point(context.lights.len(), number);
@@ -264,7 +280,7 @@ impl Tracer<'_, '_> {
         let mut certain = luminance(all);
         for number in 0..rays {
             if let Some((wi, in_cone)) = directions.within(&cone, receiver.normal, r2_moved(u, number)) {
-                let decided = in_cone * context.occluded_share / rays as f32;
+                let decided = in_cone * of_grid / rays as f32;
                 certain -= decided;
                 add(wi, share * (decided / luminance(share)));
             }

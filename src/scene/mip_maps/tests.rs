@@ -158,19 +158,20 @@ fn even_sizes_have_the_bits_of_the_general_mean() {
 fn blocks_have_the_bits_of_single_texels() {
     let noise =
         |x: u32, y: u32| (x * 977 + y * 7919 + 5).wrapping_mul(2_654_435_761).rotate_left(y).to_le_bytes();
-    let (width, height) = (70, 4);
+    let (width, height) = (72, 4);
     let wide = image(width, height, noise);
     for encoding in [Encoding::Srgb, Encoding::CoveredSrgb, Encoding::Normal, Encoding::Linear] {
-        let level = &mip_levels(&wide, encoding)[0];
-        for column in 0..width / 2 {
-            // Rows of one texel have no blocks.
-            let strip = image(2, height, |x, y| noise(2 * column + x, y));
-            let rows = texels8(level).chunks(width as usize / 2).map(|row| row[column as usize]);
-            assert_eq!(
-                rows.collect::<Vec<_>>(),
-                texels8(&mip_levels(&strip, encoding)[0]),
-                "{encoding:?} {column}"
-            );
+        let levels = mip_levels(&wide, encoding);
+        // Strips of one and two texels have no blocks. The second level shows the means of the first.
+        for (level, texels) in [(0, 2), (1, 4)] {
+            let width = width / texels;
+            for column in 0..width {
+                let strip = image(texels, height, |x, y| noise(texels * column + x, y));
+                let rows = texels8(&levels[level]).chunks(width as usize).map(|row| row[column as usize]);
+                let expected = mip_levels(&strip, encoding);
+                let found: Vec<_> = rows.collect();
+                assert_eq!(found, texels8(&expected[level]), "{encoding:?} {level} {column}");
+            }
         }
     }
 }

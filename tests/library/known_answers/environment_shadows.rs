@@ -66,7 +66,7 @@ fn walls_hide_what_rough_metals_mirror() {
 
 #[test]
 fn the_ground_and_its_shadow_follow_the_same_form_factor() {
-    // A wide square fills most of the sky. A small one is a narrow cone, of which rays decide about a little light each.
+    // A wide square fills most of the sky. A small one is a narrow cone, in which each ray decides about little light.
     for (half_width, tolerance) in [(1.0, 0.005), (0.3, 0.002), (0.1, 2e-4)] {
         let mut stage = stage(4096);
         stage.settings.show_background = false;

@@ -1,0 +1,189 @@
+//! Directions and irradiances against integrals of the same light.
+
+use super::*;
+use crate::integrator::occluders::OccluderSphere;
+use crate::scene::BuiltInLight;
+
+fn points(count: u32) -> impl Iterator<Item = (Vec2, f32)> {
+    let fraction = |x: f32| x - x.floor();
+    (0..count).map(move |i| {
+        let i = i as f32 + 0.5;
+        (Vec2::new(fraction(i * 0.754_877_7), fraction(i * 0.569_840_3)), fraction(i * 0.618_034))
+    })
+}
+
+#[test]
+fn the_mean_of_the_directions_is_that_of_the_light() {
+    // A sky that is bright on one side: E[wi] = ∫ L wi cos / ∫ L cos, by a fine grid.
+    let environment = Environment::BuiltIn(BuiltInLight::Studio);
+    let directions = EnvironmentDirections::new(&environment);
+    for normal in [Vec3::Y, Vec3::X, Vec3::new(0.0, -0.6, 0.8)] {
+        let (mut expected, mut light) = (Vec3::ZERO, 0.0);
+        let frame = local_frame(normal);
+        for (u, _) in points(20_000) {
+            let (sine, cosine) = libm::sincosf(u.y * TAU);
+            let radius = u.x.sqrt();
+            let wi = frame * Vec3::new(radius * cosine, radius * sine, (1.0 - u.x).sqrt());
+            let luminance = directions.luminance.at(wi);
+            expected += wi * luminance;
+            light += luminance;
+        }
+        expected /= light;
+        let count = 4000;
+        let mean: Vec3 =
+            points(count).map(|(u, choice)| directions.diffuse(normal, u, choice).unwrap()).sum::<Vec3>()
+                / count as f32;
+        assert!((mean - expected).length() < 0.03, "{normal}: {mean} for {expected}");
+    }
+}
+
+#[test]
+fn the_light_in_a_cone_is_the_mean_of_its_estimates() {
+    // Under a uniform sky of 1, a cone of half angle a above the horizon holds pi sin² a cos b, b the angle of its axis; one whose axis lies
+    // in the surface holds half of the solid angle's cosines: ∫ sin t (2 sin t) dt over 0..a = a - sin a cos a.
+    let sphere = OccluderSphere::new(Vec3::ZERO, 1.0);
+    let mean = |directions: &EnvironmentDirections, cone: &Cone, normal: Vec3| {
+        let count = 20_000;
+        let all = points(count).filter_map(|(u, _)| directions.within(cone, normal, u));
+        all.inspect(|(wi, _)| assert!(cone.contains(*wi) || wi.dot(normal) < 1e-3))
+            .map(|(_, irradiance)| f64::from(irradiance))
+            .sum::<f64>()
+            / f64::from(count)
+    };
+    let sky = EnvironmentDirections::new(&Environment::Constant(Vec3::ONE));
+    let (sine, cosine) = (0.25_f64, 0.9375_f64.sqrt());
+    let above = sphere.cone_from(Vec3::new(0.0, -3.2, -2.4)).unwrap();
+    let expected = std::f64::consts::PI * sine * sine * 0.8;
+    assert!((mean(&sky, &above, Vec3::Y) / expected - 1.0).abs() < 3e-3);
+    let level = sphere.cone_from(Vec3::X * 4.0).unwrap();
+    let expected = libm::asin(sine) - sine * cosine;
+    assert!((mean(&sky, &level, Vec3::Y) / expected - 1.0).abs() < 3e-3);
+
+    // A studio, and a cone that the surface cuts anywhere: the mean over its directions, of which those below hold nothing.
+    let studio = EnvironmentDirections::new(&Environment::BuiltIn(BuiltInLight::Studio));
+    let cut = sphere.cone_from(Vec3::new(-2.4, -0.2, 0.8)).unwrap();
+    let count = 20_000;
+    let of_direction = |(u, _)| {
+        let wi = cut.direction(u);
+        f64::from(studio.luminance.at(wi) * wi.y.max(0.0))
+    };
+    let expected =
+        points(count).map(of_direction).sum::<f64>() * f64::from(cut.solid_angle()) / f64::from(count);
+    assert!((mean(&studio, &cut, Vec3::Y) / expected - 1.0).abs() < 1e-2);
+}
+
+#[test]
+fn the_irradiance_is_that_of_the_cosine_lobe() {
+    for environment in [Environment::Constant(Vec3::ONE), Environment::BuiltIn(BuiltInLight::Studio)] {
+        let directions = EnvironmentDirections::new(&environment);
+        for normal in [Vec3::Y, Vec3::X, Vec3::new(0.0, -0.6, 0.8), Vec3::new(0.48, 0.6, -0.64)] {
+            let frame = local_frame(normal);
+            let count = 20_000;
+            let radiances = points(count).map(|(u, _)| {
+                let (sine, cosine) = libm::sincosf(u.y * TAU);
+                let radius = u.x.sqrt();
+                let wi = frame * Vec3::new(radius * cosine, radius * sine, (1.0 - u.x).sqrt());
+                f64::from(directions.luminance.at(wi))
+            });
+            let expected = radiances.sum::<f64>() * std::f64::consts::PI / f64::from(count);
+            let found = f64::from(directions.irradiance(normal));
+            // Interpolation between normals costs most where the studio's floor darkens.
+            assert!((found / expected - 1.0).abs() < 0.03, "{normal}: {found} for {expected}");
+        }
+    }
+}
+
+#[test]
+fn no_estimate_of_a_cone_exceeds_its_limit() {
+    let sphere = OccluderSphere::new(Vec3::ZERO, 1.0);
+    for light in [BuiltInLight::Studio, BuiltInLight::Dark, BuiltInLight::Outdoor] {
+        let directions = EnvironmentDirections::new(&Environment::BuiltIn(light));
+        for i in 0..100 {
+            let away = crate::geometry::spiral_direction(i, 100);
+            let cone = sphere.cone_from(away * (2.1 + i as f32 * 0.1)).unwrap();
+            let limit = directions.most_within(&cone, Vec3::Y);
+            let mut largest = 0.0_f32;
+            for (_, irradiance) in points(200).filter_map(|(u, _)| directions.within(&cone, Vec3::Y, u)) {
+                largest = largest.max(irradiance);
+            }
+            assert!(largest <= limit * 1.00001, "{light:?} {i}: {largest} {limit}");
+        }
+    }
+}
+
+#[test]
+fn directions_are_unit_vectors_of_their_hemisphere_and_lobe() {
+    let directions = EnvironmentDirections::new(&Environment::Constant(Vec3::ONE));
+    let axis = Vec3::new(0.48, 0.6, -0.64);
+    for (u, choice) in points(500) {
+        let wi = directions.diffuse(axis, u, choice).unwrap();
+        assert!((wi.length() - 1.0).abs() < 1e-5 && wi.dot(axis) >= 0.0);
+        assert!((directions.glossy(axis, 0.0, u, choice) - axis).length() < 1e-6);
+        for roughness in [0.5, 0.8, 1.0] {
+            let wide = directions.glossy(axis, roughness, u, choice);
+            assert!((wide.length() - 1.0).abs() < 1e-4 && wide.dot(axis) > -1e-5, "{wide}");
+        }
+    }
+}
+
+/// [`EnvironmentDirections::glossy`], one direction after the other.
+fn chosen_one_by_one(
+    directions: &EnvironmentDirections,
+    (mirrored, roughness): (Vec3, f32),
+    u: Vec2,
+    u_choice: f32,
+) -> Vec3 {
+    let alpha = roughness * roughness;
+    let lobe_direction = |u: Vec2| {
+        let u_x = u.x / (1.0 + alpha * alpha);
+        let tangent_squared = alpha * alpha * u_x / (1.0 - u_x);
+        let cosine = 1.0 / (1.0 + tangent_squared).sqrt();
+        let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+        let (sin_azimuth, cos_azimuth) = libm::sincosf(u.y * TAU);
+        let half = local_frame(mirrored) * Vec3::new(sine * cos_azimuth, sine * sin_azimuth, cosine);
+        half * (2.0 * cosine) - mirrored
+    };
+    let mut candidates = [(mirrored, 0.0); CANDIDATES];
+    let mut sum = 0.0;
+    for (stratum, candidate) in candidates.iter_mut().enumerate() {
+        let azimuth = u.y + stratum as f32 * GOLDEN_SHARE;
+        let u = Vec2::new((stratum as f32 + u.x) / CANDIDATES as f32, azimuth - azimuth.floor());
+        let direction = lobe_direction(u);
+        sum += directions.luminance.at(direction);
+        *candidate = (direction, sum);
+    }
+    let chosen = candidates.iter().find(|(_, sum_to)| u_choice * sum < *sum_to);
+    chosen.map_or(mirrored, |(direction, _)| *direction)
+}
+
+#[test]
+fn glossy_directions_in_lanes_have_the_bits_of_single_ones() {
+    let directions = EnvironmentDirections::new(&Environment::BuiltIn(BuiltInLight::Studio));
+    for (number, (u, choice)) in points(4000).enumerate() {
+        let mirrored = crate::geometry::spiral_direction(number as u32, 4000);
+        let roughness = (number % 101) as f32 / 100.0;
+        let expected = chosen_one_by_one(&directions, (mirrored, roughness), u, choice);
+        let found = directions.glossy(mirrored, roughness, u, choice);
+        assert_eq!(found.to_array().map(f32::to_bits), expected.to_array().map(f32::to_bits));
+    }
+}
+
+#[test]
+fn counting_sums_is_a_search() {
+    let ramp: [f32; CELLS] = std::array::from_fn(|i| i as f32);
+    let steps = ramp.map(|sum| (sum / 5.0).floor());
+    let overflow = ramp.map(|sum| if sum > 20.0 { f32::INFINITY } else { sum });
+    let unknown = ramp.map(|sum| if sum > 20.0 { f32::NAN } else { sum });
+    for sums in [ramp, steps, overflow, unknown, [0.0; CELLS]] {
+        for chosen in [0.0, 0.5, 1.0, 5.5, 20.0, 31.0, 40.0, f32::INFINITY, f32::NAN] {
+            let expected = sums.partition_point(|&sum| sum <= chosen);
+            assert_eq!(count_up_to(&sums, chosen), expected, "{chosen} in {sums:?}");
+        }
+    }
+}
+
+#[test]
+fn no_direction_leads_to_darkness() {
+    let directions = EnvironmentDirections::new(&Environment::Constant(Vec3::ZERO));
+    assert_eq!(directions.diffuse(Vec3::Y, Vec2::splat(0.5), 0.5), None);
+}

@@ -10,11 +10,13 @@ use scene_builder::node::Node;
 use scene_builder::shapes::{cuboid, floor, ico_sphere};
 use scene_builder::staging::{camera, directional_light, point_light};
 
-pub(crate) const SCENES: [Entry; 4] = [
+pub(crate) const SCENES: [Entry; 6] = [
     entry("environment/picture", three_balls_in_environment),
     entry("environment/turned", turned),
     entry("environment/background", background),
     entry("environment/shadow_catcher", shadow_catcher),
+    entry("environment/lit_catcher", lit_catcher),
+    entry("environment/ground", ground),
 ];
 
 /// Path of [`image`] below `scenes/`.
@@ -113,16 +115,51 @@ fn shadow_catcher() -> Built {
     camera(&mut gltf, Vec3::new(0.0, 1.8, 5.0), Vec3::new(0.0, 0.4, 0.0), 32.0);
     directional_light(&mut gltf, Vec3::new(1.0, 1.6, 0.8), 3.0);
     point_light(&mut gltf, Vec3::new(-2.5, 2.5, 1.0), 12.0);
-    let ground = Material::matte("ground", [0.5; 3]).add_to(&mut gltf);
-    let ground = floor(20.0, 20.0).plain().add_to(&mut gltf, ground);
-    gltf.node(Node::mesh(ground).named("floor"));
-    let silver = Material::metal("silver", [0.95; 3], 0.0).add_to(&mut gltf);
-    let ball = ico_sphere(0.6, 3).plain().add_to(&mut gltf, silver);
-    gltf.node(Node::mesh(ball).at(-0.8, 0.6, 0.0));
-    let red = Material::matte("red", [0.7, 0.1, 0.08]).add_to(&mut gltf);
-    let cube = cuboid(0.8, 0.8, 0.8).plain().add_to(&mut gltf, red);
-    gltf.node(Node::mesh(cube).named("box").at(0.8, 0.4, 0.0));
+    grey_floor(&mut gltf);
+    ball_and_box(&mut gltf);
     gltf.shot("background", "none");
     gltf.shot("shadow_catcher", list(["floor"]));
     Ok(gltf)
+}
+
+fn lit_catcher() -> Built {
+    let mut gltf = Gltf::new(
+        "The ball and the box on the floor that is not there, in the light of four colours alone: soft black shadows around their feet.",
+    );
+    camera(&mut gltf, Vec3::new(0.0, 1.8, 5.0), Vec3::new(0.0, 0.4, 0.0), 32.0);
+    grey_floor(&mut gltf);
+    ball_and_box(&mut gltf);
+    gltf.shot("env", "quarters.hdr");
+    gltf.shot("background", "none");
+    gltf.shot("shadow_catcher", list(["floor"]));
+    Ok(gltf)
+}
+
+fn ground() -> Built {
+    let mut gltf = Gltf::new(
+        "The ball and the box of the shadow catcher on the polished ground of the program, in a studio: their mirror images over black shadows.",
+    );
+    camera(&mut gltf, Vec3::new(0.0, 1.8, 5.0), Vec3::new(0.0, 0.4, 0.0), 32.0);
+    ball_and_box(&mut gltf);
+    gltf.shot("env", "studio");
+    gltf.shot("background", "none");
+    gltf.shot("ground", "reflection");
+    Ok(gltf)
+}
+
+/// A wide floor, to be a shadow catcher.
+fn grey_floor(gltf: &mut Gltf) {
+    let ground = Material::matte("ground", [0.5; 3]).add_to(gltf);
+    let ground = floor(20.0, 20.0).plain().add_to(gltf, ground);
+    gltf.node(Node::mesh(ground).named("floor"));
+}
+
+/// A mirror ball and a red box on the ground.
+fn ball_and_box(gltf: &mut Gltf) {
+    let silver = Material::metal("silver", [0.95; 3], 0.0).add_to(gltf);
+    let ball = ico_sphere(0.6, 3).plain().add_to(gltf, silver);
+    gltf.node(Node::mesh(ball).at(-0.8, 0.6, 0.0));
+    let red = Material::matte("red", [0.7, 0.1, 0.08]).add_to(gltf);
+    let cube = cuboid(0.8, 0.8, 0.8).plain().add_to(gltf, red);
+    gltf.node(Node::mesh(cube).named("box").at(0.8, 0.4, 0.0));
 }

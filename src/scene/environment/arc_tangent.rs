@@ -57,18 +57,26 @@ pub(super) fn is_reducible(y: f32, x: f32) -> bool {
 #[inline(always)]
 pub(super) fn atan2_reducible(y: f32, x: f32) -> f32 {
     let q = (y / x).abs();
-    let [zero, half, one, three_halves, infinite, ..] = &REDUCTIONS;
-    let value = |of: fn(&Reduction) -> f32| {
-        let below = if q >= LIMITS[0] { of(half) } else { of(zero) };
-        let middle = if q >= LIMITS[1] { of(one) } else { below };
-        let above = if q >= LIMITS[2] { of(three_halves) } else { middle };
-        if q >= LIMITS[3] { of(infinite) } else { above }
+    let select = |[zero, half, one, three_halves, infinite]: [f32; 5]| {
+        let below = if q >= LIMITS[0] { half } else { zero };
+        let middle = if q >= LIMITS[1] { one } else { below };
+        let above = if q >= LIMITS[2] { three_halves } else { middle };
+        if q >= LIMITS[3] { infinite } else { above }
     };
+    // Constants: of values in memory, the compiler would select the address, and load lane by lane.
+    macro_rules! column {
+        ($($field:tt)+) => {
+            const {
+                let [zero, half, one, three_halves, infinite, ..] = &REDUCTIONS;
+                [zero.$($field)+, half.$($field)+, one.$($field)+, three_halves.$($field)+, infinite.$($field)+]
+            }
+        };
+    }
     let selected = Reduction {
-        numerator: [value(|of| of.numerator[0]), value(|of| of.numerator[1])],
-        denominator: [value(|of| of.denominator[0]), value(|of| of.denominator[1])],
-        high: value(|of| of.high),
-        low: value(|of| of.low),
+        numerator: [select(column!(numerator[0])), select(column!(numerator[1]))],
+        denominator: [select(column!(denominator[0])), select(column!(denominator[1]))],
+        high: select(column!(high)),
+        low: select(column!(low)),
     };
     by_reduction((y, x), q, &selected)
 }

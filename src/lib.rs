@@ -41,6 +41,7 @@ pub mod denoise;
 pub mod error;
 pub mod geometry;
 mod lock_file;
+mod parallel_read;
 mod parallel_resize;
 mod sha256;
 

@@ -1,6 +1,7 @@
 //! Cameras inside interiors: from a point at eye height along the longest free line.
 
 use glam::{Mat4, Vec3};
+use rayon::prelude::*;
 
 use super::enclosure::{GridPoints, possibly_enclosed};
 use super::subject::Subject;
@@ -23,6 +24,8 @@ const HEADINGS: usize = 32;
 const EYE_HEIGHT: (f32, f32) = (1.6, 0.5);
 /// Shares of the way to the wall behind that the camera moves back, where it stays inside.
 const STEPS_BACK: [f32; 4] = [0.85, 0.6, 0.3, 0.0];
+/// Above one by more than lengths are rounded.
+const LENGTH_MARGIN: f32 = 1.0 + 1e-4;
 /// Rays across and down an image in which nodes are counted.
 const RAYS: (u32, u32) = (32, 18);
 /// Fewest rays on a node that is counted as seen.
@@ -43,7 +46,7 @@ pub(super) fn inside_camera(subject: &Subject<'_>, projection: &Projection, outs
     }
 
     let rays = SceneRays::new(subject)?;
-    let inside: Vec<_> = eyes.iter().copied().filter(|&eye| rays.is_inside(eye)).collect();
+    let inside: Vec<_> = eyes.par_iter().copied().filter(|&eye| rays.is_inside(eye)).collect();
     if !is_interior(inside.len()) {
         return None;
     }
@@ -71,6 +74,25 @@ fn eyes(subject: &Subject<'_>) -> Vec<Vec3> {
         Vec3::new(middle.x, floor + height, middle.z)
     };
     middles.points().zip(middles.floors_below(&subject.frame)).map(above_floor).collect()
+}
+
+/// A horizontal line through a point, up to the surfaces on both sides.
+struct FreeLine {
+    /// Among all lines.
+    index: usize,
+    eye: Vec3,
+    /// Unit vector.
+    forward: Vec3,
+    /// Free lengths on both sides of the point.
+    behind: f32,
+    ahead: f32,
+}
+
+impl FreeLine {
+    /// The most that a camera on the line has before it, but for rounding.
+    fn most_length(&self) -> f32 {
+        self.behind * STEPS_BACK[0] + self.ahead
+    }
 }
 
 /// Rays through the scene at its first time.
@@ -105,23 +127,43 @@ impl<'a> SceneRays<'a> {
 
     /// The camera at the beginning of the longest free horizontal line through one of the points, within the bounds.
     fn longest_line(&self, eyes: &[Vec3]) -> Option<Mat4> {
-        let mut longest: Option<(f32, Mat4)> = None;
-        for &eye in eyes {
-            for heading in 0..HEADINGS {
-                let (sine, cosine) = libm::sincosf(heading as f32 * std::f32::consts::TAU / HEADINGS as f32);
-                let forward = Vec3::new(sine, 0.0, -cosine);
-                let behind = self.free_length(eye, -forward);
-                let steps_back = STEPS_BACK.iter().map(|share| eye - forward * (behind * share));
-                let Some(position) = steps_back.into_iter().find(|&position| self.is_inside(position)) else {
-                    continue;
-                };
-                let length = self.free_length(position, forward);
-                if longest.is_none_or(|(longest, _)| length > longest) {
-                    longest = Some((length, look_along(position, -forward, Vec3::Y)));
-                }
+        let mut lines = self.free_lines(eyes);
+        // Points inside are sought along the longest lines first, since that takes most of the time.
+        lines.sort_by(|a, b| b.most_length().total_cmp(&a.most_length()));
+        let mut longest: Option<(f32, usize, Mat4)> = None;
+        for line in lines {
+            if longest.is_some_and(|(longest, ..)| line.most_length() * LENGTH_MARGIN < longest) {
+                break;
+            }
+            let Some((length, camera)) = self.camera_on(&line) else { continue };
+            let is_longer = longest.is_none_or(|(longest, first, _)| {
+                length > longest || (length == longest && line.index < first)
+            });
+            if is_longer {
+                longest = Some((length, line.index, camera));
             }
         }
-        longest.map(|(_, camera)| camera)
+        longest.map(|(_, _, camera)| camera)
+    }
+
+    /// The free lines through the points in all headings.
+    fn free_lines(&self, eyes: &[Vec3]) -> Vec<FreeLine> {
+        let line = |index: usize| {
+            let (eye, heading) = (eyes[index / HEADINGS], index % HEADINGS);
+            let (sine, cosine) = libm::sincosf(heading as f32 * std::f32::consts::TAU / HEADINGS as f32);
+            let forward = Vec3::new(sine, 0.0, -cosine);
+            let [behind, ahead] = [-forward, forward].map(|direction| self.free_length(eye, direction));
+            FreeLine { index, eye, forward, behind, ahead }
+        };
+        (0..eyes.len() * HEADINGS).into_par_iter().map(line).collect()
+    }
+
+    /// The camera inside that looks along a line from as far back as possible, and the free length before it; `None` if no point is inside.
+    fn camera_on(&self, line: &FreeLine) -> Option<(f32, Mat4)> {
+        let FreeLine { eye, forward, behind, .. } = *line;
+        let mut steps_back = STEPS_BACK.iter().map(|share| eye - forward * (behind * share));
+        let position = steps_back.find(|&position| self.is_inside(position))?;
+        Some((self.free_length(position, forward), look_along(position, -forward, Vec3::Y)))
     }
 
     /// Length of the ray before it hits a surface or leaves the bounds.
@@ -139,17 +181,20 @@ impl<'a> SceneRays<'a> {
     fn seen_nodes(&self, camera: Mat4, projection: &Projection) -> usize {
         let frame = &self.subject.frame;
         let size = projection.half_size(RAYS.0 as f32 / RAYS.1 as f32);
-        let mut rays_by_node = std::collections::BTreeMap::<_, usize>::new();
-        for (row, column) in (0..RAYS.1).flat_map(|row| (0..RAYS.0).map(move |column| (row, column))) {
+        let node_at = |index: u32| {
+            let (row, column) = (index / RAYS.0, index % RAYS.0);
             let x = ((column as f32 + 0.5) / RAYS.0 as f32 * 2.0 - 1.0) * size.x;
             let y = (1.0 - (row as f32 + 0.5) / RAYS.1 as f32 * 2.0) * size.y;
             let ray = Ray::new(camera.w_axis.truncate(), camera.transform_vector3(Vec3::new(x, y, -1.0)));
-            let hit = self.bvh.closest_hit(&ray, None, |_| true, &mut TraversalCounters::default());
-            let instance = hit.map(|hit| frame.instance_of_triangle[hit.triangle as usize]);
-            if let Some(instance) = instance.filter(|&instance| self.subject.frames_instance(instance)) {
-                let instance = &frame.instances[instance as usize];
-                *rays_by_node.entry((instance.node, instance.node_instance)).or_default() += 1;
-            }
+            let hit = self.bvh.closest_hit(&ray, None, |_| true, &mut TraversalCounters::default())?;
+            let instance = frame.instance_of_triangle[hit.triangle as usize];
+            let node = &frame.instances[instance as usize];
+            self.subject.frames_instance(instance).then_some((node.node, node.node_instance))
+        };
+        let nodes: Vec<_> = (0..RAYS.0 * RAYS.1).into_par_iter().filter_map(node_at).collect();
+        let mut rays_by_node = std::collections::BTreeMap::<_, usize>::new();
+        for node in nodes {
+            *rays_by_node.entry(node).or_default() += 1;
         }
         rays_by_node.values().filter(|&&rays| rays >= RAYS_OF_A_NODE).count()
     }

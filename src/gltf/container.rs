@@ -1,12 +1,12 @@
 //! Scene file container: reads the file safely and splits a GLB into its JSON and binary chunks.
 
 use std::fs::File;
-use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
 use super::context::Context;
 use crate::error::{Error, Result, over_limit, readable_bytes};
+use crate::parallel_read;
 
 const GLB_MAGIC: &[u8; 4] = b"glTF";
 const GLB_HEADER_BYTES: usize = 12;
@@ -90,7 +90,7 @@ pub(super) fn read_regular(
         ));
     }
     let mut bytes = context.allocate(metadata.len(), pointer)?;
-    file.take(metadata.len()).read_to_end(&mut bytes).map_err(missing)?;
+    parallel_read::read(&file, metadata.len() as usize, &mut bytes).map_err(missing)?;
     Ok(bytes)
 }
 

@@ -3,6 +3,7 @@
 //! They say which of geometry, materials and lights differ between two images, whatever it does to pixels. The order of nodes, names
 //! and content that nothing uses do not count. Vertices and texels enter by checksums, so that the hashes take little of a frame's time.
 
+use crc32fast::Hasher as Checksum;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
@@ -16,8 +17,8 @@ use crate::scene::{
 
 /// Bytes of a hash that are kept.
 const KEPT: usize = 8;
-/// Numbers that are hashed at a time.
-const BLOCK: usize = 1024;
+/// Values of one parallel task.
+const BLOCK: usize = 32_768;
 
 type Hash = [u8; 32];
 
@@ -136,70 +137,99 @@ fn checksum_of_primitive(primitive: &Primitive) -> [u8; 4] {
         variants: _,
         targets,
     } = primitive;
-    let mut checksum = crc32fast::Hasher::new();
-    let mut update = |bytes: &[u8]| checksum.update(bytes);
-    add(&mut update, positions.iter().flat_map(Vec3::to_array));
-    add(&mut update, normals.iter().flatten().flat_map(Vec3::to_array));
-    add(&mut update, tangents.iter().flatten().flat_map(Vec4::to_array));
-    add(&mut update, uvs.iter().flatten().flat_map(Vec2::to_array));
-    add(&mut update, colors.iter().flatten().flat_map(Vec4::to_array));
+    let mut checksum = Checksum::new();
+    let sum = &mut checksum;
+    add_lists(sum, [positions.as_slice()], bits_of_vec3);
+    add_lists(sum, normals.as_deref(), bits_of_vec3);
+    add_lists(sum, tangents.as_deref(), bits_of_vec4);
+    add_lists(sum, uvs.iter().map(Vec::as_slice), bits_of_vec2);
+    add_lists(sum, colors.as_deref(), bits_of_vec4);
     if let Some(SkinInfluences { per_vertex, joints, weights }) = influences {
-        update(&per_vertex.to_le_bytes());
-        add(&mut update, joints.iter().map(|joint| f32::from_bits(*joint)));
-        add(&mut update, weights.iter().copied());
+        sum.update(&per_vertex.to_le_bytes());
+        add_lists(sum, [joints.as_slice()], |joint| [joint]);
+        add_lists(sum, [weights.as_slice()], |weight| [weight.to_bits()]);
     }
-    add(&mut update, triangles.iter().flatten().map(|corner| f32::from_bits(*corner)));
+    add_lists(sum, [triangles.as_slice()], |corners| corners);
     for MorphTarget { positions, normals, tangents, uvs, colors } in targets {
-        for values in [positions, normals, tangents] {
-            add(&mut update, values.iter().flatten().flat_map(Vec3::to_array));
+        for differences in [positions, normals, tangents] {
+            add_lists(sum, differences.as_deref(), bits_of_vec3);
         }
-        add(&mut update, uvs.iter().flat_map(|(_, values)| values).flat_map(Vec2::to_array));
-        add(&mut update, colors.iter().flatten().flat_map(Vec4::to_array));
+        add_lists(sum, uvs.iter().map(|(_, uvs)| uvs.as_slice()), bits_of_vec2);
+        add_lists(sum, colors.as_deref(), bits_of_vec4);
     }
     checksum.finalize().to_le_bytes()
 }
 
+fn bits_of_vec2(vector: Vec2) -> [u32; 2] {
+    vector.to_array().map(f32::to_bits)
+}
+
+fn bits_of_vec3(vector: Vec3) -> [u32; 3] {
+    vector.to_array().map(f32::to_bits)
+}
+
+fn bits_of_vec4(vector: Vec4) -> [u32; 4] {
+    vector.to_array().map(f32::to_bits)
+}
+
 /// A checksum: there are many texels, and a hash of them all would delay the first frame.
 fn checksum_of_image(image: &Image) -> u32 {
-    let mut checksum = crc32fast::Hasher::new();
+    let mut checksum = Checksum::new();
     checksum.update(&image.width.to_le_bytes());
     match &image.texels {
         Texels::Rgba8(texels) => checksum.update(texels.as_flattened()),
-        Texels::Rgba16(texels) => {
-            for block in texels.chunks(BLOCK) {
-                let bytes: Vec<_> = block.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
-                checksum.update(&bytes);
-            }
-        }
+        Texels::Rgba16(texels) => add_values(&mut checksum, texels, |texel| texel.map(u16::to_le_bytes)),
     }
     checksum.finalize()
 }
 
 /// A checksum, as of texels. Intensity and rotation may be animated and are not part of it.
 fn checksum_of_image_light(light: &ImageLight) -> u32 {
-    let mut checksum = crc32fast::Hasher::new();
-    let mut update = |bytes: &[u8]| checksum.update(bytes);
-    add(&mut update, light.irradiance.iter().flat_map(Vec3::to_array));
+    let mut checksum = Checksum::new();
+    add_lists(&mut checksum, [light.irradiance.as_slice()], bits_of_vec3);
     for face in light.levels.iter().flat_map(|level| &level.faces) {
-        add(&mut update, face.as_flattened().iter().copied());
+        add_lists(&mut checksum, [face.as_slice()], |texel| texel.map(f32::to_bits));
     }
     checksum.finalize()
 }
 
-/// Hands the bits of values to `update`, then their number.
-fn add(update: &mut impl FnMut(&[u8]), values: impl Iterator<Item = f32>) {
-    let mut bytes = Vec::with_capacity(4 * BLOCK);
+/// Hands the bits of numbers to `update`, then their count.
+fn add(update: &mut impl FnMut(&[u8]), numbers: impl Iterator<Item = f32>) {
+    let bytes: Vec<[u8; 4]> = numbers.map(|number| number.to_bits().to_le_bytes()).collect();
+    update(bytes.as_flattened());
+    update(&(bytes.len() as u64).to_le_bytes());
+}
+
+/// Adds the bits of all values of lists to a checksum, then the count of their numbers.
+fn add_lists<'l, T: Copy + Sync + 'l, const N: usize>(
+    checksum: &mut Checksum,
+    lists: impl IntoIterator<Item = &'l [T]>,
+    bits: impl Fn(T) -> [u32; N] + Sync,
+) {
     let mut count = 0_u64;
-    for value in values {
-        bytes.extend_from_slice(&value.to_bits().to_le_bytes());
-        count += 1;
-        if bytes.len() == 4 * BLOCK {
-            update(&bytes);
-            bytes.clear();
-        }
+    for list in lists {
+        add_values(checksum, list, |value| bits(value).map(u32::to_le_bytes));
+        count += (list.len() * N) as u64;
     }
-    update(&bytes);
-    update(&count.to_le_bytes());
+    checksum.update(&count.to_le_bytes());
+}
+
+/// Adds the bytes of values to a checksum. All threads take part, since lists may be long.
+fn add_values<T: Copy + Sync, const N: usize, const B: usize>(
+    checksum: &mut Checksum,
+    values: &[T],
+    bytes: impl Fn(T) -> [[u8; B]; N] + Sync,
+) {
+    let of_block = |block: &[T]| {
+        let bytes: Vec<[[u8; B]; N]> = block.iter().map(|&value| bytes(value)).collect();
+        let mut checksum = Checksum::new();
+        checksum.update(bytes.as_flattened().as_flattened());
+        checksum
+    };
+    let blocks: Vec<Checksum> = values.par_chunks(BLOCK).map(of_block).collect();
+    for block in &blocks {
+        checksum.combine(block);
+    }
 }
 
 fn joined(hashes: impl IntoIterator<Item = impl AsRef<[u8]>>) -> Hash {
@@ -208,4 +238,21 @@ fn joined(hashes: impl IntoIterator<Item = impl AsRef<[u8]>>) -> Hash {
         joined.update(hash);
     }
     joined.finalize().into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checksums_of_blocks_are_those_of_the_whole() {
+        for count in [0, 1, BLOCK, 2 * BLOCK + 5] {
+            let values: Vec<Vec3> = (0..count).map(|index| Vec3::new(index as f32, 0.5, -1.5)).collect();
+            let mut expected = Checksum::new();
+            add(&mut |bytes| expected.update(bytes), values.iter().flat_map(Vec3::to_array));
+            let mut checksum = Checksum::new();
+            add_lists(&mut checksum, [values.as_slice()], bits_of_vec3);
+            assert_eq!(checksum.finalize(), expected.finalize(), "{count} values");
+        }
+    }
 }

@@ -18,6 +18,8 @@ const GOLDEN_SHARE: f32 = 0.618_034;
 
 /// Cells along an edge of the square of directions: 6° to 9° each.
 const CELLS: usize = 32;
+/// Parts along an edge of a cell: 1.4° to 2.4° each.
+const PARTS: usize = 4;
 
 /// Intervals between normals along an edge of their square: 11° to 17° each.
 const NORMAL_STEPS: usize = 16;
@@ -31,6 +33,8 @@ pub(super) struct EnvironmentDirections {
     luminance: LuminanceImage,
     /// For each normal, the cumulative light of the cells times their cosine, row by row.
     cumulative: Vec<f32>,
+    /// How the light of each cell lies in it.
+    cells: Vec<CellLight>,
     /// The largest luminance.
     brightest: f32,
     /// Irradiance for one of the last sums of `cumulative`: the solid angle that its weights leave out.
@@ -44,22 +48,30 @@ impl EnvironmentDirections {
     pub(super) fn new(environment: &Environment) -> Self {
         let luminance = LuminanceImage::new(environment);
         let mut widths = 0.0;
-        let cells: Vec<(Vec3, f32)> = (0..CELLS * CELLS)
+        let (cells, lights): (Vec<CellLight>, Vec<(Vec3, f32)>) = (0..CELLS * CELLS)
             .map(|cell| {
-                let direction = direction_in(cell, Vec2::splat(0.5));
-                // The solid angle of a cell, but for a factor: the plane of the octahedron is nearest in the middle of a face.
-                let width = direction.abs().element_sum();
-                widths += width * width * width;
-                (direction, luminance.at(direction) * width * width * width)
+                let (mut parts, mut center) = ([[0.0; PARTS]; PARTS], Vec3::ZERO);
+                for (part, place) in part_centers() {
+                    let direction = direction_in(cell, place);
+                    // The solid angle of a part, but for a factor: the plane of the octahedron is nearest in the middle of a face.
+                    let width = direction.abs().element_sum();
+                    let solid_angle = width * width * width;
+                    let light = luminance.at(direction) * solid_angle;
+                    widths += solid_angle;
+                    parts[part / PARTS][part % PARTS] = light;
+                    center += direction * light;
+                }
+                let light = parts.as_flattened().iter().sum();
+                (CellLight::new(&parts), (center.normalize_or_zero(), light))
             })
-            .collect();
+            .unzip();
         let side = NORMAL_STEPS + 1;
-        let mut cumulative = Vec::with_capacity(side * side * cells.len());
+        let mut cumulative = Vec::with_capacity(side * side * lights.len());
         for node in 0..side * side {
             let uv = Vec2::new((node % side) as f32, (node / side) as f32) / NORMAL_STEPS as f32;
             let normal = LuminanceImage::direction_from_uv(uv);
             let mut sum = 0.0;
-            cumulative.extend(cells.iter().map(|&(direction, light)| {
+            cumulative.extend(lights.iter().map(|&(direction, light)| {
                 let cosine = normal.dot(direction);
                 sum += if cosine > 0.0 { light * cosine } else { 0.0 };
                 sum
@@ -71,12 +83,14 @@ impl EnvironmentDirections {
             irradiance_scale: 2.0 * TAU / widths,
             luminance,
             cumulative,
+            cells,
             row_ends,
         }
     }
 
     /// A direction from which light reaches a diffuse surface; `None` where none does. The density is that of the light times the cosine, by
-    /// cells, and interpolated between normals; the place in the cell depends a little on which normal was chosen.
+    /// cells, and interpolated between normals; in a cell it is that of the light by its parts. The place in a cell depends a little on which
+    /// normal was chosen.
     pub(super) fn diffuse(&self, normal: Vec3, u: Vec2, u_choice: f32) -> Option<Vec3> {
         // One of the four normals around this one, by its share in a bilinear interpolation
         let node = (LuminanceImage::uv_from_direction(normal) * NORMAL_STEPS as f32 + u).floor();
@@ -89,8 +103,8 @@ impl EnvironmentDirections {
             return None;
         }
         let cells = self.cumulative.get(row * CELLS..)?.first_chunk::<CELLS>()?;
-        let column = count_up_to(cells, chosen);
-        let direction = direction_in(row % CELLS * CELLS + column, u);
+        let cell = row % CELLS * CELLS + count_up_to(cells, chosen);
+        let direction = direction_in(cell, self.cells.get(cell)?.place(u));
         // A cell, or a normal, may reach a little beyond the horizon.
         let height = direction.dot(normal);
         Some(if height < 0.0 { direction - normal * (2.0 * height) } else { direction })
@@ -142,6 +156,61 @@ impl EnvironmentDirections {
         let chosen = sums.iter().position(|sum_to| u_choice * sum < *sum_to);
         chosen.map_or(mirrored, |candidate| candidates.get(candidate))
     }
+}
+
+/// How the light of a cell lies in it: in a cache line.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+struct CellLight {
+    columns: CumulativeShares,
+    /// Of each column.
+    rows: [CumulativeShares; PARTS],
+}
+
+/// The shares of the first parts of a whole, up to all but the last.
+type CumulativeShares = [f32; PARTS - 1];
+
+impl CellLight {
+    /// From the light of the parts, column by column.
+    fn new(parts: &[[f32; PARTS]; PARTS]) -> Self {
+        let columns = parts.map(|column| column.iter().sum());
+        Self { columns: cumulative_shares(&columns), rows: parts.map(|column| cumulative_shares(&column)) }
+    }
+
+    /// The place in the unit square where light comes from, by a point that is uniform there.
+    #[inline(always)]
+    fn place(&self, u: Vec2) -> Vec2 {
+        let (column, x) = part_at(&self.columns, u.x);
+        let (row, y) = part_at(&self.rows[column], u.y);
+        Vec2::new(column as f32 + x, row as f32 + y) / PARTS as f32
+    }
+}
+
+/// The sums of the first values over that of all; those of equal values where there is no light or too much for numbers.
+fn cumulative_shares(values: &[f32; PARTS]) -> CumulativeShares {
+    let mut sum = 0.0;
+    let sums = values.map(|value| {
+        sum += value;
+        sum
+    });
+    let is_lit = sum > 0.0 && sum < f32::INFINITY;
+    std::array::from_fn(|part| if is_lit { sums[part] / sum } else { (part + 1) as f32 / PARTS as f32 })
+}
+
+/// The part in which a number of the unit interval lies, and where in it.
+#[inline(always)]
+fn part_at(shares: &CumulativeShares, u: f32) -> (usize, f32) {
+    const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+    let part = shares.iter().map(|&share| u32::from(share <= u)).sum::<u32>() as usize;
+    let before = part.checked_sub(1).map_or(0.0, |before| shares[before]);
+    let end = shares.get(part).copied().unwrap_or(1.0);
+    (part, ((u - before) / (end - before)).min(BELOW_ONE))
+}
+
+/// The parts of a cell with their centres, column by column.
+fn part_centers() -> impl Iterator<Item = (usize, Vec2)> {
+    let center = |part: usize| (Vec2::new((part / PARTS) as f32, (part % PARTS) as f32) + 0.5) / PARTS as f32;
+    (0..PARTS * PARTS).map(move |part| (part, center(part)))
 }
 
 /// Stratified directions of a lobe of [`EnvironmentDirections::glossy`], component by component, so that they are computed in lanes.

@@ -38,6 +38,30 @@ fn the_mean_of_the_directions_is_that_of_the_light() {
 }
 
 #[test]
+fn places_in_a_cell_are_where_its_light_is() {
+    // Evenly where the light is even, or not known
+    for light in [3.0, 0.0, f32::INFINITY, f32::NAN] {
+        let even = CellLight::new(&[[light; PARTS]; PARTS]);
+        for (u, _) in points(100) {
+            assert!(even.place(u).distance(u) < 1e-6, "{light}: {u}");
+        }
+    }
+    // By the light of parts of which some are dark
+    let mut parts = [[0.0; PARTS]; PARTS];
+    (parts[1][3], parts[2][0], parts[2][1]) = (1.0, 5.0, 2.0);
+    let (cell, count) = (CellLight::new(&parts), 8000);
+    let mut counts = [[0; PARTS]; PARTS];
+    for (u, _) in points(count) {
+        let Vec2 { x, y } = cell.place(u) * PARTS as f32;
+        counts[x as usize][y as usize] += 1;
+    }
+    for (part, expected) in parts.as_flattened().iter().enumerate() {
+        let share = counts.as_flattened()[part] as f32 / count as f32;
+        assert!((share - expected / 8.0).abs() < 2e-3 && (share > 0.0) == (*expected > 0.0), "{counts:?}");
+    }
+}
+
+#[test]
 fn the_light_in_a_cone_is_the_mean_of_its_estimates() {
     // Under a uniform sky of 1, a cone of half angle a above the horizon holds pi sin² a cos b, b the angle of its axis; one whose axis lies
     // in the surface holds half of the solid angle's cosines: ∫ sin t (2 sin t) dt over 0..a = a - sin a cos a.

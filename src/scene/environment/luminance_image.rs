@@ -1,16 +1,19 @@
-//! Luminance of an environment on a coarse grid of directions, to choose directions by.
+//! Luminance of an environment on a grid of directions, to choose directions by.
 
+use fearless_simd::Level;
 use glam::{Vec2, Vec3};
+use rayon::prelude::*;
 
-use super::Environment;
-use super::octahedral::{OctahedralImage, direction_from_uv, uv_from_direction};
+use super::octahedral::{OctahedralImage, direction_from_uv, node_directions, uv_from_direction};
+use super::{Environment, LookupLanes};
 use crate::color::luminance;
+use crate::geometry::{ActiveLanes, LANES, Vec3Lanes};
 
-/// Cells along an edge of the grid: 6° to 9° each.
-const CELLS: usize = 32;
+/// Cells along an edge of the grid: 1.4° to 2.4° each.
+const CELLS: usize = 128;
 
 /// Roughness of the lobe that the radiance is averaged over. Its width is about that of a cell, so that no lamp falls between.
-const ROUGHNESS: f32 = 0.3;
+const ROUGHNESS: f32 = 0.125;
 
 /// Luminance by direction.
 #[derive(Debug)]
@@ -19,9 +22,22 @@ pub(crate) struct LuminanceImage(OctahedralImage<f32>);
 impl LuminanceImage {
     /// The luminance of an environment.
     pub(crate) fn new(environment: &Environment) -> Self {
-        Self(OctahedralImage::of_numbers(CELLS, |direction| {
-            luminance(environment.prefiltered(direction, ROUGHNESS))
-        }))
+        let level = Level::new();
+        let luminances = |block: &[Vec3]| {
+            let (mut directions, mut radiances) = (Vec3Lanes::default(), Vec3Lanes::default());
+            for (lane, direction) in block.iter().enumerate() {
+                directions.set(lane, *direction);
+            }
+            let lookups =
+                LookupLanes { level, directions: &directions, lanes: ActiveLanes::first(block.len()) };
+            environment.prefiltered_lanes(&lookups, &[ROUGHNESS; LANES], &mut radiances);
+            (0..block.len()).map(move |lane| luminance(radiances.get(lane)))
+        };
+        let directions: Vec<Vec3> = node_directions(CELLS).collect();
+        Self(OctahedralImage::of_numbers(
+            CELLS,
+            directions.par_chunks(LANES).flat_map_iter(luminances).collect(),
+        ))
     }
 
     /// Position of a direction in the unit square; neighbours in the square are neighbours on the sphere.

@@ -38,9 +38,10 @@ impl OctahedralImage {
 }
 
 impl OctahedralImage<f32> {
-    /// An image of one number in each node's direction. `cells` must be even and positive.
-    pub(super) fn of_numbers(cells: usize, value: impl Fn(Vec3) -> f32) -> Self {
-        Self { cells, nodes: node_directions(cells).map(value).collect() }
+    /// An image of the numbers in the [`node_directions`]. `cells` must be even and positive.
+    pub(super) fn of_numbers(cells: usize, nodes: Vec<f32>) -> Self {
+        debug_assert_eq!(nodes.len(), (cells + 1) * (cells + 1));
+        Self { cells, nodes }
     }
 
     /// Bilinear interpolation between the nodes around a position in the unit square.
@@ -79,7 +80,7 @@ where
 }
 
 /// The directions of all nodes, row by row.
-fn node_directions(cells: usize) -> impl Iterator<Item = Vec3> {
+pub(super) fn node_directions(cells: usize) -> impl Iterator<Item = Vec3> {
     let side = cells + 1;
     let position = move |index: usize| index as f32 / cells as f32 * 2.0 - 1.0;
     (0..side * side).map(move |node| direction_of(position(node % side), position(node / side)))

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use rayframe::render::{EnvSamples, Integrator};
-use rayframe::scene::{Environment, Ground, Material};
+use rayframe::scene::{Environment, EnvironmentImage, EnvironmentMap, Ground, Material, Primitive};
 
 use super::path::{floor, middle, square_form_factor};
 use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle};
@@ -74,13 +74,62 @@ fn the_ground_and_its_shadow_follow_the_same_form_factor() {
         stage.add(rectangle(Vec3::Y, Vec3::Z * half_width, Vec3::X * half_width), lambert(Vec3::ONE));
         let expected = square_form_factor(half_width, 1.0);
         for (env_samples, samples) in
-            [(EnvSamples::Auto, 4096), (EnvSamples::Fixed(1), 4096), (EnvSamples::Fixed(16), 256)]
+            [(EnvSamples::Auto, 16384), (EnvSamples::Fixed(1), 16384), (EnvSamples::Fixed(16), 1024)]
         {
             (stage.settings.env_samples, stage.settings.samples) = (env_samples, samples);
             let seen = middle(&stage);
             assert!((seen.w - expected).abs() < tolerance, "{env_samples:?}: {seen} for {expected}");
             assert_eq!(seen.truncate(), Vec3::ZERO);
         }
+    }
+}
+
+/// A sky of radiance 20 within 15° of the zenith, and dark elsewhere.
+fn window_above() -> Environment {
+    let (width, height) = (1024, 512);
+    let row = |row: u32| if f64::from(row) < f64::from(height) * 15.0 / 180.0 { [20.0; 3] } else { [0.0; 3] };
+    let pixels = (0..width * height).map(|index| row(index / width)).collect();
+    let image = EnvironmentImage { width, height, pixels, content_hash: [0; 32] };
+    Environment::Map(EnvironmentMap::new("window.hdr".as_ref(), image, 0.0).unwrap())
+}
+
+/// Black cards one metre above a point, and the share of the light of [`window_above`] that each hides there.
+fn cards() -> [(Primitive, f32); 4] {
+    let card = |edge: f32| rectangle(Vec3::new(edge + 1.0, 1.0, 0.0), Vec3::Z * 2.0, Vec3::X);
+    let [edge_within, edge_beyond] = [-20.0_f32, 20.0].map(|degrees| degrees.to_radians().tan());
+    let small = rectangle(Vec3::Y, Vec3::Z * 0.4, Vec3::X * 0.4);
+    [(card(edge_within), 1.0), (card(0.0), 0.5), (card(edge_beyond), 0.0), (small, 1.0)]
+}
+
+#[test]
+fn light_from_a_window_casts_sharp_shadows_on_the_ground() {
+    for (index, (card, hidden)) in cards().into_iter().enumerate() {
+        let mut stage = stage(4096);
+        stage.environment = window_above();
+        stage.settings.show_background = false;
+        stage.settings.ground = Some(Ground { up: Vec3::Y, height: 0.0, is_mirror: false });
+        stage.add(card, lambert(Vec3::ZERO));
+        for env_samples in [EnvSamples::Auto, EnvSamples::Fixed(1)] {
+            stage.settings.env_samples = env_samples;
+            let seen = middle(&stage);
+            assert!((seen.w - hidden).abs() < 0.02, "card {index}, {env_samples:?}: {seen} for {hidden}");
+        }
+    }
+}
+
+#[test]
+fn light_from_a_window_casts_sharp_shadows_on_surfaces() {
+    let sine = 15.0_f32.to_radians().sin();
+    for (index, (card, hidden)) in cards().into_iter().enumerate() {
+        let mut stage = stage(4096);
+        stage.environment = window_above();
+        stage.settings.env_samples = EnvSamples::Fixed(1);
+        stage.add(floor(5.0), lambert(Vec3::splat(0.5)));
+        stage.add(card, lambert(Vec3::ZERO));
+        // What hides the light reflects a third of it.
+        let share = middle(&stage).x / (0.5 * 20.0 * sine * sine);
+        let expected = 1.0 - hidden * (1.0 - 1.0 / 3.0);
+        assert!((share - expected).abs() < 0.02, "card {index}: {share} for {expected}");
     }
 }
 

@@ -207,3 +207,33 @@ fn sphere_direction(index: usize) -> Vec3 {
     let across = (1.0 - height * height).sqrt();
     Vec3::new(across * cosine, height, across * sine)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gltf::{ImportOptions, import};
+    use crate::scene::{Selection, SelectionRequest};
+
+    #[test]
+    fn the_longest_line_is_that_of_a_search_of_all() {
+        for name in ["showcase/level", "showcase/apartment", "demo/whitted_1980", "path/box"] {
+            let path = format!("{}/scenes/{name}.gltf", env!("CARGO_MANIFEST_DIR"));
+            let scene = import(path.as_ref(), &ImportOptions::default()).unwrap();
+            let (selection, _) = Selection::resolve(&SelectionRequest::default(), &scene).unwrap();
+            let subject = Subject::measure(&scene, &selection, None, &[]);
+            let rays = SceneRays::new(&subject).unwrap();
+            let eyes = eyes(&subject);
+            let mut longest: Option<(f32, Mat4)> = None;
+            for line in rays.free_lines(&eyes) {
+                let Some((length, camera)) = rays.camera_on(&line) else { continue };
+                assert!(length <= line.most_length() * LENGTH_MARGIN, "{name}: {length}");
+                if longest.is_none_or(|(longest, _)| length > longest) {
+                    longest = Some((length, camera));
+                }
+            }
+            let is_interior = name.starts_with("showcase");
+            assert!(longest.is_some() || !is_interior, "{name}");
+            assert_eq!(rays.longest_line(&eyes), longest.map(|(_, camera)| camera), "{name}");
+        }
+    }
+}

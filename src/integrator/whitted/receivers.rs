@@ -71,9 +71,15 @@ pub(super) struct ReceiverShadows {
     rays: Vec<ReceiverRay>,
     receivers: Vec<QueuedReceiver>,
     /// The last normal, and the irradiance of the environment on a surface of it: the ground has only one.
-    irradiance: Option<(Vec3, Vec3)>,
-    /// The same by luminance on the grid of [`EnvironmentDirections`].
-    grid_irradiance: Option<(Vec3, f32)>,
+    irradiance: Option<(Vec3, EnvironmentIrradiance)>,
+}
+
+/// The irradiance of the environment on a surface.
+#[derive(Clone, Copy, Debug)]
+struct EnvironmentIrradiance {
+    exact: Vec3,
+    /// [`EnvironmentDirections::irradiance`]; 0 for paths.
+    of_grid: f32,
 }
 
 /// The end of a receiver's rays, and the luminance of light that arrives without any.
@@ -100,19 +106,19 @@ impl ReceiverShadows {
     }
 
     /// The irradiance of `environment` on a surface of this normal.
-    fn irradiance(&mut self, environment: &Environment, normal: Vec3) -> Vec3 {
-        match self.irradiance {
-            Some((known, irradiance)) if known == normal => irradiance,
-            _ => self.irradiance.insert((normal, environment.irradiance(normal))).1,
+    fn irradiance(
+        &mut self,
+        (environment, directions): (&Environment, Option<&EnvironmentDirections>),
+        normal: Vec3,
+    ) -> EnvironmentIrradiance {
+        if let Some((known, irradiance)) = self.irradiance
+            && known == normal
+        {
+            return irradiance;
         }
-    }
-
-    /// [`EnvironmentDirections::irradiance`].
-    fn grid_irradiance(&mut self, directions: &EnvironmentDirections, normal: Vec3) -> f32 {
-        match self.grid_irradiance {
-            Some((known, irradiance)) if known == normal => irradiance,
-            _ => self.grid_irradiance.insert((normal, directions.irradiance(normal))).1,
-        }
+        let of_grid = directions.map_or(0.0, |directions| directions.irradiance(normal));
+        let irradiance = EnvironmentIrradiance { exact: environment.irradiance(normal), of_grid };
+        self.irradiance.insert((normal, irradiance)).1
     }
 
     fn push(&mut self, batch: usize, ray: Ray, irradiance: Vec3) {
@@ -235,12 +241,14 @@ impl Tracer<'_, '_> {
         shadow_end: impl Fn(Vec3) -> Vec3,
     ) -> f32 {
         let context = self.context;
-        let all = shadows.irradiance(context.view.environment, receiver.normal) * context.occluded_share;
+        let directions = context.environment_directions.as_deref();
+        let irradiance = shadows.irradiance((context.view.environment, directions), receiver.normal);
+        let all = irradiance.exact * context.occluded_share;
         if luminance(all) <= 0.0 {
             return 0.0;
         }
         let origin = shadow_end(Vec3::ZERO);
-        let Some(directions) = &context.environment_directions else {
+        let Some(directions) = directions else {
             // Paths take many samples of one ray.
             if let Some(wi) = self.environment_direction(receiver) {
                 shadows.push(context.lights.len(), Ray::new(origin, wi), all);
@@ -249,7 +257,7 @@ impl Tracer<'_, '_> {
         };
         // The light in a cone is known on the grid of the directions; what counts is its share of all light there. A ray may not decide about
         // more than that: shadows would be too light where they are limited to it.
-        let of_grid = luminance(all) / shadows.grid_irradiance(directions, receiver.normal);
+        let of_grid = luminance(all) / irradiance.of_grid;
         let cone = context.occluders.and_then(|occluders| occluders.cone_from(origin));
         let most =
             cone.map_or(f32::INFINITY, |cone| directions.most_within(&cone, receiver.normal)) * of_grid;

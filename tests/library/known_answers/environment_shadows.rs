@@ -96,7 +96,7 @@ fn window_above() -> Environment {
 /// Black cards one metre above a point, and the share of the light of [`window_above`] that each hides there.
 fn cards() -> [(Primitive, f32); 4] {
     let card = |edge: f32| rectangle(Vec3::new(edge + 1.0, 1.0, 0.0), Vec3::Z * 2.0, Vec3::X);
-    let [edge_within, edge_beyond] = [-20.0_f32, 20.0].map(|degrees| degrees.to_radians().tan());
+    let [edge_within, edge_beyond] = [-20.0_f32, 20.0].map(|degrees| libm::tanf(degrees.to_radians()));
     let small = rectangle(Vec3::Y, Vec3::Z * 0.4, Vec3::X * 0.4);
     [(card(edge_within), 1.0), (card(0.0), 0.5), (card(edge_beyond), 0.0), (small, 1.0)]
 }
@@ -119,7 +119,7 @@ fn light_from_a_window_casts_sharp_shadows_on_the_ground() {
 
 #[test]
 fn light_from_a_window_casts_sharp_shadows_on_surfaces() {
-    let sine = 15.0_f32.to_radians().sin();
+    let sine = libm::sinf(15.0_f32.to_radians());
     for (index, (card, hidden)) in cards().into_iter().enumerate() {
         let mut stage = stage(4096);
         stage.environment = window_above();

@@ -1,6 +1,7 @@
 //! Shadows of the environment in Whitted's tree.
 
 use glam::Vec3;
+use rayframe::error::Result;
 use rayframe::render::{EnvSamples, Integrator};
 use rayframe::scene::{Environment, EnvironmentImage, EnvironmentMap, Ground, Material, Primitive};
 
@@ -85,12 +86,12 @@ fn the_ground_and_its_shadow_follow_the_same_form_factor() {
 }
 
 /// A sky of radiance 20 within 15° of the zenith, and dark elsewhere.
-fn window_above() -> Environment {
+fn window_above() -> Result<Environment> {
     let (width, height) = (1024, 512);
     let row = |row: u32| if f64::from(row) < f64::from(height) * 15.0 / 180.0 { [20.0; 3] } else { [0.0; 3] };
     let pixels = (0..width * height).map(|index| row(index / width)).collect();
     let image = EnvironmentImage { width, height, pixels, content_hash: [0; 32] };
-    Environment::Map(EnvironmentMap::new("window.hdr".as_ref(), image, 0.0).unwrap())
+    Ok(Environment::Map(EnvironmentMap::new("window.hdr".as_ref(), image, 0.0)?))
 }
 
 /// Black cards one metre above a point, and the share of the light of [`window_above`] that each hides there.
@@ -105,7 +106,7 @@ fn cards() -> [(Primitive, f32); 4] {
 fn light_from_a_window_casts_sharp_shadows_on_the_ground() {
     for (index, (card, hidden)) in cards().into_iter().enumerate() {
         let mut stage = stage(4096);
-        stage.environment = window_above();
+        stage.environment = window_above().unwrap();
         stage.settings.show_background = false;
         stage.settings.ground = Some(Ground { up: Vec3::Y, height: 0.0, is_mirror: false });
         stage.add(card, lambert(Vec3::ZERO));
@@ -122,7 +123,7 @@ fn light_from_a_window_casts_sharp_shadows_on_surfaces() {
     let sine = libm::sinf(15.0_f32.to_radians());
     for (index, (card, hidden)) in cards().into_iter().enumerate() {
         let mut stage = stage(4096);
-        stage.environment = window_above();
+        stage.environment = window_above().unwrap();
         stage.settings.env_samples = EnvSamples::Fixed(1);
         stage.add(floor(5.0), lambert(Vec3::splat(0.5)));
         stage.add(card, lambert(Vec3::ZERO));

@@ -13,7 +13,7 @@ const BLOCK: usize = 1 << 20;
 /// Reads a file to its end into `bytes`, which is empty, but at most `limit` bytes. The first write to a page of fresh memory costs more than
 /// the copy, so that all threads share large files.
 pub(crate) fn read(file: &File, limit: usize, bytes: &mut Vec<u8>) -> io::Result<()> {
-    if limit <= BLOCK {
+    if limit <= BLOCK || cfg!(not(any(unix, windows))) {
         read_by_one_thread(file, limit, bytes)
     } else {
         read_by_all_threads(file, limit, bytes)
@@ -63,6 +63,12 @@ fn read_at(file: &File, bytes: &mut [u8], offset: u64) -> io::Result<usize> {
 #[cfg(windows)]
 fn read_at(file: &File, bytes: &mut [u8], offset: u64) -> io::Result<usize> {
     std::os::windows::fs::FileExt::seek_read(file, bytes, offset)
+}
+
+/// Nothing reads by all threads there.
+#[cfg(not(any(unix, windows)))]
+fn read_at(_: &File, _: &mut [u8], _: u64) -> io::Result<usize> {
+    Err(io::ErrorKind::Unsupported.into())
 }
 
 #[cfg(test)]

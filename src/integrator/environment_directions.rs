@@ -18,8 +18,8 @@ const GOLDEN_SHARE: f32 = 0.618_034;
 
 /// Cells along an edge of the square of directions: 6° to 9° each.
 const CELLS: usize = 32;
-/// Parts along an edge of a cell: 1.4° to 2.4° each.
-const PARTS: usize = 4;
+/// Parts along an edge of a cell: those of the grid of luminances.
+const PARTS: usize = LuminanceImage::CELLS / CELLS;
 
 /// Intervals between normals along an edge of their square: 11° to 17° each.
 const NORMAL_STEPS: usize = 16;
@@ -47,22 +47,22 @@ impl EnvironmentDirections {
     /// Directions of an environment that is lit.
     pub(super) fn new(environment: &Environment) -> Self {
         let luminance = LuminanceImage::new(environment);
-        let mut widths = 0.0;
-        let (cells, lights): (Vec<CellLight>, Vec<(Vec3, f32)>) = (0..CELLS * CELLS)
+        let mut solid_angles = 0.0;
+        // Light of the parts, and the sum of their directions by their light
+        let (cells, lights): (Vec<CellLight>, Vec<Vec3>) = (0..CELLS * CELLS)
             .map(|cell| {
-                let (mut parts, mut center) = ([[0.0; PARTS]; PARTS], Vec3::ZERO);
+                let (mut parts, mut sum) = ([[0.0; PARTS]; PARTS], Vec3::ZERO);
                 for (part, place) in part_centers() {
                     let direction = direction_in(cell, place);
                     // The solid angle of a part, but for a factor: the plane of the octahedron is nearest in the middle of a face.
                     let width = direction.abs().element_sum();
                     let solid_angle = width * width * width;
                     let light = luminance.at(direction) * solid_angle;
-                    widths += solid_angle;
+                    solid_angles += solid_angle;
                     parts[part / PARTS][part % PARTS] = light;
-                    center += direction * light;
+                    sum += direction * light;
                 }
-                let light = parts.as_flattened().iter().sum();
-                (CellLight::new(&parts), (center.normalize_or_zero(), light))
+                (CellLight::new(&parts), sum)
             })
             .unzip();
         let side = NORMAL_STEPS + 1;
@@ -71,16 +71,17 @@ impl EnvironmentDirections {
             let uv = Vec2::new((node % side) as f32, (node / side) as f32) / NORMAL_STEPS as f32;
             let normal = LuminanceImage::direction_from_uv(uv);
             let mut sum = 0.0;
-            cumulative.extend(lights.iter().map(|&(direction, light)| {
-                let cosine = normal.dot(direction);
-                sum += if cosine > 0.0 { light * cosine } else { 0.0 };
+            cumulative.extend(lights.iter().map(|light| {
+                // The sum of light times cosine, where the horizon does not cut the cell
+                let light_by_cosine = normal.dot(*light);
+                sum += if light_by_cosine > 0.0 { light_by_cosine } else { 0.0 };
                 sum
             }));
         }
         let row_ends = cumulative.iter().skip(CELLS - 1).step_by(CELLS).copied().collect();
         Self {
             brightest: luminance.largest(),
-            irradiance_scale: 2.0 * TAU / widths,
+            irradiance_scale: 2.0 * TAU / solid_angles,
             luminance,
             cumulative,
             cells,
@@ -197,14 +198,13 @@ fn cumulative_shares(values: &[f32; PARTS]) -> CumulativeShares {
     std::array::from_fn(|part| if is_lit { sums[part] / sum } else { (part + 1) as f32 / PARTS as f32 })
 }
 
-/// The part in which a number of the unit interval lies, and where in it.
+/// The part in which a number of the unit interval lies, and where in it, both ends included.
 #[inline(always)]
 fn part_at(shares: &CumulativeShares, u: f32) -> (usize, f32) {
-    const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
     let part = shares.iter().map(|&share| u32::from(share <= u)).sum::<u32>() as usize;
     let before = part.checked_sub(1).map_or(0.0, |before| shares[before]);
     let end = shares.get(part).copied().unwrap_or(1.0);
-    (part, ((u - before) / (end - before)).min(BELOW_ONE))
+    (part, (u - before) / (end - before))
 }
 
 /// The parts of a cell with their centres, column by column.

@@ -248,10 +248,16 @@ mod tests {
     fn checksums_of_blocks_are_those_of_the_whole() {
         for count in [0, 1, BLOCK, 2 * BLOCK + 5] {
             let values: Vec<Vec3> = (0..count).map(|index| Vec3::new(index as f32, 0.5, -1.5)).collect();
-            let mut expected = Checksum::new();
-            add(&mut |bytes| expected.update(bytes), values.iter().flat_map(Vec3::to_array));
-            let mut checksum = Checksum::new();
-            add_lists(&mut checksum, [values.as_slice()], bits_of_vec3);
+            let texels: Vec<[u16; 4]> = (0..count).map(|index| [index as u16, 7, 0, u16::MAX]).collect();
+            let [mut expected, mut checksum] = [Checksum::new(), Checksum::new()];
+            expected.update(b"before");
+            // Two lists are as one.
+            let numbers = values.iter().chain(&values).flat_map(Vec3::to_array);
+            add(&mut |bytes| expected.update(bytes), numbers);
+            texels.as_flattened().iter().for_each(|number| expected.update(&number.to_le_bytes()));
+            checksum.update(b"before");
+            add_lists(&mut checksum, [values.as_slice(); 2], bits_of_vec3);
+            add_values(&mut checksum, &texels, |texel| texel.map(u16::to_le_bytes));
             assert_eq!(checksum.finalize(), expected.finalize(), "{count} values");
         }
     }

@@ -118,6 +118,20 @@ fn the_irradiance_is_that_of_the_cosine_lobe() {
 }
 
 #[test]
+fn light_may_be_as_bright_and_as_dim_as_numbers() {
+    let even = EnvironmentDirections::new(&Environment::Constant(Vec3::ONE));
+    for radiance in [1e30, 1e-30] {
+        let directions = EnvironmentDirections::new(&Environment::Constant(Vec3::splat(radiance)));
+        for (u, choice) in points(200) {
+            let [found, expected] = [&directions, &even].map(|d| d.diffuse(Vec3::Y, u, choice).unwrap());
+            assert!(found.distance(expected) < 1e-3, "{radiance}: {found} for {expected}");
+        }
+        let irradiance = directions.irradiance(Vec3::Y) / radiance;
+        assert!((irradiance / std::f32::consts::PI - 1.0).abs() < 1e-4, "{radiance}: {irradiance}");
+    }
+}
+
+#[test]
 fn no_estimate_of_a_cone_exceeds_its_limit() {
     let sphere = OccluderSphere::new(Vec3::ZERO, 1.0);
     for light in [BuiltInLight::Studio, BuiltInLight::Dark, BuiltInLight::Outdoor] {

@@ -9,10 +9,7 @@ use super::{Environment, LookupLanes};
 use crate::color::luminance;
 use crate::geometry::{ActiveLanes, LANES, Vec3Lanes};
 
-/// Cells along an edge of the grid: 1.4° to 2.4° each.
-const CELLS: usize = 128;
-
-/// Roughness of the lobe that the radiance is averaged over. Its width is about that of a cell, so that no lamp falls between.
+/// Roughness of the lobe that the radiance is averaged over: the first step, whose width is about that of a cell, so that no lamp falls between.
 const ROUGHNESS: f32 = 0.125;
 
 /// Luminance by direction.
@@ -20,6 +17,9 @@ const ROUGHNESS: f32 = 0.125;
 pub(crate) struct LuminanceImage(OctahedralImage<f32>);
 
 impl LuminanceImage {
+    /// Cells along an edge of the grid: 1.4° to 2.4° each.
+    pub(crate) const CELLS: usize = 128;
+
     /// The luminance of an environment.
     pub(crate) fn new(environment: &Environment) -> Self {
         let level = Level::new();
@@ -33,9 +33,9 @@ impl LuminanceImage {
             environment.prefiltered_lanes(&lookups, &[ROUGHNESS; LANES], &mut radiances);
             (0..block.len()).map(move |lane| luminance(radiances.get(lane)))
         };
-        let directions: Vec<Vec3> = node_directions(CELLS).collect();
+        let directions: Vec<Vec3> = node_directions(Self::CELLS).collect();
         Self(OctahedralImage::of_numbers(
-            CELLS,
+            Self::CELLS,
             directions.par_chunks(LANES).flat_map_iter(luminances).collect(),
         ))
     }

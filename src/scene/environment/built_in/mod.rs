@@ -207,10 +207,12 @@ impl Prepared {
         let below = (step as usize).min(STEPS - 1);
         let share = step - below as f32;
         let sharper = match below {
-            0 if share <= 0.0 => return self.radiance(direction),
             0 => self.radiance(direction),
             _ => lookup(self.lobe_image(below)),
         };
+        if share <= 0.0 {
+            return sharper;
+        }
         sharper * (1.0 - share) + lookup(self.lobe_image(below + 1)) * share
     }
 

@@ -217,16 +217,9 @@ mod tests {
 
     #[test]
     fn the_longest_line_is_that_of_a_search_of_all() {
-        let cases =
-            ["showcase/level", "showcase/apartment", "demo/whitted_1980", "path/box"].map(|name| (name, 0.0));
-        // Far from the origin, where positions are coarse
-        for (name, offset) in cases.into_iter().chain([("showcase/apartment", 1e4)]) {
+        for name in ["showcase/level", "showcase/apartment", "demo/whitted_1980", "path/box"] {
             let path = format!("{}/scenes/{name}.gltf", env!("CARGO_MANIFEST_DIR"));
-            let mut scene = import(path.as_ref(), &ImportOptions::default()).unwrap();
-            for mesh in &mut scene.meshes {
-                let positions = mesh.primitives.iter_mut().flat_map(|primitive| &mut primitive.positions);
-                positions.for_each(|position| position.x += offset);
-            }
+            let scene = import(path.as_ref(), &ImportOptions::default()).unwrap();
             let (selection, _) = Selection::resolve(&SelectionRequest::default(), &scene).unwrap();
             let subject = Subject::measure(&scene, &selection, None, &[]);
             let rays = SceneRays::new(&subject).unwrap();

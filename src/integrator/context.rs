@@ -1,5 +1,6 @@
 //! One frame prepared for an integrator: the view, its lights and its volumes.
 
+use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
@@ -21,13 +22,15 @@ use crate::color::luminance;
 use crate::frame::Frame;
 use crate::geometry::{Aabb, Ray, spiral_direction};
 use crate::interaction::is_constant;
-use crate::scene::{KeyLight, Projection};
+use crate::scene::{Environment, KeyLight, Projection};
 use crate::scene_view::SceneView;
 
 /// Automatic shadows of the environment begin where a camera sees it in this share of all directions, and are full at the second share.
 const OPEN_SHARES: [f32; 2] = [0.05, 0.15];
 /// Rays that find how much of the environment a camera sees.
 const OPENNESS_RAYS: u32 = 2048;
+/// Normals whose irradiances tell the mean radiance of the environment.
+const MEAN_NORMALS: u32 = 64;
 
 /// Everything that light interacts with in one frame.
 #[derive(Clone, Debug)]
@@ -67,6 +70,8 @@ pub struct IntegratorContext<'a> {
     pub(super) uses_seeds: bool,
     /// The environment's peaks, which lookups of Whitted's tree do not contain.
     pub(super) peaks: Vec<KeyLight>,
+    /// Mean radiance of the environment without its peaks.
+    pub(super) mean_radiance: Vec3,
     /// Luminance of the environment's irradiance on the ground that no shadow rays decide about.
     pub(super) ground_irradiance: f32,
     /// Whether anything only receives shadows: shadow catchers and the ground.
@@ -117,6 +122,7 @@ impl<'a> IntegratorContext<'a> {
             sample_points: (is_path || traces_environment).then(|| sample_points(view.frame, &settings)),
             uses_seeds: uses_seeds(view.frame, &settings),
             peaks: view.environment.peaks(),
+            mean_radiance: mean_radiance(view.environment),
             ground_irradiance,
             has_receivers,
             settings,
@@ -212,6 +218,14 @@ fn open_share(view: SceneView<'_>) -> f32 {
     let hides = |hit: &Hit| is_wall(view, hit, |_| true);
     let is_open = |direction| !view.bvh.occluded(&Ray::new(origin, direction), hides, &mut counters);
     directions.map(is_open).filter(|is_open| *is_open).count() as f32 / OPENNESS_RAYS as f32
+}
+
+/// Mean radiance of the environment without its peaks.
+fn mean_radiance(environment: &Environment) -> Vec3 {
+    // The mean irradiance over all normals is π times the mean radiance.
+    let normals = (0..MEAN_NORMALS).map(|index| spiral_direction(index, MEAN_NORMALS));
+    let sum: Vec3 = normals.map(|normal| environment.irradiance(normal)).sum();
+    sum * (FRAC_1_PI / MEAN_NORMALS as f32)
 }
 
 /// Whether anything only receives shadows.

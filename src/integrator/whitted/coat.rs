@@ -3,6 +3,7 @@
 use glam::{Mat3, Vec2, Vec3};
 
 use super::local_frame::{local_frame, mirror_direction};
+use super::reflected_lobe::ReflectedLobe;
 use super::traced_share::traced_share;
 use crate::bsdf::Coat;
 use crate::interaction::{ClearCoatSample, SurfacePoint};
@@ -19,9 +20,10 @@ pub(super) struct CoatShading {
     pub(super) transmittance: f32,
     /// Direction of the coat's mirror ray.
     pub(super) mirrored: Vec3,
+    /// The lobe that is looked up for the coat's.
+    pub(super) looked_up: ReflectedLobe,
     /// Share of the coat's lobe that rays follow.
     pub(super) traced_share: f32,
-    pub(super) roughness: f32,
 }
 
 impl CoatShading {
@@ -30,6 +32,7 @@ impl CoatShading {
         let coat = Coat::new(sample.factor, sample.roughness);
         let world_from_local = local_frame(sample.normal);
         let wo = world_from_local.transpose() * point.wo;
+        let mirrored = mirror_direction(point.wo, sample.normal);
         Self {
             coat,
             world_from_local,
@@ -37,9 +40,9 @@ impl CoatShading {
             geometric_normal: point.geometric_normal,
             albedo: coat.albedo(wo.z),
             transmittance: coat.transmittance(wo.z),
-            mirrored: mirror_direction(point.wo, sample.normal),
+            mirrored,
+            looked_up: ReflectedLobe::new(mirrored, sample.normal, wo.z, sample.roughness),
             traced_share: if is_traced { 1.0 } else { traced_share(sample.roughness) },
-            roughness: sample.roughness,
         }
     }
 

@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use super::environment_shadows::{EnvironmentLookup, EnvironmentLookups, LookupLobe};
 use super::local_frame::mirror_direction;
+use super::reflected_lobe::ReflectedLobe;
 use super::shading::Shading;
 use super::tracer::Tracer;
 use crate::scene::KeyLight;
@@ -24,10 +25,11 @@ impl Tracer<'_, '_> {
         if let Some(coat) = &shading.coat
             && coat.traced_share < 1.0
         {
-            let seen = self.context.view.environment.prefiltered(coat.mirrored, coat.roughness);
-            let weight = shading.weight * (coat.albedo * (1.0 - coat.traced_share) * occlusion);
-            let lobe = LookupLobe::Glossy { direction: coat.mirrored, roughness: coat.roughness };
-            lookups.push(EnvironmentLookup { radiance: weight * seen, lobe, is_outside: true });
+            let ReflectedLobe { direction, roughness } = coat.looked_up;
+            let seen = self.context.view.environment.prefiltered(direction, roughness);
+            let albedo = shading.weight * (coat.albedo * (1.0 - coat.traced_share) * occlusion);
+            let lobe = LookupLobe::Glossy(coat.looked_up);
+            lookups.push(EnvironmentLookup { radiance: albedo * seen, albedo, lobe, is_outside: true });
         }
         let media = &shading.transmission_side.media;
         self.add_lookups(&shading.arrival(), media, &mut lookups, shading.material.base_color);
@@ -42,9 +44,10 @@ impl Tracer<'_, '_> {
             [(albedos.diffuse + albedos.sheen, normal, true), (albedos.diffuse_transmission, -normal, false)]
         {
             if albedo != Vec3::ZERO {
-                let radiance = reached * (albedo * environment.irradiance(normal) * FRAC_1_PI);
+                let albedo = reached * albedo;
                 lookups.push(EnvironmentLookup {
-                    radiance,
+                    radiance: albedo * environment.irradiance(normal) * FRAC_1_PI,
+                    albedo,
                     lobe: LookupLobe::Diffuse { normal },
                     is_outside,
                 });
@@ -55,17 +58,12 @@ impl Tracer<'_, '_> {
     /// Reflected and transmitted specular lobes.
     fn look_up_specular(&self, shading: &Shading<'_, '_>, reached: Vec3, lookups: &mut EnvironmentLookups) {
         let environment = self.context.view.environment;
-        let Shading { point, albedos, .. } = shading;
+        let Shading { albedos, .. } = shading;
         let prefiltered_share = 1.0 - shading.traced_share;
         if prefiltered_share > 0.0 {
-            let radiance = reached * (self.prefiltered_reflection(shading) * prefiltered_share);
-            let direction = mirror_direction(point.wo, point.shading_normal);
-            // One lobe as wide as the widest stands for an anisotropic one.
-            let is_anisotropic = shading.material.anisotropy.is_some();
-            let roughness =
-                if is_anisotropic { shading.bsdf.widest_roughness() } else { shading.material.roughness };
-            let lobe = LookupLobe::Glossy { direction, roughness };
-            lookups.push(EnvironmentLookup { radiance, lobe, is_outside: true });
+            let (seen, lobe) = self.prefiltered_reflection(shading);
+            let albedo = reached * (albedos.specular * prefiltered_share);
+            lookups.push(EnvironmentLookup { radiance: albedo * seen, albedo, lobe, is_outside: true });
         }
         let prefiltered_share = 1.0 - shading.traced_share_transmitted;
         if prefiltered_share > 0.0 && albedos.transmission != Vec3::ZERO {
@@ -81,9 +79,14 @@ impl Tracer<'_, '_> {
                     if !shading.material.thin {
                         seen += self.peaks_in_lobe(direction, roughness);
                     }
-                    let radiance = reached * (albedo * seen * prefiltered_share);
-                    let lobe = LookupLobe::Glossy { direction, roughness };
-                    lookups.push(EnvironmentLookup { radiance, lobe, is_outside: false });
+                    let albedo = reached * (albedo * prefiltered_share);
+                    let lobe = LookupLobe::Glossy(ReflectedLobe { direction, roughness });
+                    lookups.push(EnvironmentLookup {
+                        radiance: albedo * seen,
+                        albedo,
+                        lobe,
+                        is_outside: false,
+                    });
                 }
             }
         }
@@ -103,25 +106,25 @@ impl Tracer<'_, '_> {
         self.context.peaks.iter().map(seen).sum()
     }
 
-    /// Prefiltered radiance of the specular lobe.
-    fn prefiltered_reflection(&self, shading: &Shading<'_, '_>) -> Vec3 {
+    /// Prefiltered radiance of the specular lobe, and the lobe.
+    fn prefiltered_reflection(&self, shading: &Shading<'_, '_>) -> (Vec3, LookupLobe) {
         let (environment, roughness) = (self.context.view.environment, shading.material.roughness);
+        let normal = shading.point.shading_normal;
+        let mirrored = mirror_direction(shading.point.wo, normal);
         if shading.material.anisotropy.is_none() {
-            let mirrored = mirror_direction(shading.point.wo, shading.point.shading_normal);
-            return shading.albedos.specular * environment.prefiltered(mirrored, roughness);
+            let lobe = ReflectedLobe::new(mirrored, normal, shading.wo.z, roughness);
+            return (environment.prefiltered(lobe.direction, lobe.roughness), LookupLobe::Glossy(lobe));
         }
         let (mut seen, mut shares) = (Vec3::ZERO, Vec3::ZERO);
         for (wi, share) in shading.bsdf.anisotropic_reflections(shading.wo, shading.terms) {
             seen += share * environment.prefiltered(shading.world_from_local * wi, roughness);
             shares += share;
         }
-        // The mean over the directions, times the exact albedo of the lobe
-        let scale = |albedo: f32, shares: f32| if shares > 0.0 { albedo / shares } else { 0.0 };
-        let specular = shading.albedos.specular;
-        seen * Vec3::new(
-            scale(specular.x, shares.x),
-            scale(specular.y, shares.y),
-            scale(specular.z, shares.z),
-        )
+        // The mean over the directions; the albedo of the lobe is exact.
+        let mean = |seen: f32, shares: f32| if shares > 0.0 { seen / shares } else { 0.0 };
+        let seen = Vec3::new(mean(seen.x, shares.x), mean(seen.y, shares.y), mean(seen.z, shares.z));
+        // Shadow rays follow one lobe as wide as the widest.
+        let lobe = ReflectedLobe { direction: mirrored, roughness: shading.bsdf.widest_roughness() };
+        (seen, LookupLobe::Glossy(lobe))
     }
 }

@@ -3,6 +3,7 @@
 use arrayvec::ArrayVec;
 use glam::Vec3;
 
+use super::reflected_lobe::ReflectedLobe;
 use super::shading::Arrival;
 use super::shadow_queue::ShadowRay;
 use super::tracer::Tracer;
@@ -28,6 +29,8 @@ const MAX_RAYS: u32 = 4096;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct EnvironmentLookup {
     pub(super) radiance: Vec3,
+    /// The same where light of radiance 1 comes from everywhere.
+    pub(super) albedo: Vec3,
     pub(super) lobe: LookupLobe,
     /// Whether the light comes from the side of the viewer.
     pub(super) is_outside: bool,
@@ -38,22 +41,14 @@ pub(super) struct EnvironmentLookup {
 pub(super) enum LookupLobe {
     /// The cosine lobe around a normal.
     Diffuse { normal: Vec3 },
-    /// The lobe around a direction.
-    Glossy { direction: Vec3, roughness: f32 },
+    /// A lobe around a direction.
+    Glossy(ReflectedLobe),
 }
 
 /// The lookups of one surface.
 pub(super) type EnvironmentLookups = ArrayVec<EnvironmentLookup, MAX_LOOKUPS>;
 
 impl LookupLobe {
-    /// 1 for a lobe that averages a hemisphere, 0 for a mirror, which would show what is really around it.
-    fn width(&self) -> f32 {
-        match *self {
-            Self::Diffuse { .. } => 1.0,
-            Self::Glossy { roughness, .. } => roughness * roughness,
-        }
-    }
-
     /// A direction of the lobe, by the sample points of `keys`.
     fn sample(
         &self,
@@ -64,7 +59,9 @@ impl LookupLobe {
         let (u, u_choice) = (sequence.point_by(&keys[0]), sequence.number_by(&keys[1]));
         match *self {
             Self::Diffuse { normal } => directions.diffuse(normal, u, u_choice).unwrap_or(normal),
-            Self::Glossy { direction, roughness } => directions.glossy(direction, roughness, u, u_choice),
+            Self::Glossy(ReflectedLobe { direction, roughness }) => {
+                directions.glossy(direction, roughness, u, u_choice)
+            }
         }
     }
 }
@@ -119,8 +116,8 @@ impl Tracer<'_, '_> {
         };
         let sequence = self.sequences[state.sample as usize];
         let passes_inside = context.settings.glass_shadows == GlassShadows::Straight;
-        let bright = lookups.iter().filter(|lookup| lookup.radiance.max_element() > 0.0);
-        for (index, &EnvironmentLookup { radiance, lobe, is_outside }) in bright.enumerate() {
+        let scattered = lookups.iter().filter(|lookup| lookup.albedo.max_element() > 0.0);
+        for (index, &EnvironmentLookup { radiance, albedo, lobe, is_outside }) in scattered.enumerate() {
             // The far side of glass that casts full shadows would hide everything.
             if !is_outside && !passes_inside {
                 self.add(state.sample, light_pass, radiance);
@@ -129,12 +126,16 @@ impl Tracer<'_, '_> {
             if context.occluded_share < 1.0 {
                 self.add(state.sample, light_pass, radiance * (1.0 - context.occluded_share));
             }
-            // What hides the environment reflects its light.
-            let reflected = if is_outside { surrounding_light(color) * lobe.width() } else { Vec3::ZERO };
+            // What hides the environment reflects its light; a ray that arrives adds what is more, or takes away what is less.
+            let reflected = if is_outside {
+                albedo * context.mean_radiance * surrounding_light(color)
+            } else {
+                Vec3::ZERO
+            };
             if reflected != Vec3::ZERO {
-                self.add(state.sample, light_pass, radiance * reflected * context.occluded_share);
+                self.add(state.sample, light_pass, reflected * context.occluded_share);
             }
-            let radiance = radiance * (Vec3::ONE - reflected);
+            let radiance = radiance - reflected;
             let lookup = signature.index() * MAX_LOOKUPS + index;
             let end = if is_outside {
                 point.shadow_end_outside(Vec3::ZERO)
@@ -166,11 +167,12 @@ impl Tracer<'_, '_> {
     }
 }
 
-/// Light that comes from what hides the environment, over that of the environment itself.
+/// Light that comes from what hides the environment, over the mean radiance of the environment: surfaces that hide it may face any way.
 ///
 /// What hides it is taken to have the colour of the surface and its openness V (Jiménez et al., "Practical Real-Time Strategies for Accurate
-/// Indirect Occlusion", 2016). With all bounces, V / (1 − c (1 − V)) of the light arrives at a surface of colour c. This is the straight line in V
-/// that equals it for V = 1 and V = 1/2, so that single shadow rays estimate it; deeper shadows of bright surfaces get more light.
+/// Indirect Occlusion", 2016). With all bounces, V / (1 − c (1 − V)) of the light of a uniform environment arrives at a surface of colour c. This
+/// is the straight line in V that equals it for V = 1 and V = 1/2, so that single shadow rays estimate it; deeper shadows of bright surfaces get
+/// more light. Peaks do not count: whether they reach what hides the environment is not known, and their light would be too much where not.
 fn surrounding_light(color: Vec3) -> Vec3 {
     let color = color.clamp(Vec3::ZERO, Vec3::ONE);
     color / (Vec3::splat(2.0) - color)
@@ -187,12 +189,15 @@ fn join_faint(lookups: &mut [EnvironmentLookup]) {
         let Some(index) = on_side.max_by(|&a, &b| luminances[a].total_cmp(&luminances[b])) else { continue };
         let limit = luminances[index] * MIN_SHARE;
         let mut joined = Vec3::ZERO;
+        let mut joined_albedo = Vec3::ZERO;
         for (other, lookup) in lookups.iter_mut().enumerate() {
             if other != index && lookup.is_outside == side && luminances[other] <= limit {
                 joined += std::mem::take(&mut lookup.radiance);
+                joined_albedo += std::mem::take(&mut lookup.albedo);
             }
         }
         lookups[index].radiance += joined;
+        lookups[index].albedo += joined_albedo;
     }
 }
 
@@ -218,6 +223,7 @@ mod tests {
     fn faint_lookups_join_the_brightest_of_their_side() {
         let lookup = |radiance: f32, normal: Vec3| EnvironmentLookup {
             radiance: Vec3::splat(radiance),
+            albedo: Vec3::ONE,
             lobe: LookupLobe::Diffuse { normal },
             is_outside: normal == Vec3::Y,
         };

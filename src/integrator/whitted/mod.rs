@@ -22,6 +22,7 @@ mod ground;
 mod local_frame;
 mod opaque_block;
 mod receivers;
+mod reflected_lobe;
 mod sample_aovs;
 mod secondary_rays;
 mod shade;

@@ -9,6 +9,7 @@ use fearless_simd::Level;
 use glam::{Mat3, Vec3};
 
 use super::local_frame::{local_frame, mirror_direction};
+use super::reflected_lobe::ReflectedLobe;
 use super::surface_hit::SurfaceHit;
 use super::traced_share::traced_share;
 use super::tracer::MIN_SCATTERED;
@@ -80,7 +81,9 @@ pub(super) struct ReflectedLanes {
     wo: Vec3Lanes,
     cos_o: F32Lanes,
     pub(super) mirrored: Vec3Lanes,
-    pub(super) lobe_roughness: F32Lanes,
+    lobe_roughness: F32Lanes,
+    /// Axis and roughness of the lobe that is looked up for the specular one.
+    looked_up: (Vec3Lanes, F32Lanes),
     /// Share of the specular lobe that rays follow.
     traced_share: F32Lanes,
     albedos: AlbedoTermLanes,
@@ -90,6 +93,9 @@ pub(super) struct ReflectedLanes {
     pub(super) diffuse: Vec3Lanes,
     /// Prefiltered radiance of the specular lobe, then the light of it that leaves the surface.
     pub(super) prefiltered: Vec3Lanes,
+    /// What both would be in light of radiance 1 from everywhere.
+    pub(super) diffuse_albedo: Vec3Lanes,
+    pub(super) prefiltered_albedo: Vec3Lanes,
 }
 
 /// Light of one light that leaves the surfaces, and the ends of the shadow rays that decide about it.
@@ -148,7 +154,7 @@ impl<'a> OpaqueBlock<'a> {
             (level, ActiveLanes::first(hits.len())),
             view.environment,
             surfaces.normals(),
-            (table, materials),
+            table,
         );
         vectorized!(level, reflected.reflect(materials, block_material));
 
@@ -193,8 +199,12 @@ impl ReflectedLanes {
             let local_wo = world_from_local.transpose() * wo;
             self.wo.set(lane, local_wo);
             self.cos_o[lane] = local_wo.z;
-            self.mirrored.set(lane, mirror_direction(wo, normal));
+            let mirrored = mirror_direction(wo, normal);
+            self.mirrored.set(lane, mirrored);
             let roughness = materials.roughness[lane].clamp(0.0, 1.0);
+            let looked_up = ReflectedLobe::new(mirrored, normal, local_wo.z, roughness);
+            self.looked_up.0.set(lane, looked_up.direction);
+            self.looked_up.1[lane] = looked_up.roughness;
             self.lobe_roughness[lane] = roughness;
             self.traced_share[lane] = traced_share(roughness);
         }
@@ -206,16 +216,24 @@ impl ReflectedLanes {
         (level, lanes): (Level, ActiveLanes),
         environment: &Environment,
         normals: &Vec3Lanes,
-        (table, materials): (&AlbedoTable, &MaterialLanes),
+        table: &AlbedoTable,
     ) {
         table.terms((level, lanes), &self.cos_o, &self.lobe_roughness, &mut self.albedos);
         let normals = LookupLanes { level, directions: normals, lanes };
         environment.irradiances(&normals, &mut self.diffuse);
         let lanes = lanes.filtered(|lane| self.traced_share[lane] < 1.0);
         if !lanes.is_empty() {
-            let directions = LookupLanes { level, directions: &self.mirrored, lanes };
-            environment.prefiltered_lanes(&directions, &materials.roughness, &mut self.prefiltered);
+            let (directions, roughness) = &self.looked_up;
+            let directions = LookupLanes { level, directions, lanes };
+            environment.prefiltered_lanes(&directions, roughness, &mut self.prefiltered);
         }
+    }
+
+    /// The lobe of a lane that is looked up for the specular one.
+    #[inline(always)]
+    pub(super) fn looked_up(&self, lane: usize) -> ReflectedLobe {
+        let (directions, roughness) = &self.looked_up;
+        ReflectedLobe { direction: directions.get(lane), roughness: roughness[lane] }
     }
 
     /// Albedos, and the light of the environment that leaves the surfaces.
@@ -232,6 +250,8 @@ impl ReflectedLanes {
             let has_prefiltered = prefiltered_share > 0.0;
             self.diffuse.set(lane, reached * diffuse);
             self.prefiltered.set(lane, if has_prefiltered { reached * specular } else { Vec3::ZERO });
+            self.diffuse_albedo.set(lane, reached * albedos.diffuse);
+            self.prefiltered_albedo.set(lane, reached * albedos.specular * prefiltered_share);
             self.specular.set(lane, weight * albedos.specular * self.traced_share[lane]);
         }
     }

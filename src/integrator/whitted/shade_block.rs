@@ -57,16 +57,17 @@ impl Tracer<'_, '_> {
         let point = &block.surfaces.points[lane];
         let arrival = Arrival { signature: slot.signature, state, light_pass, point };
         let direction = block.reflected.mirrored.get(lane);
-        let roughness = block.reflected.lobe_roughness[lane];
         let mut lookups = [
             EnvironmentLookup {
                 radiance: block.reflected.diffuse.get(lane),
+                albedo: block.reflected.diffuse_albedo.get(lane),
                 lobe: LookupLobe::Diffuse { normal: point.shading_normal },
                 is_outside: true,
             },
             EnvironmentLookup {
                 radiance: block.reflected.prefiltered.get(lane),
-                lobe: LookupLobe::Glossy { direction, roughness },
+                albedo: block.reflected.prefiltered_albedo.get(lane),
+                lobe: LookupLobe::Glossy(block.reflected.looked_up(lane)),
                 is_outside: true,
             },
         ];

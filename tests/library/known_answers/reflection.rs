@@ -1,7 +1,11 @@
 //! Mirrors and Fresnel's equations.
 
+use std::f32::consts::PI;
+
 use glam::{Vec3, Vec4};
-use rayframe::scene::{Environment, Material};
+use rayframe::error::Result;
+use rayframe::render::Integrator;
+use rayframe::scene::{Environment, EnvironmentImage, EnvironmentMap, Material, Projection};
 
 use crate::stage::{Stage, assert_close, black_gloss, lambert, rectangle, unlit};
 
@@ -111,6 +115,45 @@ fn rough_lobes_never_gain_energy_in_a_white_furnace() {
                 // A smooth surface loses nothing; a rough one loses the light of multiple scattering.
                 let least = if roughness <= 0.05 { 0.995 } else { 0.3 };
                 assert!(seen.min_element() >= least, "{what}");
+            }
+        }
+    }
+}
+
+/// Light that grows towards +X, from 0.1 to 1.9.
+fn slanted_light() -> Result<Environment> {
+    let (width, height) = (128, 64);
+    let radiance = |index: u32| {
+        // +X lies to the right of the centre, which is −Z.
+        let (column, row) = ((index % width) as f32 + 0.5, (index / width) as f32 + 0.5);
+        let sine = libm::sinf(PI * row / height as f32);
+        [1.0 + 0.9 * sine * libm::sinf(2.0 * PI * (column / width as f32 - 0.5)); 3]
+    };
+    let pixels = (0..width * height).map(radiance).collect();
+    let image = EnvironmentImage { width, height, pixels, content_hash: [0; 32] };
+    Ok(Environment::Map(EnvironmentMap::new("slanted.hdr".as_ref(), image, 0.0)?))
+}
+
+#[test]
+fn rough_metals_look_light_up_where_their_lobes_lean() {
+    for (roughness, tolerance) in [(0.5, 0.16), (0.75, 0.1), (1.0, 0.01)] {
+        for cos in [0.1, 0.3, 0.6, 0.9_f32] {
+            for side in [-1.0, 1.0] {
+                let mut stage = floor(Material { roughness, ..mirror(Vec3::ONE) });
+                stage.environment = slanted_light().unwrap();
+                stage.projection = Projection::Perspective {
+                    fov_y_radians: 0.01,
+                    aspect_ratio: None,
+                    z_near: 0.0,
+                    z_far: None,
+                };
+                let eye = Vec3::new(side * libm::sqrtf(1.0 - cos * cos), cos, 0.0);
+                let seen = stage.look(eye, Vec3::ZERO).x;
+                stage.settings.integrator = Integrator::Path;
+                stage.settings.samples = 1024;
+                let expected = stage.look(eye, Vec3::ZERO).x;
+                let what = format!("roughness {roughness}, cos {cos}, side {side}: {seen} for {expected}");
+                assert!((seen - expected).abs() < tolerance, "{what}");
             }
         }
     }

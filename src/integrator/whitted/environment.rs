@@ -58,7 +58,7 @@ impl Tracer<'_, '_> {
     /// Reflected and transmitted specular lobes.
     fn look_up_specular(&self, shading: &Shading<'_, '_>, reached: Vec3, lookups: &mut EnvironmentLookups) {
         let environment = self.context.view.environment;
-        let Shading { albedos, .. } = shading;
+        let Shading { point, albedos, .. } = shading;
         let prefiltered_share = 1.0 - shading.traced_share;
         if prefiltered_share > 0.0 {
             let (seen, lobe) = self.prefiltered_reflection(shading);
@@ -73,14 +73,20 @@ impl Tracer<'_, '_> {
                 if albedo != Vec3::ZERO
                     && let Some(direction) = bsdf.refract(shading.wo)
                 {
-                    let direction = shading.world_from_local * direction;
-                    let mut seen = environment.prefiltered(direction, roughness);
+                    let through = shading.world_from_local * direction;
+                    // The lobe of a thin wall is that of a reflection, turned to the other side.
+                    let lobe = if shading.material.thin {
+                        ReflectedLobe::new(through, -point.shading_normal, shading.wo.z, roughness)
+                    } else {
+                        ReflectedLobe { direction: through, roughness }
+                    };
+                    let mut seen = environment.prefiltered(lobe.direction, lobe.roughness);
                     // Thin walls show the peaks as highlights, volumes do not.
                     if !shading.material.thin {
-                        seen += self.peaks_in_lobe(direction, roughness);
+                        seen += self.peaks_in_lobe(lobe);
                     }
                     let albedo = reached * (albedo * prefiltered_share);
-                    let lobe = LookupLobe::Glossy(ReflectedLobe { direction, roughness });
+                    let lobe = LookupLobe::Glossy(lobe);
                     lookups.push(EnvironmentLookup {
                         radiance: albedo * seen,
                         albedo,
@@ -93,7 +99,8 @@ impl Tracer<'_, '_> {
     }
 
     /// Light of the environment's peaks in the lobe of a prefiltered lookup: GGX around `direction`, for a view along the normal.
-    fn peaks_in_lobe(&self, direction: Vec3, roughness: f32) -> Vec3 {
+    fn peaks_in_lobe(&self, lobe: ReflectedLobe) -> Vec3 {
+        let ReflectedLobe { direction, roughness } = lobe;
         let alpha = roughness * roughness;
         let alpha_squared = (alpha * alpha).max(MIN_ALPHA_SQUARED);
         let seen = |peak: &KeyLight| {

@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use glam::{Vec3, Vec4};
 use rayframe::error::Result;
 use rayframe::render::Integrator;
-use rayframe::scene::{Environment, EnvironmentImage, EnvironmentMap, Material, Projection};
+use rayframe::scene::{Environment, EnvironmentImage, EnvironmentMap, Material, Projection, Transmission};
 
 use crate::stage::{Stage, assert_close, black_gloss, lambert, rectangle, unlit};
 
@@ -134,25 +134,37 @@ fn slanted_light() -> Result<Environment> {
     Ok(Environment::Map(EnvironmentMap::new("slanted.hdr".as_ref(), image, 0.0)?))
 }
 
+/// What a floor of `material` in slanted light shows to viewers at several angles on both sides, by Whitted's tree and by paths.
+fn in_slanted_light(material: &Material) -> Vec<(String, f32, f32)> {
+    let mut stage = floor(material.clone());
+    stage.environment = slanted_light().unwrap();
+    stage.projection =
+        Projection::Perspective { fov_y_radians: 0.01, aspect_ratio: None, z_near: 0.0, z_far: None };
+    let mut seen = Vec::new();
+    for cos in [0.1, 0.3, 0.6, 0.9_f32] {
+        for side in [-1.0, 1.0] {
+            let eye = Vec3::new(side * libm::sqrtf(1.0 - cos * cos), cos, 0.0);
+            (stage.settings.integrator, stage.settings.samples) = (Integrator::Whitted, 1);
+            let looked_up = stage.look(eye, Vec3::ZERO).x;
+            (stage.settings.integrator, stage.settings.samples) = (Integrator::Path, 1024);
+            let by_paths = stage.look(eye, Vec3::ZERO).x;
+            seen.push((format!("cos {cos}, side {side}"), looked_up, by_paths));
+        }
+    }
+    seen
+}
+
 #[test]
-fn rough_metals_look_light_up_where_their_lobes_lean() {
-    for (roughness, tolerance) in [(0.5, 0.16), (0.75, 0.1), (1.0, 0.01)] {
-        for cos in [0.1, 0.3, 0.6, 0.9_f32] {
-            for side in [-1.0, 1.0] {
-                let mut stage = floor(Material { roughness, ..mirror(Vec3::ONE) });
-                stage.environment = slanted_light().unwrap();
-                stage.projection = Projection::Perspective {
-                    fov_y_radians: 0.01,
-                    aspect_ratio: None,
-                    z_near: 0.0,
-                    z_far: None,
-                };
-                let eye = Vec3::new(side * libm::sqrtf(1.0 - cos * cos), cos, 0.0);
-                let seen = stage.look(eye, Vec3::ZERO).x;
-                stage.settings.integrator = Integrator::Path;
-                stage.settings.samples = 1024;
-                let expected = stage.look(eye, Vec3::ZERO).x;
-                let what = format!("roughness {roughness}, cos {cos}, side {side}: {seen} for {expected}");
+fn rough_surfaces_look_light_up_where_their_lobes_lean() {
+    let transmission = Some(Transmission { factor: 1.0, texture: None });
+    let pane = Material { transmission, double_sided: true, ..Material::default() };
+    for (roughness, tolerance) in [(0.5, 0.16), (0.75, 0.1), (1.0, 0.03)] {
+        for material in [mirror(Vec3::ONE), Material { metallic: 0.0, ..pane.clone() }] {
+            for (view, seen, expected) in in_slanted_light(&Material { roughness, ..material.clone() }) {
+                let what = format!(
+                    "metallic {}, roughness {roughness}, {view}: {seen} for {expected}",
+                    material.metallic
+                );
                 assert!((seen - expected).abs() < tolerance, "{what}");
             }
         }

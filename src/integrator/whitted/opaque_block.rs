@@ -245,13 +245,13 @@ impl ReflectedLanes {
             let prefiltered_share = 1.0 - self.traced_share[lane];
             let weight = materials.weight.get(lane);
             let reached = weight * materials.occlusion[lane];
-            let diffuse = albedos.diffuse * self.diffuse.get(lane) * FRAC_1_PI;
-            let specular = albedos.specular * self.prefiltered.get(lane) * prefiltered_share;
-            let has_prefiltered = prefiltered_share > 0.0;
-            self.diffuse.set(lane, reached * diffuse);
-            self.prefiltered.set(lane, if has_prefiltered { reached * specular } else { Vec3::ZERO });
-            self.diffuse_albedo.set(lane, reached * albedos.diffuse);
-            self.prefiltered_albedo.set(lane, reached * albedos.specular * prefiltered_share);
+            let diffuse = reached * albedos.diffuse;
+            self.diffuse_albedo.set(lane, diffuse);
+            self.diffuse.set(lane, diffuse * self.diffuse.get(lane) * FRAC_1_PI);
+            let prefiltered = reached * (albedos.specular * prefiltered_share);
+            self.prefiltered_albedo.set(lane, prefiltered);
+            let seen = prefiltered * self.prefiltered.get(lane);
+            self.prefiltered.set(lane, if prefiltered_share > 0.0 { seen } else { Vec3::ZERO });
             self.specular.set(lane, weight * albedos.specular * self.traced_share[lane]);
         }
     }

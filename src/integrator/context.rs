@@ -53,7 +53,7 @@ pub struct IntegratorContext<'a> {
     /// For [`Integrator::Path`].
     pub(super) emissive_triangles: Option<EmissiveTriangles>,
     /// Directions of the shadow rays of [`Integrator::Whitted`] to the environment; `None` where its light is not occluded.
-    pub(super) environment_directions: Option<Arc<EnvironmentDirections>>,
+    pub(super) environment_directions: Option<EnvironmentDirections>,
     /// What can hide the environment from shadow catchers and the ground, where shadow rays decide about it.
     pub(super) occluders: Option<OccluderSphere>,
     /// Whether shadow rays of paths sample the environment by its radiance.
@@ -70,7 +70,7 @@ pub struct IntegratorContext<'a> {
     pub(super) uses_seeds: bool,
     /// The environment's peaks, which lookups of Whitted's tree do not contain.
     pub(super) peaks: Vec<KeyLight>,
-    /// Mean radiance of the environment without its peaks.
+    /// Mean radiance of the environment without its peaks, where shadow rays decide about its light.
     pub(super) mean_radiance: Vec3,
     /// Luminance of the environment's irradiance on the ground that no shadow rays decide about.
     pub(super) ground_irradiance: f32,
@@ -113,8 +113,7 @@ impl<'a> IntegratorContext<'a> {
             camera_media,
             emissive_triangles: is_path.then(|| EmissiveTriangles::new(view)),
             occluders: (traces_environment && has_receivers).then(|| OccluderSphere::of(view.frame)),
-            environment_directions: traces_environment
-                .then(|| Arc::new(EnvironmentDirections::new(view.environment))),
+            environment_directions: traces_environment.then(|| EnvironmentDirections::new(view.environment)),
             samples_environment: is_path && view.environment.sample(Vec2::splat(0.5)).is_some(),
             visible_environment: if is_path { VisibleEnvironment::new(view).map(Arc::new) } else { None },
             path_guide: None,
@@ -122,7 +121,7 @@ impl<'a> IntegratorContext<'a> {
             sample_points: (is_path || traces_environment).then(|| sample_points(view.frame, &settings)),
             uses_seeds: uses_seeds(view.frame, &settings),
             peaks: view.environment.peaks(),
-            mean_radiance: mean_radiance(view.environment),
+            mean_radiance: if traces_environment { mean_radiance(view.environment) } else { Vec3::ZERO },
             ground_irradiance,
             has_receivers,
             settings,

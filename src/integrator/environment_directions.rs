@@ -5,132 +5,41 @@
 //! light that the lookup averages, so that the ratio is the mean visibility of the samples.
 
 use std::f32::consts::TAU;
+use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
 use super::occluders::Cone;
 use super::whitted::local_frame;
 use crate::geometry::sin_cos_of_turn;
-use crate::scene::{Environment, LuminanceImage};
+use crate::scene::{Environment, LightGrid, LuminanceImage};
 
 /// The golden ratio less one: the share of a turn from one candidate to the next.
 const GOLDEN_SHARE: f32 = 0.618_034;
-
-/// Cells along an edge of the square of directions: 6° to 9° each.
-const CELLS: usize = 32;
-/// Parts along an edge of a cell: those of the grid of luminances.
-const PARTS: usize = LuminanceImage::CELLS / CELLS;
-
-/// Intervals between normals along an edge of their square: 11° to 17° each.
-const NORMAL_STEPS: usize = 16;
 
 /// Directions of a rough lobe among which one is chosen.
 const CANDIDATES: usize = 4;
 
 /// Directions by the luminance of an environment.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct EnvironmentDirections {
-    luminance: LuminanceImage,
-    /// For each normal, the cumulative light of the cells times their cosine, row by row.
-    cumulative: Vec<f32>,
-    /// How the light of each cell lies in it.
-    cells: Vec<CellLight>,
-    /// The largest luminance.
-    brightest: f32,
-    /// Irradiance for one of the last sums of `cumulative`: the solid angle that its weights leave out.
-    irradiance_scale: f32,
-    /// The same as `cumulative` at the end of each row: two cache lines, where a search among all cells touches one for each of its first steps.
-    row_ends: Vec<f32>,
+    /// Directions of diffuse surfaces.
+    pub(super) grid: Arc<LightGrid>,
 }
 
 impl EnvironmentDirections {
     /// Directions of an environment that is lit.
     pub(super) fn new(environment: &Environment) -> Self {
-        let luminance = LuminanceImage::new(environment);
-        let mut solid_angles = 0.0;
-        // Light of the parts, and the sum of their directions by their light
-        let (cells, lights): (Vec<CellLight>, Vec<Vec3>) = (0..CELLS * CELLS)
-            .map(|cell| {
-                let (mut parts, mut sum) = ([[0.0; PARTS]; PARTS], Vec3::ZERO);
-                for (part, place) in part_centers() {
-                    let direction = direction_in(cell, place);
-                    // The solid angle of a part, but for a factor: the plane of the octahedron is nearest in the middle of a face.
-                    let width = direction.abs().element_sum();
-                    let solid_angle = width * width * width;
-                    let light = luminance.at(direction) * solid_angle;
-                    solid_angles += solid_angle;
-                    parts[part / PARTS][part % PARTS] = light;
-                    sum += direction * light;
-                }
-                (CellLight::new(&parts), sum)
-            })
-            .unzip();
-        let side = NORMAL_STEPS + 1;
-        let mut cumulative = Vec::with_capacity(side * side * lights.len());
-        for node in 0..side * side {
-            let uv = Vec2::new((node % side) as f32, (node / side) as f32) / NORMAL_STEPS as f32;
-            let normal = LuminanceImage::direction_from_uv(uv);
-            let mut sum = 0.0;
-            cumulative.extend(lights.iter().map(|light| {
-                // The sum of light times cosine, where the horizon does not cut the cell
-                let light_by_cosine = normal.dot(*light);
-                sum += if light_by_cosine > 0.0 { light_by_cosine } else { 0.0 };
-                sum
-            }));
-        }
-        let row_ends = cumulative.iter().skip(CELLS - 1).step_by(CELLS).copied().collect();
-        Self {
-            brightest: luminance.largest(),
-            irradiance_scale: 2.0 * TAU / solid_angles,
-            luminance,
-            cumulative,
-            cells,
-            row_ends,
-        }
-    }
-
-    /// A direction from which light reaches a diffuse surface; `None` where none does. The density is that of the light times the cosine, by
-    /// cells, and interpolated between normals; in a cell it is that of the light by its parts. The place in a cell depends a little on which
-    /// normal was chosen.
-    pub(super) fn diffuse(&self, normal: Vec3, u: Vec2, u_choice: f32) -> Option<Vec3> {
-        // One of the four normals around this one, by its share in a bilinear interpolation
-        let node = (LuminanceImage::uv_from_direction(normal) * NORMAL_STEPS as f32 + u).floor();
-        let node = node.min(Vec2::splat(NORMAL_STEPS as f32));
-        let node = node.y as usize * (NORMAL_STEPS + 1) + node.x as usize;
-        let row_ends = self.row_ends.get(node * CELLS..)?.first_chunk::<CELLS>()?;
-        let chosen = u_choice * row_ends[CELLS - 1];
-        let row = node * CELLS + count_up_to(row_ends, chosen);
-        if row == (node + 1) * CELLS {
-            return None;
-        }
-        let cells = self.cumulative.get(row * CELLS..)?.first_chunk::<CELLS>()?;
-        let cell = row % CELLS * CELLS + count_up_to(cells, chosen);
-        let direction = direction_in(cell, self.cells.get(cell)?.place(u));
-        // A cell, or a normal, may reach a little beyond the horizon.
-        let height = direction.dot(normal);
-        Some(if height < 0.0 { direction - normal * (2.0 * height) } else { direction })
-    }
-
-    /// The irradiance of a surface by luminance, as the sum of all cells, interpolated between normals.
-    pub(super) fn irradiance(&self, normal: Vec3) -> f32 {
-        let position = LuminanceImage::uv_from_direction(normal) * NORMAL_STEPS as f32;
-        let node = position.floor().min(Vec2::splat((NORMAL_STEPS - 1) as f32));
-        let share = position - node;
-        let sum = |column: usize, row: usize| {
-            let node = (node.y as usize + row) * (NORMAL_STEPS + 1) + node.x as usize + column;
-            self.row_ends.get((node + 1) * CELLS - 1).copied().unwrap_or_default()
-        };
-        let [above, below] = [0, 1].map(|row| sum(0, row) + (sum(1, row) - sum(0, row)) * share.x);
-        (above + (below - above) * share.y) * self.irradiance_scale
+        Self { grid: environment.light_grid() }
     }
 
     /// The largest irradiance that [`EnvironmentDirections::within`] may find.
     pub(super) fn most_within(&self, cone: &Cone, normal: Vec3) -> f32 {
-        self.brightest * cone.largest_cosine(normal) * cone.solid_angle()
+        self.grid.brightest() * cone.largest_cosine(normal) * cone.solid_angle()
     }
 
     /// A direction in a cone above a diffuse surface, and an estimate of the irradiance that the cone holds, by luminance; `None` if it holds
-    /// none. Directions below the surface are mirrored by it, as those of [`EnvironmentDirections::diffuse`].
+    /// none. Directions below the surface are mirrored by it, as those of [`LightGrid::diffuse`].
     pub(super) fn within(&self, cone: &Cone, normal: Vec3, u: Vec2) -> Option<(Vec3, f32)> {
         let direction = cone.direction(u);
         let height = direction.dot(normal);
@@ -139,78 +48,31 @@ impl EnvironmentDirections {
         // Directions whose mirror image is in the cone, too, are twice as frequent.
         let has_both = cone.contains(mirrored);
         let frequency = if has_both { 2.0 } else { 1.0 };
-        let irradiance = self.luminance.at(above) * height.abs() * cone.solid_angle() / frequency;
+        let irradiance = self.grid.luminance(above) * height.abs() * cone.solid_angle() / frequency;
         ((height >= 0.0 || has_both) && irradiance > 0.0).then_some((above, irradiance))
     }
 
-    /// A direction of the lobe that prefiltered lookups average: GGX of `roughness` around the mirror direction, for a view along the normal, as
-    /// far as it is within 90° of that direction. Of several ones, one is chosen by its luminance (Talbot, Cline and Egbert, "Importance
-    /// Resampling for Global Illumination", 2005).
-    pub(super) fn glossy(&self, mirrored: Vec3, roughness: f32, u: Vec2, u_choice: f32) -> Vec3 {
-        let candidates = LobeDirections::new(mirrored, roughness, u);
+    /// A direction from which light reaches a diffuse surface ([`LightGrid::diffuse`]); where none does, one of those from which other
+    /// surfaces do, by their cosine.
+    pub(super) fn diffuse(&self, normal: Vec3, u: Vec2, u_choice: f32) -> Vec3 {
+        self.grid.diffuse(normal, u, u_choice).unwrap_or_else(|| cosine_direction(normal, u))
+    }
+
+    /// A direction of the lobe that prefiltered lookups average: GGX of `roughness` around `axis`, for a view along it, as far as it is within
+    /// 90°. Of several ones, one is chosen by its luminance (Talbot, Cline and Egbert, "Importance Resampling for Global Illumination", 2005), any
+    /// where all are dark.
+    pub(super) fn glossy(&self, axis: Vec3, roughness: f32, u: Vec2, u_choice: f32) -> Vec3 {
+        let candidates = LobeDirections::new(axis, roughness, u);
         let mut sums = [0.0; CANDIDATES];
         let mut sum = 0.0;
         for (uv, sum_to) in candidates.uvs().into_iter().zip(&mut sums) {
-            sum += self.luminance.at_uv(uv);
+            sum += self.grid.luminance_at_uv(uv);
             *sum_to = sum;
         }
         let chosen = sums.iter().position(|sum_to| u_choice * sum < *sum_to);
-        chosen.map_or(mirrored, |candidate| candidates.get(candidate))
+        let any = ((u_choice * CANDIDATES as f32) as usize).min(CANDIDATES - 1);
+        candidates.get(chosen.unwrap_or(any))
     }
-}
-
-/// How the light of a cell lies in it: in a cache line.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-struct CellLight {
-    columns: CumulativeShares,
-    /// Of each column.
-    rows: [CumulativeShares; PARTS],
-}
-
-/// The shares of the first parts of a whole, up to all but the last.
-type CumulativeShares = [f32; PARTS - 1];
-
-impl CellLight {
-    /// From the light of the parts, column by column.
-    fn new(parts: &[[f32; PARTS]; PARTS]) -> Self {
-        let columns = parts.map(|column| column.iter().sum());
-        Self { columns: cumulative_shares(&columns), rows: parts.map(|column| cumulative_shares(&column)) }
-    }
-
-    /// The place in the unit square where light comes from, by a point that is uniform there.
-    #[inline(always)]
-    fn place(&self, u: Vec2) -> Vec2 {
-        let (column, x) = part_at(&self.columns, u.x);
-        let (row, y) = part_at(&self.rows[column], u.y);
-        Vec2::new(column as f32 + x, row as f32 + y) / PARTS as f32
-    }
-}
-
-/// The sums of the first values over that of all; those of equal values where there is no light or too much for numbers.
-fn cumulative_shares(values: &[f32; PARTS]) -> CumulativeShares {
-    let mut sum = 0.0;
-    let sums = values.map(|value| {
-        sum += value;
-        sum
-    });
-    let is_lit = sum > 0.0 && sum < f32::INFINITY;
-    std::array::from_fn(|part| if is_lit { sums[part] / sum } else { (part + 1) as f32 / PARTS as f32 })
-}
-
-/// The part in which a number of the unit interval lies, and where in it, both ends included.
-#[inline(always)]
-fn part_at(shares: &CumulativeShares, u: f32) -> (usize, f32) {
-    let part = shares.iter().map(|&share| u32::from(share <= u)).sum::<u32>() as usize;
-    let before = part.checked_sub(1).map_or(0.0, |before| shares[before]);
-    let end = shares.get(part).copied().unwrap_or(1.0);
-    (part, (u - before) / (end - before))
-}
-
-/// The parts of a cell with their centres, column by column.
-fn part_centers() -> impl Iterator<Item = (usize, Vec2)> {
-    let center = |part: usize| (Vec2::new((part / PARTS) as f32, (part % PARTS) as f32) + 0.5) / PARTS as f32;
-    (0..PARTS * PARTS).map(move |part| (part, center(part)))
 }
 
 /// Stratified directions of a lobe of [`EnvironmentDirections::glossy`], component by component, so that they are computed in lanes.
@@ -222,7 +84,7 @@ struct LobeDirections {
 
 impl LobeDirections {
     #[inline(always)]
-    fn new(mirrored: Vec3, roughness: f32, u: Vec2) -> Self {
+    fn new(axis: Vec3, roughness: f32, u: Vec2) -> Self {
         let alpha_squared = (roughness * roughness) * (roughness * roughness);
         // Half vectors up to 45° from the axis
         let scale = 1.0 + alpha_squared;
@@ -240,7 +102,7 @@ impl LobeDirections {
         }
 
         // Mirror the axis at the half vectors.
-        let frame = local_frame(mirrored);
+        let frame = local_frame(axis);
         let component = |tangent: f32, bitangent: f32, axis: f32| {
             in_lanes(|i| {
                 let half = tangent * along_tangent[i] + bitangent * along_bitangent[i] + axis * cosines[i];
@@ -266,22 +128,17 @@ impl LobeDirections {
     }
 }
 
+/// A direction of the cosine lobe around a normal.
+fn cosine_direction(normal: Vec3, u: Vec2) -> Vec3 {
+    let (sine, cosine) = sin_cos_of_turn((u.y - u.y as i32 as f32) * TAU);
+    let radius = u.x.sqrt();
+    local_frame(normal) * Vec3::new(radius * cosine, radius * sine, (1.0 - u.x).max(0.0).sqrt())
+}
+
 /// The value of each lane.
 #[inline(always)]
 fn in_lanes(value: impl Fn(usize) -> f32) -> [f32; CANDIDATES] {
     std::array::from_fn(value)
-}
-
-/// How many of the sums are at most `chosen`. They never decrease, so that this is a search; counting all takes no branch and is done in lanes.
-fn count_up_to(sums: &[f32; CELLS], chosen: f32) -> usize {
-    debug_assert!(sums.is_sorted() || sums[CELLS - 1].is_nan());
-    sums.iter().map(|&sum| u32::from(sum <= chosen)).sum::<u32>() as usize
-}
-
-/// The direction at `u` in a cell.
-fn direction_in(cell: usize, u: Vec2) -> Vec3 {
-    let corner = Vec2::new((cell % CELLS) as f32, (cell / CELLS) as f32);
-    LuminanceImage::direction_from_uv((corner + u) / CELLS as f32)
 }
 
 #[cfg(test)]

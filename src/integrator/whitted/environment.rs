@@ -98,7 +98,7 @@ impl Tracer<'_, '_> {
         }
     }
 
-    /// Light of the environment's peaks in the lobe of a prefiltered lookup: GGX around `direction`, for a view along the normal.
+    /// Light of the environment's peaks in the lobe of a prefiltered lookup: for a view along the normal.
     fn peaks_in_lobe(&self, lobe: ReflectedLobe) -> Vec3 {
         let ReflectedLobe { direction, roughness } = lobe;
         let alpha = roughness * roughness;
@@ -131,7 +131,7 @@ impl Tracer<'_, '_> {
         let mean = |seen: f32, shares: f32| if shares > 0.0 { seen / shares } else { 0.0 };
         let seen = Vec3::new(mean(seen.x, shares.x), mean(seen.y, shares.y), mean(seen.z, shares.z));
         // Shadow rays follow one lobe as wide as the widest.
-        let lobe = ReflectedLobe { direction: mirrored, roughness: shading.bsdf.widest_roughness() };
+        let lobe = ReflectedLobe::new(mirrored, normal, shading.wo.z, shading.bsdf.widest_roughness());
         (seen, LookupLobe::Glossy(lobe))
     }
 }

@@ -58,7 +58,7 @@ impl LookupLobe {
     ) -> Vec3 {
         let (u, u_choice) = (sequence.point_by(&keys[0]), sequence.number_by(&keys[1]));
         match *self {
-            Self::Diffuse { normal } => directions.diffuse(normal, u, u_choice).unwrap_or(normal),
+            Self::Diffuse { normal } => directions.diffuse(normal, u, u_choice),
             Self::Glossy(ReflectedLobe { direction, roughness }) => {
                 directions.glossy(direction, roughness, u, u_choice)
             }
@@ -109,7 +109,7 @@ impl Tracer<'_, '_> {
             }
             return;
         };
-        join_faint(lookups);
+        join_faint(lookups, context.mean_radiance);
         let rays = match context.settings.env_samples {
             EnvSamples::Fixed(rays) if state.depth == 0 => rays,
             EnvSamples::Fixed(_) | EnvSamples::Auto => 1,
@@ -136,6 +136,9 @@ impl Tracer<'_, '_> {
                 self.add(state.sample, light_pass, reflected * context.occluded_share);
             }
             let radiance = radiance - reflected;
+            if radiance == Vec3::ZERO {
+                continue;
+            }
             let lookup = signature.index() * MAX_LOOKUPS + index;
             let end = if is_outside {
                 point.shadow_end_outside(Vec3::ZERO)
@@ -178,11 +181,11 @@ fn surrounding_light(color: Vec3) -> Vec3 {
     color / (Vec3::splat(2.0) - color)
 }
 
-/// Adds faint lookups to the brightest one of their side.
-fn join_faint(lookups: &mut [EnvironmentLookup]) {
+/// Adds faint lookups to the brightest one of their side. How bright they are counts what hides the environment, too, of `mean_radiance`.
+fn join_faint(lookups: &mut [EnvironmentLookup], mean_radiance: Vec3) {
     let mut luminances = [0.0; MAX_LOOKUPS];
     for (luminance_of, lookup) in luminances.iter_mut().zip(&*lookups) {
-        *luminance_of = luminance(lookup.radiance);
+        *luminance_of = luminance(lookup.radiance + lookup.albedo * mean_radiance);
     }
     for side in [true, false] {
         let on_side = (0..lookups.len()).filter(|&index| lookups[index].is_outside == side);
@@ -231,8 +234,13 @@ mod tests {
             [lookup(0.1, Vec3::Y), lookup(1.0, Vec3::Y), lookup(0.5, Vec3::Y), lookup(0.05, Vec3::NEG_Y)]
                 .into_iter()
                 .collect();
-        join_faint(&mut lookups);
-        let left: Vec<f32> = lookups.iter().map(|lookup| lookup.radiance.x).collect();
-        assert_eq!(left, [0.0, 1.1, 0.5, 0.05]);
+        join_faint(&mut lookups, Vec3::ZERO);
+        let left: Vec<[f32; 2]> = lookups.iter().map(|lookup| [lookup.radiance.x, lookup.albedo.x]).collect();
+        assert_eq!(left, [[0.0, 0.0], [1.1, 2.0], [0.5, 1.0], [0.05, 1.0]]);
+        // In the dark, what hides the environment decides.
+        let dark = |albedo: f32| EnvironmentLookup { albedo: Vec3::splat(albedo), ..lookup(0.0, Vec3::Y) };
+        let mut lookups = [dark(0.8), dark(0.0)];
+        join_faint(&mut lookups, Vec3::ONE);
+        assert_eq!(lookups.map(|lookup| lookup.albedo.x), [0.8, 0.0]);
     }
 }

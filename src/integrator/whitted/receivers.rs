@@ -116,7 +116,7 @@ impl ReceiverShadows {
         {
             return irradiance;
         }
-        let of_grid = directions.map_or(0.0, |directions| directions.irradiance(normal));
+        let of_grid = directions.map_or(0.0, |directions| directions.grid.irradiance(normal));
         let irradiance = EnvironmentIrradiance { exact: environment.irradiance(normal), of_grid };
         self.irradiance.insert((normal, irradiance)).1
     }
@@ -241,7 +241,7 @@ impl Tracer<'_, '_> {
         shadow_end: impl Fn(Vec3) -> Vec3,
     ) -> f32 {
         let context = self.context;
-        let directions = context.environment_directions.as_deref();
+        let directions = context.environment_directions.as_ref();
         let irradiance = shadows.irradiance((context.view.environment, directions), receiver.normal);
         let all = irradiance.exact * context.occluded_share;
         if luminance(all) <= 0.0 {
@@ -278,7 +278,7 @@ impl Tracer<'_, '_> {
             let choice = point(1).x;
             for number in 0..rays {
                 let choice = (choice + number as f32 / rays as f32).fract();
-                if let Some(wi) = directions.diffuse(receiver.normal, r2_moved(u, number), choice) {
+                if let Some(wi) = directions.grid.diffuse(receiver.normal, r2_moved(u, number), choice) {
                     add(wi, share);
                 }
             }

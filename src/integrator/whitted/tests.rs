@@ -7,6 +7,7 @@ use glam::{Vec2, Vec3};
 use super::{SampleValue, Tracer};
 use crate::bvh::{BuildSettings, Builder, TraversalCounters};
 use crate::cancel::CancelFlag;
+use crate::error::Result;
 use crate::frame::Frame;
 use crate::framing::resolve_camera;
 use crate::gltf::{ImportOptions, import};
@@ -15,7 +16,8 @@ use crate::integrator::{
 };
 use crate::interaction::{RayHit, SurfaceBlock, SurfacePoint};
 use crate::scene::{
-    BuiltInLight, Environment, Ground, Scene, Selection, SelectionRequest, ViewRequest, mark_shadow_catchers,
+    BuiltInLight, Environment, EnvironmentImage, EnvironmentMap, Ground, Scene, Selection, SelectionRequest,
+    ViewRequest, mark_shadow_catchers,
 };
 use crate::scene_view::SceneView;
 
@@ -183,8 +185,16 @@ fn surfaces_that_scatter_next_to_nothing_of_a_light_get_no_shadow_rays() {
     });
 }
 
+/// Light of radiance 1 within 30° of the zenith, so that many surfaces look up nothing.
+fn light_from_above() -> Result<Environment> {
+    let pixels = (0..64 * 32).map(|index| [f32::from(u8::from(index / 64 < 5)); 3]).collect();
+    let image = EnvironmentImage { width: 64, height: 32, pixels, content_hash: [0; 32] };
+    Ok(Environment::Map(EnvironmentMap::new("above.hdr".as_ref(), image, 0.0)?))
+}
+
 #[test]
 fn blocks_of_opaque_surfaces_give_the_values_of_single_hits() {
+    let one_sided = light_from_above().unwrap();
     for scene in [
         "light/two_lights_shadows",
         "light/spot",
@@ -197,7 +207,7 @@ fn blocks_of_opaque_surfaces_give_the_values_of_single_hits() {
         "skin/two_bone_strip",
         "geometry/negative_scale",
     ] {
-        with_context(scene, &Environment::BuiltIn(BuiltInLight::Studio), |context, camera| {
+        let check = |context: &IntegratorContext<'_>, camera: &CameraRays| {
             assert!(context.opaque_materials.iter().all(|is_opaque| *is_opaque), "{scene}");
             let all: Vec<usize> = (0..SAMPLES).collect();
             let in_blocks = trace(&mut Tracer::new(context), camera, &all);
@@ -205,7 +215,9 @@ fn blocks_of_opaque_surfaces_give_the_values_of_single_hits() {
             context.opaque_materials.fill(false);
             let one_by_one = trace(&mut Tracer::new(&context), camera, &all);
             assert!(in_blocks == one_by_one, "{scene}");
-        });
+        };
+        with_context(scene, &Environment::BuiltIn(BuiltInLight::Studio), check);
+        with_context(scene, &one_sided, check);
     }
 }
 

@@ -1,14 +1,18 @@
 //! Environment map: a checked equirectangular image with its irradiance and its prefiltered copies.
 
+mod checks;
+
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use glam::{Quat, Vec2, Vec3};
 
+use self::checks::{check_size, check_values};
 use super::distribution::EnvironmentDistribution;
 use super::equirect::{EquirectImage, uv_from_direction, uvs_from_directions};
 use super::filtered_image::FilteredImage;
 use super::irradiance::irradiance_image;
+use super::light_grid::LightGrid;
 use super::lookup_lanes::LookupLanes;
 use super::peaks::take_peaks;
 use super::prefilter::{Pyramid, STEPS, prefiltered_images};
@@ -20,16 +24,10 @@ use crate::geometry::{F32Lanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
 use crate::scene::ImageLightIndex;
 use crate::sha256::hex;
 
-/// Limit of the pixels of an environment image: 16384x8192.
-const MAX_PIXELS: u64 = 1 << 27;
-
 /// Rows of the distribution of samples, which has twice as many columns.
 const MAX_DISTRIBUTION_ROWS: usize = 512;
 /// The same for sectors.
 const SECTOR_TABLE_ROWS: usize = 256;
-
-/// Limit of a channel's radiance: far above any light, far below the overflow of sums.
-const MAX_RADIANCE: f32 = 1e30;
 
 /// Decoded pixels of an equirectangular environment image.
 #[derive(Clone, Debug)]
@@ -71,6 +69,8 @@ struct Tables {
     distribution: EnvironmentDistribution,
     /// Of the radiance, in the space of the image; made where they are used.
     sectors: OnceLock<Option<SectorTables>>,
+    /// In the world, for maps that clips do not rotate; made where it is used.
+    light_grid: OnceLock<Arc<LightGrid>>,
     is_lit: bool,
     /// See [`super::Environment::content_key`].
     content_key: String,
@@ -125,6 +125,7 @@ impl EnvironmentMap {
             peaks,
             distribution: distribution(&image),
             sectors: OnceLock::new(),
+            light_grid: OnceLock::new(),
             is_lit: image.pixels.iter().any(|pixel| *pixel != [0.0; 3]),
             filtered: FilteredImage::new(image),
             content_key: format!("map {} turned {:08x}", hex(&content_hash), rotation_degrees.to_bits()),
@@ -157,6 +158,7 @@ impl EnvironmentMap {
             without_peaks,
             distribution,
             sectors: OnceLock::new(),
+            light_grid: OnceLock::new(),
             is_lit,
             content_key,
         };
@@ -222,6 +224,15 @@ impl EnvironmentMap {
             sectors.get_or_init(|| SectorTables::new(&luminances));
         }
         sectors.get()?.as_ref()
+    }
+
+    /// See [`super::Environment::light_grid`].
+    pub(super) fn light_grid(&self) -> Arc<LightGrid> {
+        let kept = &self.tables.light_grid;
+        // Made outside of the lock, as the sectors are.
+        let made = || Arc::new(LightGrid::new(&Environment::Map(self.clone())));
+        let grid = kept.get().cloned().unwrap_or_else(made);
+        Arc::clone(kept.get_or_init(|| grid))
     }
 
     pub(super) fn radiance(&self, direction: Vec3) -> Vec3 {
@@ -351,49 +362,6 @@ fn luminances(image: &EquirectImage, rows: usize, multiple: usize) -> (u32, Vec<
     };
     let luminances = cells.pixels.iter().map(|&pixel| luminance(Vec3::from_array(pixel))).collect();
     (cells.width as u32, luminances)
-}
-
-fn check_size(path: &Path, (width, height): (u32, u32), pixels: usize) -> Result<()> {
-    let expected = u64::from(width) * u64::from(height);
-    if expected == 0 {
-        return Err(Error::invalid(path, "", "the environment image is empty"));
-    }
-    if expected > MAX_PIXELS {
-        return Err(Error::refused(
-            path,
-            "",
-            format!(
-                "the environment image has {width}x{height} pixels, more than the limit of {MAX_PIXELS}; make it smaller"
-            ),
-        ));
-    }
-    if pixels as u64 != expected {
-        return Err(Error::invalid(
-            path,
-            "",
-            format!("the environment image should have {width}x{height} pixels but has {pixels}"),
-        ));
-    }
-    Ok(())
-}
-
-fn check_values(path: &Path, width: u32, pixels: &mut [[f32; 3]]) -> Result<()> {
-    for (index, pixel) in pixels.iter_mut().enumerate() {
-        if pixel.iter().any(|value| !value.is_finite() || *value > MAX_RADIANCE) {
-            let (column, row) = (index % width as usize, index / width as usize);
-            return Err(Error::invalid(
-                path,
-                "",
-                format!(
-                    "pixel ({column}, {row}) of the environment image is {pixel:?}; values must be finite and at most \
-                     {MAX_RADIANCE:e}"
-                ),
-            ));
-        }
-        // −0 becomes 0 as well.
-        *pixel = pixel.map(|value| if value > 0.0 { value } else { 0.0 });
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@ mod equirect;
 mod filtered_image;
 mod irradiance;
 mod key_light;
+mod light_grid;
 mod lobe_level;
 mod lookup_lanes;
 mod luminance_image;
@@ -35,6 +36,7 @@ pub use built_in::BuiltInLight;
 pub(crate) use cube_map::columns_for_cube;
 pub(crate) use distribution::prefix_sums;
 pub use key_light::KeyLight;
+pub(crate) use light_grid::LightGrid;
 pub(crate) use lookup_lanes::LookupLanes;
 pub(crate) use luminance_image::LuminanceImage;
 pub use map::{EnvironmentImage, EnvironmentMap};
@@ -211,7 +213,7 @@ impl Environment {
         }
     }
 
-    /// Prefiltered radiance: the mean under the GGX lobe of `roughness` (α is its square) around the mirror direction, for a
+    /// Prefiltered radiance: the mean under the GGX lobe of `roughness` (α is its square) around `direction`, for a
     /// view along the normal (Karis 2013). Multiply it by the lobe's directional albedo. Roughness 0 is
     /// [`Environment::radiance`]. All are without [`Environment::peaks`].
     pub fn prefiltered(&self, direction: Vec3, roughness: f32) -> Vec3 {

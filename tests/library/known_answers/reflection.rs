@@ -5,7 +5,9 @@ use std::f32::consts::PI;
 use glam::{Vec3, Vec4};
 use rayframe::error::Result;
 use rayframe::render::Integrator;
-use rayframe::scene::{Environment, EnvironmentImage, EnvironmentMap, Material, Projection, Transmission};
+use rayframe::scene::{
+    ClearCoat, Environment, EnvironmentImage, EnvironmentMap, Material, Projection, Transmission,
+};
 
 use crate::stage::{Stage, assert_close, black_gloss, lambert, rectangle, unlit};
 
@@ -135,9 +137,9 @@ fn slanted_light() -> Result<Environment> {
 }
 
 /// What a floor of `material` in slanted light shows to viewers at several angles on both sides, by Whitted's tree and by paths.
-fn in_slanted_light(material: &Material) -> Vec<(String, f32, f32)> {
+fn in_slanted_light(light: &Environment, material: &Material) -> Vec<(String, f32, f32)> {
     let mut stage = floor(material.clone());
-    stage.environment = slanted_light().unwrap();
+    stage.environment = light.clone();
     stage.projection =
         Projection::Perspective { fov_y_radians: 0.01, aspect_ratio: None, z_near: 0.0, z_far: None };
     let mut seen = Vec::new();
@@ -156,15 +158,22 @@ fn in_slanted_light(material: &Material) -> Vec<(String, f32, f32)> {
 
 #[test]
 fn rough_surfaces_look_light_up_where_their_lobes_lean() {
+    let light = slanted_light().unwrap();
     let transmission = Some(Transmission { factor: 1.0, texture: None });
-    let pane = Material { transmission, double_sided: true, ..Material::default() };
     for (roughness, tolerance) in [(0.5, 0.16), (0.75, 0.1), (1.0, 0.03)] {
-        for material in [mirror(Vec3::ONE), Material { metallic: 0.0, ..pane.clone() }] {
-            for (view, seen, expected) in in_slanted_light(&Material { roughness, ..material.clone() }) {
-                let what = format!(
-                    "metallic {}, roughness {roughness}, {view}: {seen} for {expected}",
-                    material.metallic
-                );
+        let metal = Material { roughness, ..mirror(Vec3::ONE) };
+        let pane = Material { metallic: 0.0, transmission, double_sided: true, ..metal.clone() };
+        let clear_coat = ClearCoat {
+            factor: 1.0,
+            roughness,
+            texture: None,
+            roughness_texture: None,
+            normal_texture: None,
+        };
+        let coated = Material { clear_coat: Some(clear_coat), ..lambert(Vec3::ZERO) };
+        for (name, material) in [("metal", metal), ("pane", pane), ("coat", coated)] {
+            for (view, seen, expected) in in_slanted_light(&light, &material) {
+                let what = format!("{name}, roughness {roughness}, {view}: {seen} for {expected}");
                 assert!((seen - expected).abs() < tolerance, "{what}");
             }
         }

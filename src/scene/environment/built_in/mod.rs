@@ -10,12 +10,13 @@ mod designs;
 mod gradient;
 mod lobes;
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use glam::Vec3;
 
 use super::distribution::EnvironmentDistribution;
 use super::key_light::KeyLight;
+use super::light_grid::LightGrid;
 use super::lookup_lanes::LookupLanes;
 use super::octahedral::OctahedralImage;
 use super::sectors::SectorTables;
@@ -69,6 +70,15 @@ impl BuiltInLight {
     /// The distribution of [`super::Environment::sample`].
     pub(super) fn distribution(self) -> &'static EnvironmentDistribution {
         self.prepared().distribution()
+    }
+
+    /// See [`super::Environment::light_grid`].
+    pub(super) fn light_grid(self) -> Arc<LightGrid> {
+        let kept = &self.prepared().light_grid;
+        // Made outside of the lock: on a thread that makes it, rayon may run a task that needs it, too.
+        let made = || Arc::new(LightGrid::new(&super::Environment::BuiltIn(self)));
+        let grid = kept.get().cloned().unwrap_or_else(made);
+        Arc::clone(kept.get_or_init(|| grid))
     }
 
     /// See [`super::Environment::sectors`].
@@ -158,6 +168,7 @@ struct Prepared {
     key_light: KeyLight,
     distribution: OnceLock<EnvironmentDistribution>,
     sectors: OnceLock<Option<SectorTables>>,
+    light_grid: OnceLock<Arc<LightGrid>>,
     irradiance: OnceLock<OctahedralImage>,
     /// Means under lobes of roughness 1/8, 2/8, … 1.
     lobes: [OnceLock<OctahedralImage>; STEPS],
@@ -175,6 +186,7 @@ impl Prepared {
             },
             distribution: OnceLock::new(),
             sectors: OnceLock::new(),
+            light_grid: OnceLock::new(),
             irradiance: OnceLock::new(),
             lobes: std::array::from_fn(|_| OnceLock::new()),
         }

@@ -1,0 +1,62 @@
+//! Places in cells, searches, and grids that are kept.
+
+use super::*;
+use crate::scene::{BuiltInLight, ComposedEnvironment};
+
+fn points(count: u32) -> impl Iterator<Item = Vec2> {
+    let fraction = |x: f32| x - x.floor();
+    (0..count).map(move |i| {
+        let i = i as f32 + 0.5;
+        Vec2::new(fraction(i * 0.754_877_7), fraction(i * 0.569_840_3))
+    })
+}
+
+#[test]
+fn places_in_a_cell_are_where_its_light_is() {
+    // Evenly where the light is even, or not known
+    for light in [3.0, 0.0, f32::INFINITY, f32::NAN] {
+        let even = CellLight::new(&[[light; PARTS]; PARTS]);
+        for u in points(100) {
+            assert!(even.place(u).distance(u) < 1e-6, "{light}: {u}");
+        }
+    }
+    // By the light of parts of which some are dark
+    let mut parts = [[0.0; PARTS]; PARTS];
+    (parts[1][3], parts[2][0], parts[2][1]) = (1.0, 5.0, 2.0);
+    let (cell, count) = (CellLight::new(&parts), 8000);
+    let mut counts = [[0; PARTS]; PARTS];
+    for u in points(count) {
+        let Vec2 { x, y } = cell.place(u) * PARTS as f32;
+        counts[x as usize][y as usize] += 1;
+    }
+    for (part, expected) in parts.as_flattened().iter().enumerate() {
+        let share = counts.as_flattened()[part] as f32 / count as f32;
+        assert!((share - expected / 8.0).abs() < 2e-3 && (share > 0.0) == (*expected > 0.0), "{counts:?}");
+    }
+}
+
+#[test]
+fn counting_sums_is_a_search() {
+    let ramp: [f32; CELLS] = std::array::from_fn(|i| i as f32);
+    let steps = ramp.map(|sum| (sum / 5.0).floor());
+    let overflow = ramp.map(|sum| if sum > 20.0 { f32::INFINITY } else { sum });
+    let unknown = ramp.map(|sum| if sum > 20.0 { f32::NAN } else { sum });
+    for sums in [ramp, steps, overflow, unknown, [0.0; CELLS]] {
+        for chosen in [0.0, 0.5, 1.0, 5.5, 20.0, 31.0, 40.0, f32::INFINITY, f32::NAN] {
+            let expected = sums.partition_point(|&sum| sum <= chosen);
+            assert_eq!(count_up_to(&sums, chosen), expected, "{chosen} in {sums:?}");
+        }
+    }
+}
+
+#[test]
+fn grids_are_kept_where_the_light_stays_the_same() {
+    let studio = || Environment::BuiltIn(BuiltInLight::Studio);
+    assert!(Arc::ptr_eq(&studio().light_grid(), &studio().light_grid()));
+    let composed = |intensity: f32| {
+        Environment::Composed(Box::new(ComposedEnvironment { light: studio(), intensity, background: None }))
+    };
+    assert!(Arc::ptr_eq(&composed(1.0).light_grid(), &studio().light_grid()));
+    let [one, two] = [1.0, 2.0].map(|intensity| composed(intensity).light_grid().irradiance(Vec3::Y));
+    assert!((two / one - 2.0).abs() < 1e-5, "{two} {one}");
+}

@@ -203,6 +203,7 @@ impl CameraRays {
             guide_share: 1.0,
             unguided_ratio: 1.0,
             sees_peaks: true,
+            blur: 0.0,
             depth: 0,
             sample,
             seed,

@@ -32,6 +32,8 @@ pub struct RayState {
     pub unguided_ratio: f32,
     /// Whether a ray of Whitted's tree sees the peaks of the environment: not where its last surface shows them as highlights.
     pub sees_peaks: bool,
+    /// Sum of α² of the rough lobes that the ray stands for in Whitted's tree: they blur the environment that it sees.
+    pub blur: f32,
     /// Number of reflections and refractions before the ray.
     pub depth: u32,
     /// Index of the sample in its batch.

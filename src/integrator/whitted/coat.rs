@@ -24,6 +24,7 @@ pub(super) struct CoatShading {
     pub(super) looked_up: ReflectedLobe,
     /// Share of the coat's lobe that rays follow.
     pub(super) traced_share: f32,
+    pub(super) roughness: f32,
 }
 
 impl CoatShading {
@@ -43,6 +44,7 @@ impl CoatShading {
             mirrored,
             looked_up: ReflectedLobe::new(mirrored, sample.normal, wo.z, sample.roughness),
             traced_share: if is_traced { 1.0 } else { traced_share(sample.roughness) },
+            roughness: sample.roughness,
         }
     }
 

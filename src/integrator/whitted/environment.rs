@@ -9,7 +9,12 @@ use super::local_frame::mirror_direction;
 use super::reflected_lobe::ReflectedLobe;
 use super::shading::Shading;
 use super::tracer::Tracer;
+use crate::geometry::Ray;
+use crate::integrator::RayState;
 use crate::scene::KeyLight;
+
+/// α of the narrowest prefiltered lobe, of roughness 1/8.
+const NARROWEST_ALPHA: f32 = 1.0 / 64.0;
 
 /// Least square of the lobe's width, so that narrow lobes stay finite.
 const MIN_ALPHA_SQUARED: f32 = 1e-6;
@@ -96,6 +101,31 @@ impl Tracer<'_, '_> {
                 }
             }
         }
+    }
+
+    /// Radiance of the environment that a mirror or refraction ray sees, blurred by the rough lobes that it stands for.
+    pub(super) fn reflected_environment(&self, ray: &Ray, state: &RayState) -> Vec3 {
+        let (environment, direction) = (self.context.view.environment, ray.direction);
+        let differentials = state.differential.direction;
+        let sharp = || {
+            if state.sees_peaks {
+                environment.radiance_over(direction, differentials)
+            } else {
+                environment.open_radiance_over(direction, differentials)
+            }
+        };
+        // Lobes narrower than the narrowest prefiltered one have a part of it, by the square of their width.
+        let share = (state.blur.sqrt() / NARROWEST_ALPHA).min(1.0);
+        if share == 0.0 {
+            return sharp();
+        }
+        let alpha = state.blur.sqrt().max(NARROWEST_ALPHA);
+        let lobe = ReflectedLobe { direction, roughness: alpha.sqrt().min(1.0) };
+        let mut blurred = environment.prefiltered(direction, lobe.roughness);
+        if state.sees_peaks {
+            blurred += self.peaks_in_lobe(lobe);
+        }
+        if share < 1.0 { blurred * share + sharp() * (1.0 - share) } else { blurred }
     }
 
     /// Light of the environment's peaks in the lobe of a prefiltered lookup: for a view along the normal.

@@ -35,7 +35,10 @@ impl Tracer<'_, '_> {
             if direction.dot(shading.point.geometric_normal) > 0.0 && self.may_send(shading.state, weight) {
                 let ray = Ray::new(shading.point.origin_outside(), direction);
                 let channels = shading.state.channels;
-                self.send(shading, ChildRay { ray, weight, kind: RayKind::Reflection, channels, seed });
+                self.send(
+                    shading,
+                    ChildRay { ray, weight, roughness: 0.0, kind: RayKind::Reflection, channels, seed },
+                );
             }
         }
         true
@@ -54,7 +57,10 @@ impl Tracer<'_, '_> {
             if direction.dot(shading.point.geometric_normal) > 0.0 && self.may_send(shading.state, weight) {
                 let ray = Ray::new(shading.point.origin_outside(), direction);
                 let channels = shading.state.channels;
-                self.send(shading, ChildRay { ray, weight, kind: RayKind::Reflection, channels, seed });
+                self.send(
+                    shading,
+                    ChildRay { ray, weight, roughness: 0.0, kind: RayKind::Reflection, channels, seed },
+                );
             }
         }
         true
@@ -75,7 +81,10 @@ impl Tracer<'_, '_> {
                 if direction.dot(shading.point.geometric_normal) < 0.0 && self.may_send(shading.state, weight)
                 {
                     let ray = Ray::new(shading.point.origin_inside(), direction);
-                    self.send(shading, ChildRay { ray, weight, kind: RayKind::Refraction, channels, seed });
+                    self.send(
+                        shading,
+                        ChildRay { ray, weight, roughness: 0.0, kind: RayKind::Refraction, channels, seed },
+                    );
                 }
             }
         }

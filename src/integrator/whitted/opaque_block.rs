@@ -81,7 +81,7 @@ pub(super) struct ReflectedLanes {
     wo: Vec3Lanes,
     cos_o: F32Lanes,
     pub(super) mirrored: Vec3Lanes,
-    lobe_roughness: F32Lanes,
+    pub(super) lobe_roughness: F32Lanes,
     /// Axis and roughness of the lobe that is looked up for the specular one.
     looked_up: (Vec3Lanes, F32Lanes),
     /// Share of the specular lobe that rays follow.

@@ -17,18 +17,20 @@ pub(super) struct ChildRay {
     pub(super) ray: Ray,
     /// Multiplies the radiance that the ray finds.
     pub(super) weight: Vec3,
+    /// Of the lobe that the ray stands for; 0 for a direction that was sampled.
+    pub(super) roughness: f32,
     pub(super) kind: RayKind,
     pub(super) channels: ColorChannels,
     pub(super) seed: Seed,
 }
 
 impl Tracer<'_, '_> {
-    /// Sends mirror rays for the specular lobe and for the coat; a single one where both have the same direction.
+    /// Sends mirror rays for the specular lobe and for the coat; a single one where both have the same direction and roughness.
     pub(super) fn reflect(&mut self, shading: &Shading<'_, '_>) {
         let coat_is_scattered = self.scatter_coat(shading);
         let is_scattered = self.scatter_reflection(shading);
         let mirrored = mirror_direction(shading.point.wo, shading.point.shading_normal);
-        let mut weight = Vec3::ZERO;
+        let (mut roughness, mut weight) = (shading.bsdf.widest_roughness(), Vec3::ZERO);
         if !is_scattered {
             weight = shading.weight_below * shading.albedos.specular * shading.traced_share;
         }
@@ -36,23 +38,29 @@ impl Tracer<'_, '_> {
             && !coat_is_scattered
         {
             let coat_weight = shading.weight * (coat.albedo * coat.traced_share);
-            if coat.mirrored == mirrored {
-                weight += coat_weight;
+            let is_same = coat.mirrored == mirrored && coat.roughness == roughness;
+            if is_same || weight == Vec3::ZERO && coat.mirrored == mirrored {
+                (roughness, weight) = (coat.roughness, weight + coat_weight);
             } else {
-                self.send_mirror_ray(&shading.arrival(), coat.mirrored, coat_weight);
+                self.send_mirror_ray(&shading.arrival(), (coat.mirrored, coat.roughness), coat_weight);
             }
         }
-        self.send_mirror_ray(&shading.arrival(), mirrored, weight);
+        self.send_mirror_ray(&shading.arrival(), (mirrored, roughness), weight);
     }
 
-    /// Sends the mirror ray of a smooth lobe, unless it is too deep or too faint.
-    pub(super) fn send_mirror_ray(&mut self, arrival: &Arrival<'_, '_>, direction: Vec3, weight: Vec3) {
+    /// Sends the mirror ray of a lobe, unless it is too deep or too faint.
+    pub(super) fn send_mirror_ray(
+        &mut self,
+        arrival: &Arrival<'_, '_>,
+        (direction, roughness): (Vec3, f32),
+        weight: Vec3,
+    ) {
         let state = arrival.state;
         if self.may_send(state, weight) {
             let ray = Ray::new(arrival.point.origin_outside(), direction);
             let seed = state.seed.child(Purpose::Reflection, 0, 1);
             let (kind, channels) = (RayKind::Reflection, state.channels);
-            self.send_reflected(arrival, ChildRay { ray, weight, kind, channels, seed });
+            self.send_reflected(arrival, ChildRay { ray, weight, roughness, kind, channels, seed });
         }
     }
 
@@ -82,7 +90,9 @@ impl Tracer<'_, '_> {
             };
             let ray = Ray::new(shading.point.origin_inside(), direction);
             let seed = shading.state.seed.child(Purpose::Refraction, 0, 1);
-            self.send(shading, ChildRay { ray, weight, kind: RayKind::Refraction, channels, seed });
+            let roughness = bsdf.transmission_roughness();
+            let kind = RayKind::Refraction;
+            self.send(shading, ChildRay { ray, weight, roughness, kind, channels, seed });
         }
     }
 
@@ -134,7 +144,7 @@ impl Tracer<'_, '_> {
         differential: RayDifferential,
         (media, touching, sees_peaks): (MediaStack, Option<Box<Hit>>, bool),
     ) {
-        let ChildRay { ray, weight, kind, channels, seed } = child;
+        let ChildRay { ray, weight, roughness, kind, channels, seed } = child;
         let light_pass = arrival.light_pass.or(match kind {
             RayKind::Camera => None,
             RayKind::Reflection | RayKind::GroundReflection => Some(LightPass::Reflection),
@@ -150,6 +160,7 @@ impl Tracer<'_, '_> {
             channels,
             light_pass,
             sees_peaks,
+            blur: arrival.state.blur + (roughness * roughness) * (roughness * roughness),
             depth,
             seed,
             ..*arrival.state

@@ -74,6 +74,7 @@ impl Tracer<'_, '_> {
         let color = block.materials.base_color.get(lane);
         self.add_lookups(&arrival, &MediaStack::default(), &mut lookups, color);
         let weight = block.reflected.specular.get(lane);
-        self.send_mirror_ray(&arrival, direction, weight);
+        let roughness = block.reflected.lobe_roughness[lane];
+        self.send_mirror_ray(&arrival, (direction, roughness), weight);
     }
 }

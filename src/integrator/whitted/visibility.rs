@@ -172,7 +172,7 @@ impl Tracer<'_, '_> {
         let is_path = self.context.settings.integrator == Integrator::Path;
         let radiance = match state.kind {
             RayKind::Camera => environment.background_over(ray.direction, differential),
-            _ if !is_path && !state.sees_peaks => environment.open_radiance_over(ray.direction, differential),
+            _ if !is_path => self.reflected_environment(ray, state),
             RayKind::Reflection | RayKind::Refraction | RayKind::GroundReflection => {
                 environment.radiance_over(ray.direction, differential)
             }

@@ -136,12 +136,16 @@ fn slanted_light() -> Result<Environment> {
     Ok(Environment::Map(EnvironmentMap::new("slanted.hdr".as_ref(), image, 0.0)?))
 }
 
+/// A view of next to a single direction.
+fn narrow() -> Projection {
+    Projection::Perspective { fov_y_radians: 0.01, aspect_ratio: None, z_near: 0.0, z_far: None }
+}
+
 /// What a floor of `material` in slanted light shows to viewers at several angles on both sides, by Whitted's tree and by paths.
 fn in_slanted_light(light: &Environment, material: &Material) -> Vec<(String, f32, f32)> {
     let mut stage = floor(material.clone());
     stage.environment = light.clone();
-    stage.projection =
-        Projection::Perspective { fov_y_radians: 0.01, aspect_ratio: None, z_near: 0.0, z_far: None };
+    stage.projection = narrow();
     let mut seen = Vec::new();
     for cos in [0.1, 0.3, 0.6, 0.9_f32] {
         for side in [-1.0, 1.0] {
@@ -175,6 +179,36 @@ fn rough_surfaces_look_light_up_where_their_lobes_lean() {
             for (view, seen, expected) in in_slanted_light(&light, &material) {
                 let what = format!("{name}, roughness {roughness}, {view}: {seen} for {expected}");
                 assert!((seen - expected).abs() < tolerance, "{what}");
+            }
+        }
+    }
+}
+
+#[test]
+fn satin_mirrors_and_panes_blur_edges_of_light() {
+    // Light 1 where x > 0, whose edge is seen along the mirror direction of a view from above
+    let (width, height) = (256, 128);
+    let pixels =
+        (0..width * height).map(|index| [f32::from(u8::from(index % width >= width / 2)); 3]).collect();
+    let image = EnvironmentImage { width, height, pixels, content_hash: [0; 32] };
+    let mut stage = floor(mirror(Vec3::ONE));
+    stage.projection = narrow();
+    stage.environment = Environment::Map(EnvironmentMap::new("half.hdr".as_ref(), image, 0.0).unwrap());
+    let transmission = Some(Transmission { factor: 1.0, texture: None });
+    for roughness in [0.0, 0.15, 0.2, 0.3, 0.4] {
+        let metal = Material { roughness, ..mirror(Vec3::ONE) };
+        let pane = Material { metallic: 0.0, transmission, double_sided: true, ..metal.clone() };
+        for (name, material) in [("metal", metal), ("pane", pane)] {
+            stage.scene.materials[0] = material;
+            for degrees in [-20.0, -8.0, -3.0, 3.0, 8.0, 20.0_f32] {
+                let eye = Vec3::new(libm::sinf(degrees.to_radians()), libm::cosf(degrees.to_radians()), 0.1);
+                let seen =
+                    [(Integrator::Whitted, 1), (Integrator::Path, 4096)].map(|(integrator, samples)| {
+                        (stage.settings.integrator, stage.settings.samples) = (integrator, samples);
+                        stage.look(eye, Vec3::ZERO).x
+                    });
+                let what = format!("{name}, roughness {roughness}, {degrees} degrees: {seen:?}");
+                assert!((seen[0] - seen[1]).abs() < 0.08, "{what}");
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Places in cells, searches, and grids that are kept.
+//! Positions in cells, searches, and grids that are kept.
 
 use super::*;
 use crate::scene::{BuiltInLight, ComposedEnvironment};

@@ -148,13 +148,7 @@ impl Tracer<'_, '_> {
             for ray in 0..rays {
                 let keys = self.lookup_keys.get(sequence.seed(), lookup, ray);
                 let sampled = lobe.sample(directions, &sequence, &keys);
-                // Directions beyond the surface are mirrored by it.
-                let height = sampled.dot(point.geometric_normal);
-                let wi = if (height > 0.0) == is_outside {
-                    sampled
-                } else {
-                    sampled - point.geometric_normal * (2.0 * height)
-                };
+                let wi = on_side(sampled, point.geometric_normal, is_outside);
                 self.shadows.push(ShadowRay {
                     signature,
                     light: context.lights.len(),
@@ -168,6 +162,12 @@ impl Tracer<'_, '_> {
             }
         }
     }
+}
+
+/// A direction on one side of a surface; those of the other side are mirrored by it.
+fn on_side(direction: Vec3, normal: Vec3, is_outside: bool) -> Vec3 {
+    let height = direction.dot(normal);
+    if (height > 0.0) == is_outside { direction } else { direction - normal * (2.0 * height) }
 }
 
 /// Light that comes from what hides the environment, over the mean radiance of the environment: surfaces that hide it may face any way.

@@ -27,6 +27,8 @@ use crate::scene_view::SceneView;
 
 /// Automatic shadows of the environment begin where a camera sees it in this share of all directions, and are full at the second share.
 const OPEN_SHARES: [f32; 2] = [0.05, 0.15];
+/// Their occluders reflect light from the first of these shares on, and all of it at the second.
+const OCCLUDER_SHARES: [f32; 2] = [0.15, 0.25];
 /// Rays that find how much of the environment a camera sees.
 const OPENNESS_RAYS: u32 = 2048;
 /// Normals whose irradiances tell the mean radiance of the environment.
@@ -64,6 +66,8 @@ pub struct IntegratorContext<'a> {
     pub(super) path_guide: Option<Arc<PathGuide>>,
     /// Share of the environment's light that shadow rays decide about.
     pub(super) occluded_share: f32,
+    /// Share of what the occluders of those rays reflect for which the occluders are found; the rest is estimated without.
+    pub(super) occluder_share: f32,
     /// Sample points of paths and of shadow rays to the environment.
     pub(super) sample_points: Option<ZSobol>,
     /// Whether the seed of any ray state decides about its light.
@@ -89,10 +93,10 @@ impl<'a> IntegratorContext<'a> {
         let camera_media = interiors.media_around(view, &volume_bounds, camera_position);
         let lights = lights::gather(view.frame, view.environment, &settings);
         let is_path = settings.integrator == Integrator::Path;
-        let occluded_share = match settings.integrator {
-            Integrator::Path => 1.0,
-            Integrator::Whitted if view.environment.is_lit() => occluded_share(view, settings.env_samples),
-            Integrator::Whitted => 0.0,
+        let [occluded_share, occluder_share] = match settings.integrator {
+            Integrator::Path => [1.0, 0.0],
+            Integrator::Whitted if view.environment.is_lit() => traced_shares(view, settings.env_samples),
+            Integrator::Whitted => [0.0; 2],
         };
         let traces_environment = !is_path && occluded_share > 0.0;
         // Shadow rays find the rest of the light of the environment on the ground.
@@ -118,6 +122,7 @@ impl<'a> IntegratorContext<'a> {
             visible_environment: if is_path { VisibleEnvironment::new(view).map(Arc::new) } else { None },
             path_guide: None,
             occluded_share,
+            occluder_share,
             sample_points: (is_path || traces_environment).then(|| sample_points(view.frame, &settings)),
             uses_seeds: uses_seeds(view.frame, &settings),
             peaks: view.environment.peaks(),
@@ -142,6 +147,11 @@ impl<'a> IntegratorContext<'a> {
             passages.push(GlassPassage::Straight);
         }
         passages
+    }
+
+    /// The environment's own lights, which its lookups do not contain.
+    pub(super) fn environment_lights(&self) -> &[PreparedLight] {
+        &self.lights[self.view.frame.lights.len()..]
     }
 
     /// Factor on light of the environment, by that of an occlusion map, which stands for what shadow rays do not decide about.
@@ -196,15 +206,17 @@ impl<'a> IntegratorContext<'a> {
     }
 }
 
-/// Share of the environment's light that shadow rays decide about. Automatic shadows fade out as the camera enters a closed space: by the share of
-/// directions in which nothing is between camera and environment.
-fn occluded_share(view: SceneView<'_>, env_samples: EnvSamples) -> f32 {
+/// Share of the environment's light that shadow rays decide about, and of what their occluders reflect that is traced. Automatic ones fade out as the
+/// camera enters a closed space: by the share of directions in which nothing is between camera and environment.
+fn traced_shares(view: SceneView<'_>, env_samples: EnvSamples) -> [f32; 2] {
     match env_samples {
-        EnvSamples::Fixed(rays) => f32::from(rays > 0),
+        EnvSamples::Fixed(rays) => [f32::from(rays > 0); 2],
         EnvSamples::Auto => {
-            let [closed, open] = OPEN_SHARES;
-            let share = ((open_share(view) - closed) / (open - closed)).clamp(0.0, 1.0);
-            share * share * (3.0 - 2.0 * share)
+            let open_share = open_share(view);
+            [OPEN_SHARES, OCCLUDER_SHARES].map(|[closed, open]| {
+                let share = ((open_share - closed) / (open - closed)).clamp(0.0, 1.0);
+                share * share * (3.0 - 2.0 * share)
+            })
         }
     }
 }

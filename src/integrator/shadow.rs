@@ -114,6 +114,11 @@ impl ShadowBatch {
         index
     }
 
+    /// A ray that hits an opaque surface; `None` for any other.
+    pub(super) fn occluded_ray(&self, index: u32) -> Option<&Ray> {
+        self.is_occluded[index as usize].then(|| &self.rays[index as usize])
+    }
+
     /// The direction of a ray.
     pub(super) fn direction(&self, index: u32) -> Vec3 {
         self.rays[index as usize].direction
@@ -195,6 +200,11 @@ impl ShadowBatch {
         self.rays.clear();
         self.media.clear();
     }
+}
+
+/// Whether a hit stops a shadow ray.
+pub(super) fn stops_light(context: &IntegratorContext<'_>, hit: &Hit, passage: GlassPassage) -> bool {
+    occlusion(context, hit, passage) == Occlusion::Opaque
 }
 
 fn occlusion(context: &IntegratorContext<'_>, hit: &Hit, passage: GlassPassage) -> Occlusion {

@@ -13,6 +13,9 @@ use crate::geometry::Ray;
 use crate::scene::{AlphaMode, Encoding, Material, TextureRef};
 use crate::scene_view::SceneView;
 
+/// Mip level of [`blurred_color_at`].
+const BLURRED_LEVEL: usize = 3;
+
 /// The surface point of a hit (see [`SurfacePoint::new`]) and all material values there.
 pub fn surface_at<'a>(
     view: SceneView<'a>,
@@ -56,10 +59,8 @@ pub(super) fn material_at(textures: &Lookups<'_, '_>, point: &SurfacePoint<'_>) 
     let material = &view.frame.materials[point.instance.material.index()];
     let lookup =
         |reference: &Option<TextureRef>, encoding| textures.value(point, reference.as_ref(), encoding);
-    let base_encoding =
-        if material.alpha_mode == AlphaMode::Opaque { Encoding::Srgb } else { Encoding::CoveredSrgb };
     let base = material.base_color
-        * lookup(&material.base_color_texture, base_encoding)
+        * lookup(&material.base_color_texture, base_encoding(material))
         * vertex_color(view, point.instance, point.corners, point.weights);
     let metallic_roughness = lookup(&material.metallic_roughness_texture, Encoding::Linear);
     let occlusion = material.occlusion_texture.map_or(1.0, |occlusion| {
@@ -110,6 +111,25 @@ pub fn emission_at(view: SceneView<'_>, hit: &Hit) -> Vec3 {
         texture_lookup::sample_at(view.scene, reference, Encoding::Srgb, uv).truncate()
     });
     material.emissive * texture * alpha_at(view, hit)
+}
+
+/// Base colour around a hit: the texture is looked up in a mip level of an eighth of its size.
+pub fn blurred_color_at(view: SceneView<'_>, hit: &Hit) -> Vec3 {
+    let instance = view.frame.instance(hit.triangle);
+    let material = &view.frame.materials[instance.material.index()];
+    let corners = corner_indices(view, instance, hit.triangle);
+    let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+    let texture = material.base_color_texture.as_ref().map_or(Vec4::ONE, |reference| {
+        let [a, b, c] = instance.uvs(view.scene, reference.uv_set as usize, corners);
+        let uv = a * weights[0] + b * weights[1] + c * weights[2];
+        texture_lookup::sample_in_level(view.scene, reference, base_encoding(material), (uv, BLURRED_LEVEL))
+    });
+    (material.base_color * texture * vertex_color(view, instance, corners, weights)).truncate()
+}
+
+/// The encoding of a material's base colour texture.
+fn base_encoding(material: &Material) -> Encoding {
+    if material.alpha_mode == AlphaMode::Opaque { Encoding::Srgb } else { Encoding::CoveredSrgb }
 }
 
 /// The coat of a point.

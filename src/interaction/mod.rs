@@ -15,8 +15,8 @@ mod surface_point;
 mod texture_lookup;
 
 pub use material::{
-    alpha_at, catches_shadows, clear_coat_at, emission_at, is_constant, material_values, surface_at,
-    untextured_color,
+    alpha_at, blurred_color_at, catches_shadows, clear_coat_at, emission_at, is_constant, material_values,
+    surface_at, untextured_color,
 };
 pub use material_sample::{
     AnisotropySample, ClearCoatSample, IridescenceSample, MaterialSample, SheenSample,

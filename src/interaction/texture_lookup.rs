@@ -94,14 +94,29 @@ fn sample(
 
 /// The value of a texture at a point without extent.
 pub(super) fn sample_at(scene: &Scene, reference: &TextureRef, encoding: Encoding, uv: Vec2) -> Vec4 {
+    sample_in_level(scene, reference, encoding, (uv, 0))
+}
+
+/// The value of a texture around a point, in this mip level, where 0 is the full image, or the smallest one that the texture has.
+pub(super) fn sample_in_level(
+    scene: &Scene,
+    reference: &TextureRef,
+    encoding: Encoding,
+    (uv, level): (Vec2, usize),
+) -> Vec4 {
     let texture = &scene.textures[reference.texture.index()];
     let image = &scene.images[texture.image.index()];
-    let (sampler, size) = (texture.sampler, [image.width, image.height]);
+    let levels = scene.mips.get(texture.image.index()).map_or(&[][..], |mips| mips.levels(encoding));
+    let (size, texels) = match level.min(levels.len()).checked_sub(1).map(|mip| &levels[mip]) {
+        Some(mip) => ([mip.width, mip.height], &mip.texels),
+        None => ([image.width, image.height], &image.texels),
+    };
+    let sampler = texture.sampler;
     let line = ProbeLine { center: reference.transform.of_point(uv), along: Vec2::ZERO, count: 1 };
     let lookup = LevelLookup::new(size, &line, sampler, sampler.magnify);
     let mut probes = [WeightedTexels::default()];
     lookup.fill(&mut probes);
-    Probes { probes: &probes, is_linear: lookup.is_linear() }.mean(&image.texels, encoding)
+    Probes { probes: &probes, is_linear: lookup.is_linear() }.mean(texels, encoding)
 }
 
 /// What decides the probes of a texture besides the point.

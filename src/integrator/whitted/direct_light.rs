@@ -53,16 +53,16 @@ impl Tracer<'_, '_> {
 
     /// Traces the queued shadow rays and adds the light that arrives.
     pub(super) fn trace_shadows(&mut self) {
-        let ShadowQueue { batches, tasks, .. } = &mut self.shadows;
-
         // Opaque surfaces, batch by batch
         let start = Instant::now();
-        for batch in batches.iter_mut().filter(|batch| !batch.is_empty()) {
+        for batch in self.shadows.batches.iter_mut().filter(|batch| !batch.is_empty()) {
             batch.trace(self.context, &mut self.counters);
         }
         self.statistics.query_seconds += seconds_since(start);
+        self.add_occluder_light();
 
         // Transparent surfaces and sums, in the order of tasks
+        let ShadowQueue { batches, tasks, .. } = &mut self.shadows;
         self.statistics.shadow_rays += tasks.len() as u64;
         for task in tasks.drain(..) {
             let ShadowTask { sample, light_pass, batch, ray, contribution, environment_clamp } = task;

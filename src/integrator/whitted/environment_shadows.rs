@@ -3,6 +3,7 @@
 use arrayvec::ArrayVec;
 use glam::Vec3;
 
+use super::occluder_light::OccluderTask;
 use super::reflected_lobe::ReflectedLobe;
 use super::shading::Arrival;
 use super::shadow_queue::ShadowRay;
@@ -18,6 +19,9 @@ const MAX_LOOKUPS: usize = 8;
 
 /// A lookup shares the rays of the brightest one on its side unless it has more than this share of its luminance.
 const MIN_SHARE: f32 = 0.125;
+
+/// Numbers of lookups: signatures are below 64.
+const MAX_NUMBERS: usize = 64 * MAX_LOOKUPS;
 
 /// Dimensions of the sample points of one ray.
 const DIMENSIONS: u32 = 2;
@@ -66,6 +70,16 @@ impl LookupLobe {
     }
 }
 
+/// A lookup of a surface and how its shadow rays are queued.
+struct QueuedLookup<'l> {
+    lookup: &'l EnvironmentLookup,
+    light_pass: LightPass,
+    /// Number of its sample points, below [`MAX_NUMBERS`].
+    number: usize,
+    /// Whether what stops the rays is found and lit.
+    traces_occluder: bool,
+}
+
 /// The keys of the sample points of each lookup's first ray, which is most often its only one.
 #[derive(Debug, Default)]
 pub(super) struct LookupKeys {
@@ -75,7 +89,7 @@ pub(super) struct LookupKeys {
 
 impl LookupKeys {
     /// The keys of a ray of a lookup, in sequences with this seed.
-    fn get(&mut self, seed: u32, lookup: usize, ray: u32) -> [DimensionKeys; DIMENSIONS as usize] {
+    pub(super) fn get(&mut self, seed: u32, lookup: usize, ray: u32) -> [DimensionKeys; DIMENSIONS as usize] {
         let first = (lookup as u32 * MAX_RAYS + ray) * DIMENSIONS;
         let new = || std::array::from_fn(|i| DimensionKeys::new(seed, first + i as u32));
         if ray != 0 {
@@ -100,72 +114,107 @@ impl Tracer<'_, '_> {
         lookups: &mut [EnvironmentLookup],
         color: Vec3,
     ) {
-        let Arrival { signature, state, light_pass, point } = *arrival;
+        let Arrival { signature, state, light_pass, .. } = *arrival;
         let light_pass = light_pass.unwrap_or(LightPass::Environment);
         let context = self.context;
-        let Some(directions) = &context.environment_directions else {
+        if context.environment_directions.is_none() {
             for lookup in lookups {
                 self.add(state.sample, light_pass, lookup.radiance);
             }
             return;
-        };
-        join_faint(lookups, context.mean_radiance);
+        }
+        let [brightest, _] = join_faint(lookups, context.mean_radiance);
+        let passes_inside = context.settings.glass_shadows == GlassShadows::Straight;
+        // Occluders are found for one lookup of a surface that a camera sees.
+        let traces_occluders = context.occluder_share > 0.0 && state.depth == 0;
+        let with_occluder = brightest.filter(|_| traces_occluders);
+        let mut index = 0;
+        for (number, lookup) in lookups.iter().enumerate() {
+            if lookup.albedo.max_element() <= 0.0 {
+                continue;
+            }
+            // The far side of glass that casts full shadows would hide everything.
+            if lookup.is_outside || passes_inside {
+                let media = if lookup.is_outside { &state.media } else { beyond };
+                let queued = QueuedLookup {
+                    lookup,
+                    light_pass,
+                    number: signature.index() * MAX_LOOKUPS + index,
+                    traces_occluder: with_occluder == Some(number),
+                };
+                self.add_lookup(arrival, queued, media, color);
+            } else {
+                self.add(state.sample, light_pass, lookup.radiance);
+            }
+            index += 1;
+        }
+    }
+
+    /// Adds one lookup behind shadow rays that start in `media`.
+    fn add_lookup(
+        &mut self,
+        arrival: &Arrival<'_, '_>,
+        queued: QueuedLookup<'_>,
+        media: &MediaStack,
+        color: Vec3,
+    ) {
+        let Arrival { signature, state, point, .. } = *arrival;
+        let QueuedLookup { lookup, light_pass, number, traces_occluder } = queued;
+        let EnvironmentLookup { radiance, albedo, lobe, is_outside } = *lookup;
+        let context = self.context;
+        let Some(directions) = &context.environment_directions else { return };
+        if context.occluded_share < 1.0 {
+            self.add(state.sample, light_pass, radiance * (1.0 - context.occluded_share));
+        }
+        // What hides the environment reflects its light; a ray that arrives adds what is more, or takes away what is less.
+        let reflected =
+            if is_outside { albedo * context.mean_radiance * surrounding_light(color) } else { Vec3::ZERO };
+        if reflected != Vec3::ZERO {
+            self.add(state.sample, light_pass, reflected * context.occluded_share);
+        }
+        let radiance = radiance - reflected;
+        if radiance == Vec3::ZERO {
+            return;
+        }
         let rays = match context.settings.env_samples {
             EnvSamples::Fixed(rays) if state.depth == 0 => rays,
             EnvSamples::Fixed(_) | EnvSamples::Auto => 1,
         };
+        let end = if is_outside {
+            point.shadow_end_outside(Vec3::ZERO)
+        } else {
+            point.shadow_end_inside(Vec3::ZERO)
+        };
         let sequence = self.sequences[state.sample as usize];
-        let passes_inside = context.settings.glass_shadows == GlassShadows::Straight;
-        let scattered = lookups.iter().filter(|lookup| lookup.albedo.max_element() > 0.0);
-        for (index, &EnvironmentLookup { radiance, albedo, lobe, is_outside }) in scattered.enumerate() {
-            // The far side of glass that casts full shadows would hide everything.
-            if !is_outside && !passes_inside {
-                self.add(state.sample, light_pass, radiance);
-                continue;
-            }
-            if context.occluded_share < 1.0 {
-                self.add(state.sample, light_pass, radiance * (1.0 - context.occluded_share));
-            }
-            // What hides the environment reflects its light; a ray that arrives adds what is more, or takes away what is less.
-            let reflected = if is_outside {
-                albedo * context.mean_radiance * surrounding_light(color)
-            } else {
-                Vec3::ZERO
-            };
-            if reflected != Vec3::ZERO {
-                self.add(state.sample, light_pass, reflected * context.occluded_share);
-            }
-            let radiance = radiance - reflected;
-            if radiance == Vec3::ZERO {
-                continue;
-            }
-            let lookup = signature.index() * MAX_LOOKUPS + index;
-            let end = if is_outside {
-                point.shadow_end_outside(Vec3::ZERO)
-            } else {
-                point.shadow_end_inside(Vec3::ZERO)
-            };
-            for ray in 0..rays {
-                let keys = self.lookup_keys.get(sequence.seed(), lookup, ray);
-                let sampled = lobe.sample(directions, &sequence, &keys);
-                let wi = on_side(sampled, point.geometric_normal, is_outside);
-                self.shadows.push(ShadowRay {
-                    signature,
-                    light: context.lights.len(),
-                    ray: Ray::new(end, wi),
-                    sample: state.sample,
-                    light_pass,
-                    contribution: radiance * (context.occluded_share / rays as f32),
-                    environment_clamp: None,
-                    media: if is_outside { state.media.clone() } else { beyond.clone() },
+        let share = context.occluded_share / rays as f32;
+        for ray in 0..rays {
+            let keys = self.lookup_keys.get(sequence.seed(), number, ray);
+            let sampled = lobe.sample(directions, &sequence, &keys);
+            if traces_occluder {
+                self.shadows.occluder_tasks.push(OccluderTask {
+                    task: self.shadows.tasks.len() as u32,
+                    lookup: (number + MAX_NUMBERS) as u32,
+                    ray,
+                    albedo: albedo * share,
+                    reflected: reflected * share,
                 });
             }
+            self.shadows.push(ShadowRay {
+                signature,
+                light: context.lights.len(),
+                ray: Ray::new(end, on_side(sampled, point.geometric_normal, is_outside)),
+                sample: state.sample,
+                light_pass,
+                contribution: radiance * share,
+                environment_clamp: None,
+                media: media.clone(),
+            });
         }
     }
 }
 
 /// A direction on one side of a surface; those of the other side are mirrored by it.
-fn on_side(direction: Vec3, normal: Vec3, is_outside: bool) -> Vec3 {
+pub(super) fn on_side(direction: Vec3, normal: Vec3, is_outside: bool) -> Vec3 {
     let height = direction.dot(normal);
     if (height > 0.0) == is_outside { direction } else { direction - normal * (2.0 * height) }
 }
@@ -181,15 +230,16 @@ fn surrounding_light(color: Vec3) -> Vec3 {
     color / (Vec3::splat(2.0) - color)
 }
 
-/// Adds faint lookups to the brightest one of their side. How bright they are counts what hides the environment, too, of `mean_radiance`.
-fn join_faint(lookups: &mut [EnvironmentLookup], mean_radiance: Vec3) {
+/// Adds faint lookups to the brightest one of their side, whose index is returned for the side of the viewer and the other one. How bright they are
+/// counts what hides the environment, too, of `mean_radiance`.
+fn join_faint(lookups: &mut [EnvironmentLookup], mean_radiance: Vec3) -> [Option<usize>; 2] {
     let mut luminances = [0.0; MAX_LOOKUPS];
     for (luminance_of, lookup) in luminances.iter_mut().zip(&*lookups) {
         *luminance_of = luminance(lookup.radiance + lookup.albedo * mean_radiance);
     }
-    for side in [true, false] {
+    [true, false].map(|side| {
         let on_side = (0..lookups.len()).filter(|&index| lookups[index].is_outside == side);
-        let Some(index) = on_side.max_by(|&a, &b| luminances[a].total_cmp(&luminances[b])) else { continue };
+        let index = on_side.max_by(|&a, &b| luminances[a].total_cmp(&luminances[b]))?;
         let limit = luminances[index] * MIN_SHARE;
         let mut joined = Vec3::ZERO;
         let mut joined_albedo = Vec3::ZERO;
@@ -201,7 +251,8 @@ fn join_faint(lookups: &mut [EnvironmentLookup], mean_radiance: Vec3) {
         }
         lookups[index].radiance += joined;
         lookups[index].albedo += joined_albedo;
-    }
+        Some(index)
+    })
 }
 
 #[cfg(test)]

@@ -20,6 +20,7 @@ mod environment_shadows;
 mod glossy;
 mod ground;
 mod local_frame;
+mod occluder_light;
 mod opaque_block;
 mod receivers;
 mod reflected_lobe;

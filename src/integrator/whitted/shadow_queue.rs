@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::occluder_light::OccluderTask;
 use super::wavefront::RaySignature;
 use crate::geometry::Ray;
 use crate::integrator::glass_passage::GlassPassage;
@@ -18,6 +19,8 @@ pub(in crate::integrator) struct ShadowQueue {
     pub(in crate::integrator) batches: Vec<ShadowBatch>,
     /// In the order in which they were added.
     pub(in crate::integrator) tasks: Vec<ShadowTask>,
+    /// Those of the tasks whose occluders are lit.
+    pub(super) occluder_tasks: Vec<OccluderTask>,
 }
 
 /// Light that reaches the camera unless its shadow ray is occluded.
@@ -55,7 +58,7 @@ pub(in crate::integrator) struct ShadowRay {
 impl ShadowQueue {
     /// An empty queue for kinds of shadow rays with these passages.
     pub(in crate::integrator) fn new(passages: Vec<GlassPassage>) -> Self {
-        Self { passages, batches: Vec::new(), tasks: Vec::new() }
+        Self { passages, batches: Vec::new(), tasks: Vec::new(), occluder_tasks: Vec::new() }
     }
 
     /// Adds a ray after all others.

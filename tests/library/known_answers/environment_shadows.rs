@@ -60,10 +60,9 @@ fn walls_hide_what_rough_metals_mirror() {
         middle(&stage).x
     };
     let (open, walled) = (seen(false), seen(true));
-    // What hides the light reflects 0.5 / (2 − 0.5) of it.
     let share = walled / open;
     assert!((open - 0.5).abs() < 0.02, "{open}");
-    assert!((0.33..0.4).contains(&share), "{walled} of {open}");
+    assert!((0.01..0.07).contains(&share), "{walled} of {open}");
 }
 
 #[test]
@@ -171,6 +170,59 @@ fn automatic_shadows_leave_closed_spaces_lit() {
     stage.add(inside, lambert(Vec3::splat(0.5)));
     assert_close(middle(&stage), Vec3::splat(0.5), 1e-6);
     stage.settings.env_samples = EnvSamples::Fixed(1);
-    // What the walls are taken to reflect
-    assert_close(middle(&stage), Vec3::splat(0.5 / 3.0), 1e-6);
+    // What the walls are taken to reflect of what the walls beyond are taken to reflect
+    assert_close(middle(&stage), Vec3::splat(0.5 * 0.5 / 3.0), 1e-6);
+}
+
+/// A wide wall beside the seen point of a wide floor of albedo `floor_albedo`.
+fn beside_a_wall(stage: &mut Stage, floor_albedo: f32, color: Vec3) {
+    stage.add(floor(500.0), lambert(Vec3::splat(floor_albedo)));
+    let wall = rectangle(Vec3::new(0.0, 200.0, -0.5), Vec3::X * 500.0, Vec3::Y * 200.0);
+    stage.add(wall, lambert(color));
+}
+
+#[test]
+fn the_colors_of_occluders_bleed() {
+    let color = Vec3::new(0.9, 0.4, 0.0);
+    // Half of the sky is behind the wall. That sees the other half; what hides the rest reflects 0.5 / (2 − 0.5) of it.
+    let wall = color * 0.5 * (1.0 + 1.0 / 3.0);
+    let expected = (Vec3::ONE + wall) * 0.25;
+    for (env_samples, samples) in
+        [(EnvSamples::Auto, 4096), (EnvSamples::Fixed(1), 4096), (EnvSamples::Fixed(16), 256)]
+    {
+        let mut stage = stage(samples);
+        stage.settings.env_samples = env_samples;
+        beside_a_wall(&mut stage, 0.5, color);
+        assert_close(middle(&stage), expected, 0.004);
+        stage.settings.integrator = Integrator::Path;
+        assert_close(middle(&stage), expected, 0.01);
+    }
+}
+
+#[test]
+fn occluders_reflect_the_light_of_suns() {
+    // A sun of one degree, 10° above the horizon and 60° from the wall's normal, on a dim sky
+    let (width, height) = (1024, 512);
+    let pixel = |index: u32| {
+        let [u, v] = [index % width, index / width].map(|texel| f64::from(texel) + 0.5);
+        let degrees = [u * 360.0 / f64::from(width) - 300.0, v * 180.0 / f64::from(height) - 80.0];
+        if degrees.iter().all(|degrees| degrees.abs() < 0.5) { [20_000.0; 3] } else { [0.2; 3] }
+    };
+    let pixels = (0..width * height).map(pixel).collect();
+    let image = EnvironmentImage { width, height, pixels, content_hash: [0; 32] };
+    let environment = Environment::Map(EnvironmentMap::new("sun.hdr".as_ref(), image, 0.0).unwrap());
+    let light = |wall: f32, integrator: Integrator| {
+        let mut stage = stage(4096);
+        stage.environment = environment.clone();
+        stage.settings.env_samples = EnvSamples::Fixed(1);
+        // A dark floor reflects no more light of the sun to the wall.
+        beside_a_wall(&mut stage, 0.02, Vec3::splat(wall));
+        stage.settings.integrator = integrator;
+        middle(&stage).x
+    };
+    let [by_wall, by_wall_of_paths] = [Integrator::Whitted, Integrator::Path]
+        .map(|integrator| light(0.6, integrator) - light(0.0, integrator));
+    let share = by_wall / by_wall_of_paths;
+    assert!(by_wall_of_paths > 0.004, "{by_wall_of_paths}");
+    assert!((share - 1.0).abs() < 0.05, "{by_wall} of {by_wall_of_paths}");
 }

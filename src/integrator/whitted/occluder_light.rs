@@ -1,0 +1,190 @@
+//! Light of the environment that its occluders reflect: one bounce along the shadow rays that they stop.
+//!
+//! The closest surface along a stopped ray is taken to be flat and diffuse, of its base colour. It receives the environment's irradiance and its own
+//! lights, multiplied by what one shadow ray lets through, either to one of these lights or along a direction from which the rest comes. Where
+//! that ray is stopped, too, [`surrounding_light`] stands for all further bounces.
+
+use std::f32::consts::FRAC_1_PI;
+use std::time::Instant;
+
+use glam::{Vec2, Vec3};
+
+use super::environment_shadows::on_side;
+use super::shadow_queue::ShadowTask;
+use super::tracer::{Tracer, seconds_since};
+use crate::bvh::Hit;
+use crate::color::luminance;
+use crate::geometry::Ray;
+use crate::integrator::glass_passage::GlassPassage;
+use crate::integrator::shadow::{ShadowBatch, stops_light};
+use crate::integrator::{IntegratorContext, LightPass, MediaStack};
+use crate::interaction::{SurfacePoint, blurred_color_at};
+
+/// A shadow ray of a lookup whose occluder is lit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OccluderTask {
+    /// Index of the ray's task.
+    pub(super) task: u32,
+    /// Number of the sample points, as for lookups.
+    pub(super) lookup: u32,
+    /// Number of the ray among those of its lookup.
+    pub(super) ray: u32,
+    /// What the lookup scatters of light of radiance 1 from everywhere, over the number of rays.
+    pub(super) albedo: Vec3,
+    /// What was added for an occluder that is not known.
+    pub(super) reflected: Vec3,
+}
+
+/// The occluders of a wavefront's lookups. Keeps its memory.
+#[derive(Debug, Default)]
+pub(super) struct OccluderLight {
+    /// The stopped rays.
+    rays: Vec<Ray>,
+    /// Their tasks.
+    tasks: Vec<StoppedTask>,
+    /// What stops them.
+    occluders: Vec<Option<Hit>>,
+    /// A ray to the light of each lit occluder.
+    shadows: ShadowBatch,
+    lit: Vec<LitOccluder>,
+}
+
+/// The task of a stopped ray, and random numbers in [0, 1) that direct the ray to its occluder's light.
+#[derive(Clone, Copy, Debug)]
+struct StoppedTask {
+    task: OccluderTask,
+    /// Selects one of the environment's lights.
+    light: f32,
+    /// Selects a cell of the environment.
+    cell: f32,
+    /// Selects a direction in the cell.
+    direction: Vec2,
+}
+
+/// An occluder that a lookup sees.
+#[derive(Clone, Copy, Debug)]
+struct LitOccluder {
+    sample: u32,
+    light_pass: LightPass,
+    /// What is scattered towards the camera where all light reaches the occluder, and where none does; both less what was already added.
+    open: Vec3,
+    shadowed: Vec3,
+}
+
+/// Light on an occluder.
+struct OccluderIrradiance {
+    /// Irradiance without shadows.
+    irradiance: Vec3,
+    /// Direction to one of the environment's lights, chosen by luminance; `None` for the rest of the environment.
+    to_light: Option<Vec3>,
+}
+
+impl Tracer<'_, '_> {
+    /// Adds the light that the occluders of lookups reflect, after their shadow rays were traced.
+    pub(super) fn add_occluder_light(&mut self) {
+        if self.shadows.occluder_tasks.is_empty() {
+            return;
+        }
+        let mut light = std::mem::take(&mut self.occluder_light);
+        self.find_occluders(&mut light);
+        self.light_occluders(&mut light);
+        self.occluder_light = light;
+    }
+
+    /// Finds what stops the rays of all tasks.
+    fn find_occluders(&mut self, light: &mut OccluderLight) {
+        let OccluderLight { rays, tasks, occluders, .. } = light;
+        rays.clear();
+        tasks.clear();
+        let queue = &mut self.shadows;
+        let context = self.context;
+        for task in queue.occluder_tasks.drain(..) {
+            let ShadowTask { sample, batch, ray, .. } = queue.tasks[task.task as usize];
+            let Some(stopped) = queue.batches[batch as usize].occluded_ray(ray) else { continue };
+            let sequence = &self.sequences[sample as usize];
+            let keys = self.lookup_keys.get(sequence.seed(), task.lookup as usize, task.ray);
+            let [direction, choice] = keys.map(|keys| sequence.point_by(&keys));
+            let light = choice.x / context.occluder_share;
+            if light < 1.0 {
+                rays.push(*stopped);
+                tasks.push(StoppedTask { task, light, cell: choice.y, direction });
+            }
+        }
+        let stops = |_, hit: &Hit| stops_light(context, hit, GlassPassage::Straight);
+        occluders.clear();
+        occluders.resize(rays.len(), None);
+        let start = Instant::now();
+        context.view.bvh.closest_hits(rays, stops, occluders, &mut self.counters);
+        self.statistics.query_seconds += seconds_since(start);
+        self.statistics.shadow_rays += rays.len() as u64;
+    }
+
+    /// Adds the light that found occluders scatter into their lookups.
+    fn light_occluders(&mut self, light: &mut OccluderLight) {
+        let OccluderLight { rays, tasks, occluders, shadows, lit } = light;
+        shadows.clear();
+        lit.clear();
+        for ((ray, hit), task) in rays.iter().zip(&*occluders).zip(&*tasks) {
+            // Back faces of single-sided surfaces stop light, but are not seen.
+            let Some(hit) = hit else { continue };
+            let (occluder, to_light) = self.lit_occluder((ray, hit), task);
+            shadows.push(to_light, MediaStack::default());
+            lit.push(occluder);
+        }
+        let start = Instant::now();
+        shadows.trace(self.context, &mut self.counters);
+        self.statistics.query_seconds += seconds_since(start);
+        self.statistics.shadow_rays += lit.len() as u64;
+        for (index, occluder) in lit.iter().enumerate() {
+            let shadow = shadows.transmittance(self.context, index as u32, &mut self.counters);
+            self.statistics.transparency_limit_reached += u64::from(shadow.limit_reached);
+            let LitOccluder { sample, light_pass, open, shadowed } = *occluder;
+            self.add(sample, light_pass, shadowed + (open - shadowed) * shadow.transmittance);
+        }
+    }
+
+    /// The occluder of a task, and the ray that finds whether light reaches it.
+    fn lit_occluder(&self, (ray, hit): (&Ray, &Hit), stopped: &StoppedTask) -> (LitOccluder, Ray) {
+        let StoppedTask { task, light, cell, direction } = stopped;
+        let ShadowTask { sample, light_pass, .. } = self.shadows.tasks[task.task as usize];
+        let context = self.context;
+        let point = SurfacePoint::flat(context.view, ray, hit);
+        let normal = point.geometric_normal;
+        let OccluderIrradiance { irradiance, to_light } =
+            OccluderIrradiance::new(context, (point.position, normal), *light);
+        let color = blurred_color_at(context.view, hit).clamp(Vec3::ZERO, Vec3::ONE);
+        let scattered = task.albedo * color;
+        let occluder = LitOccluder {
+            sample,
+            light_pass,
+            open: scattered * irradiance * FRAC_1_PI - task.reflected,
+            shadowed: task.reflected * color - task.reflected,
+        };
+        let directions = context.environment_directions.as_ref();
+        let sampled =
+            || directions.map_or(normal, |directions| directions.diffuse(normal, *direction, *cell));
+        let wi = to_light.unwrap_or_else(|| on_side(sampled(), normal, true));
+        (occluder, Ray::new(point.shadow_end_outside(Vec3::ZERO), wi))
+    }
+}
+
+impl OccluderIrradiance {
+    /// The light on a flat surface. `u` is a random number in [0, 1).
+    fn new(context: &IntegratorContext<'_>, (position, normal): (Vec3, Vec3), u: f32) -> Self {
+        let lights = || {
+            let lights = context.environment_lights().iter();
+            lights
+                .filter_map(|light| light.incidence(position))
+                .map(|incidence| (incidence.irradiance * incidence.wi.dot(normal).max(0.0), incidence.wi))
+        };
+        let of_lights: Vec3 = lights().map(|(irradiance, _)| irradiance).sum();
+        let irradiance = context.view.environment.irradiance(normal) + of_lights;
+        let mut left = u * luminance(irradiance);
+        let chosen = lights().find(|(irradiance, _)| {
+            left -= luminance(*irradiance);
+            left < 0.0
+        });
+        let to_light = chosen.map(|(_, wi)| wi);
+        Self { irradiance, to_light }
+    }
+}

@@ -28,7 +28,7 @@ use crate::scene_view::SceneView;
 /// Automatic shadows of the environment begin where a camera sees it in this share of all directions, and are full at the second share.
 const OPEN_SHARES: [f32; 2] = [0.05, 0.15];
 /// Their occluders reflect light from the first of these shares on, and all of it at the second.
-const OCCLUDER_SHARES: [f32; 2] = [0.15, 0.25];
+const BOUNCE_SHARES: [f32; 2] = [0.15, 0.25];
 /// Rays that find how much of the environment a camera sees.
 const OPENNESS_RAYS: u32 = 2048;
 /// Normals whose irradiances tell the mean radiance of the environment.
@@ -67,7 +67,7 @@ pub struct IntegratorContext<'a> {
     /// Share of the environment's light that shadow rays decide about.
     pub(super) occluded_share: f32,
     /// Share of what the occluders of those rays reflect for which the occluders are found; the rest is estimated without.
-    pub(super) occluder_share: f32,
+    pub(super) bounce_share: f32,
     /// Sample points of paths and of shadow rays to the environment.
     pub(super) sample_points: Option<ZSobol>,
     /// Whether the seed of any ray state decides about its light.
@@ -93,7 +93,7 @@ impl<'a> IntegratorContext<'a> {
         let camera_media = interiors.media_around(view, &volume_bounds, camera_position);
         let lights = lights::gather(view.frame, view.environment, &settings);
         let is_path = settings.integrator == Integrator::Path;
-        let [occluded_share, occluder_share] = match settings.integrator {
+        let [occluded_share, bounce_share] = match settings.integrator {
             Integrator::Path => [1.0, 0.0],
             Integrator::Whitted if view.environment.is_lit() => traced_shares(view, settings.env_samples),
             Integrator::Whitted => [0.0; 2],
@@ -122,7 +122,7 @@ impl<'a> IntegratorContext<'a> {
             visible_environment: if is_path { VisibleEnvironment::new(view).map(Arc::new) } else { None },
             path_guide: None,
             occluded_share,
-            occluder_share,
+            bounce_share,
             sample_points: (is_path || traces_environment).then(|| sample_points(view.frame, &settings)),
             uses_seeds: uses_seeds(view.frame, &settings),
             peaks: view.environment.peaks(),
@@ -213,7 +213,7 @@ fn traced_shares(view: SceneView<'_>, env_samples: EnvSamples) -> [f32; 2] {
         EnvSamples::Fixed(rays) => [f32::from(rays > 0); 2],
         EnvSamples::Auto => {
             let open_share = open_share(view);
-            [OPEN_SHARES, OCCLUDER_SHARES].map(|[closed, open]| {
+            [OPEN_SHARES, BOUNCE_SHARES].map(|[closed, open]| {
                 let share = ((open_share - closed) / (open - closed)).clamp(0.0, 1.0);
                 share * share * (3.0 - 2.0 * share)
             })

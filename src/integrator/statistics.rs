@@ -11,7 +11,7 @@ pub struct IntegratorStatistics {
     pub reflection_rays: u64,
     /// Refraction rays.
     pub refraction_rays: u64,
-    /// Shadow rays.
+    /// Shadow rays, and rays that find what stopped those to the environment.
     pub shadow_rays: u64,
     /// Wide nodes visited by all rays.
     pub nodes: u64,

@@ -116,7 +116,7 @@ impl PosedFrames {
 }
 
 /// Estimated rays of one shutter sample: for each pixel sample a camera ray, a shadow ray to each light, and one reflection or
-/// refraction ray unless the depth is 0.
+/// refraction ray unless the depth is 0. Rays to the environment are left out.
 fn expected_rays(render: &RenderSettings, time_samples: u32, lights: usize) -> u64 {
     let pixels = u64::from(render.window.width()) * u64::from(render.window.height());
     let bounces = u64::from(render.max_depth.min(TYPICAL_BOUNCES));

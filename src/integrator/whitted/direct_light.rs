@@ -59,6 +59,8 @@ impl Tracer<'_, '_> {
             batch.trace(self.context, &mut self.counters);
         }
         self.statistics.query_seconds += seconds_since(start);
+
+        // What stopped those to the environment
         self.add_occluder_light();
 
         // Transparent surfaces and sums, in the order of tasks

@@ -126,7 +126,7 @@ impl Tracer<'_, '_> {
         let [brightest, _] = join_faint(lookups, context.mean_radiance);
         let passes_inside = context.settings.glass_shadows == GlassShadows::Straight;
         // Occluders are found for one lookup of a surface that a camera sees.
-        let traces_occluders = context.occluder_share > 0.0 && state.depth == 0;
+        let traces_occluders = context.bounce_share > 0.0 && state.depth == 0;
         let with_occluder = brightest.filter(|_| traces_occluders);
         let mut index = 0;
         for (number, lookup) in lookups.iter().enumerate() {
@@ -142,7 +142,7 @@ impl Tracer<'_, '_> {
                     number: signature.index() * MAX_LOOKUPS + index,
                     traces_occluder: with_occluder == Some(number),
                 };
-                self.add_lookup(arrival, queued, media, color);
+                self.add_lookup(arrival, &queued, media, color);
             } else {
                 self.add(state.sample, light_pass, lookup.radiance);
             }
@@ -154,12 +154,12 @@ impl Tracer<'_, '_> {
     fn add_lookup(
         &mut self,
         arrival: &Arrival<'_, '_>,
-        queued: QueuedLookup<'_>,
+        queued: &QueuedLookup<'_>,
         media: &MediaStack,
         color: Vec3,
     ) {
         let Arrival { signature, state, point, .. } = *arrival;
-        let QueuedLookup { lookup, light_pass, number, traces_occluder } = queued;
+        let QueuedLookup { lookup, light_pass, number, traces_occluder } = *queued;
         let EnvironmentLookup { radiance, albedo, lobe, is_outside } = *lookup;
         let context = self.context;
         let Some(directions) = &context.environment_directions else { return };
@@ -173,7 +173,7 @@ impl Tracer<'_, '_> {
             self.add(state.sample, light_pass, reflected * context.occluded_share);
         }
         let radiance = radiance - reflected;
-        if radiance == Vec3::ZERO {
+        if radiance == Vec3::ZERO && !traces_occluder {
             return;
         }
         let rays = match context.settings.env_samples {
@@ -190,16 +190,7 @@ impl Tracer<'_, '_> {
         for ray in 0..rays {
             let keys = self.lookup_keys.get(sequence.seed(), number, ray);
             let sampled = lobe.sample(directions, &sequence, &keys);
-            if traces_occluder {
-                self.shadows.occluder_tasks.push(OccluderTask {
-                    task: self.shadows.tasks.len() as u32,
-                    lookup: (number + MAX_NUMBERS) as u32,
-                    ray,
-                    albedo: albedo * share,
-                    reflected: reflected * share,
-                });
-            }
-            self.shadows.push(ShadowRay {
+            let task = self.shadows.push(ShadowRay {
                 signature,
                 light: context.lights.len(),
                 ray: Ray::new(end, on_side(sampled, point.geometric_normal, is_outside)),
@@ -209,6 +200,15 @@ impl Tracer<'_, '_> {
                 environment_clamp: None,
                 media: media.clone(),
             });
+            if traces_occluder {
+                self.shadows.occluder_tasks.push(OccluderTask {
+                    task,
+                    lookup: (number + MAX_NUMBERS) as u32,
+                    ray,
+                    albedo: albedo * share,
+                    reflected: reflected * share,
+                });
+            }
         }
     }
 }
@@ -224,7 +224,7 @@ pub(super) fn on_side(direction: Vec3, normal: Vec3, is_outside: bool) -> Vec3 {
 /// What hides it is taken to have the colour of the surface and its openness V (Jiménez et al., "Practical Real-Time Strategies for Accurate
 /// Indirect Occlusion", 2016). With all bounces, V / (1 − c (1 − V)) of the light of a uniform environment arrives at a surface of colour c. This
 /// is the straight line in V that equals it for V = 1 and V = 1/2, so that single shadow rays estimate it; deeper shadows of bright surfaces get
-/// more light. Peaks do not count: whether they reach what hides the environment is not known, and their light would be too much where not.
+/// more light. Peaks do not count: whether they reach what hides the environment is known only where that is found, and their light would be too much where not.
 fn surrounding_light(color: Vec3) -> Vec3 {
     let color = color.clamp(Vec3::ZERO, Vec3::ONE);
     color / (Vec3::splat(2.0) - color)

@@ -1,8 +1,8 @@
 //! Light of the environment that its occluders reflect: one bounce along the shadow rays that they stop.
 //!
-//! The closest surface along a stopped ray is taken to be flat and diffuse, of its base colour. It receives the environment's irradiance and its own
-//! lights, multiplied by what one shadow ray lets through, either to one of these lights or along a direction from which the rest comes. Where
-//! that ray is stopped, too, [`surrounding_light`] stands for all further bounces.
+//! The closest opaque surface along a stopped ray is taken to be flat and diffuse, of its base colour. It receives the environment's irradiance and its own
+//! lights, as far as one shadow ray lets them through, either to one of these lights or along a direction from which the rest comes. Where
+//! that ray is stopped, too, it receives what was estimated for an unknown occluder of the looked-up light.
 
 use std::f32::consts::FRAC_1_PI;
 use std::time::Instant;
@@ -12,15 +12,16 @@ use glam::{Vec2, Vec3};
 use super::environment_shadows::on_side;
 use super::shadow_queue::ShadowTask;
 use super::tracer::{Tracer, seconds_since};
-use crate::bvh::Hit;
+use crate::bvh::{Hit, TriangleFlags};
 use crate::color::luminance;
-use crate::geometry::Ray;
+use crate::frame::transmits;
+use crate::geometry::{Facing, Ray};
 use crate::integrator::glass_passage::GlassPassage;
 use crate::integrator::shadow::{ShadowBatch, stops_light};
 use crate::integrator::{IntegratorContext, LightPass, MediaStack};
 use crate::interaction::{SurfacePoint, blurred_color_at};
 
-/// A shadow ray of a lookup whose occluder is lit.
+/// A shadow ray of a lookup whose occluder is lit, if there is one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OccluderTask {
     /// Index of the ray's task.
@@ -29,15 +30,15 @@ pub(super) struct OccluderTask {
     pub(super) lookup: u32,
     /// Number of the ray among those of its lookup.
     pub(super) ray: u32,
-    /// What the lookup scatters of light of radiance 1 from everywhere, over the number of rays.
+    /// What the lookup scatters of light of radiance 1 from everywhere: the share of it about which the ray decides.
     pub(super) albedo: Vec3,
     /// What was added for an occluder that is not known.
     pub(super) reflected: Vec3,
 }
 
-/// The occluders of a wavefront's lookups. Keeps its memory.
+/// Stopped rays and their occluders, for one wavefront. Keeps its memory.
 #[derive(Debug, Default)]
-pub(super) struct OccluderLight {
+pub(super) struct OccluderBuffers {
     /// The stopped rays.
     rays: Vec<Ray>,
     /// Their tasks.
@@ -71,9 +72,9 @@ struct LitOccluder {
     shadowed: Vec3,
 }
 
-/// Light on an occluder.
+/// Light on an occluder from one of its sources.
 struct OccluderIrradiance {
-    /// Irradiance without shadows.
+    /// Irradiance without shadows, over the probability of the source.
     irradiance: Vec3,
     /// Direction to one of the environment's lights, chosen by luminance; `None` for the rest of the environment.
     to_light: Option<Vec3>,
@@ -85,15 +86,15 @@ impl Tracer<'_, '_> {
         if self.shadows.occluder_tasks.is_empty() {
             return;
         }
-        let mut light = std::mem::take(&mut self.occluder_light);
-        self.find_occluders(&mut light);
-        self.light_occluders(&mut light);
-        self.occluder_light = light;
+        let mut buffers = std::mem::take(&mut self.occluders);
+        self.find_occluders(&mut buffers);
+        self.light_occluders(&mut buffers);
+        self.occluders = buffers;
     }
 
     /// Finds what stops the rays of all tasks.
-    fn find_occluders(&mut self, light: &mut OccluderLight) {
-        let OccluderLight { rays, tasks, occluders, .. } = light;
+    fn find_occluders(&mut self, buffers: &mut OccluderBuffers) {
+        let OccluderBuffers { rays, tasks, occluders, .. } = buffers;
         rays.clear();
         tasks.clear();
         let queue = &mut self.shadows;
@@ -104,29 +105,29 @@ impl Tracer<'_, '_> {
             let sequence = &self.sequences[sample as usize];
             let keys = self.lookup_keys.get(sequence.seed(), task.lookup as usize, task.ray);
             let [direction, choice] = keys.map(|keys| sequence.point_by(&keys));
-            let light = choice.x / context.occluder_share;
+            let light = choice.x / context.bounce_share;
             if light < 1.0 {
                 rays.push(*stopped);
                 tasks.push(StoppedTask { task, light, cell: choice.y, direction });
             }
         }
-        let stops = |_, hit: &Hit| stops_light(context, hit, GlassPassage::Straight);
-        occluders.clear();
-        occluders.resize(rays.len(), None);
+        // Shadow rays are stopped by either side, so batches, which pass the back of single-sided surfaces, would miss occluders.
+        let stops = |hit: &Hit| stops_light(context, hit, GlassPassage::Straight);
+        let (bvh, counters) = (context.view.bvh, &mut self.counters);
         let start = Instant::now();
-        context.view.bvh.closest_hits(rays, stops, occluders, &mut self.counters);
+        occluders.clear();
+        occluders.extend(rays.iter().map(|ray| bvh.closest_hit_of_any_side(ray, None, stops, counters)));
         self.statistics.query_seconds += seconds_since(start);
         self.statistics.shadow_rays += rays.len() as u64;
     }
 
     /// Adds the light that found occluders scatter into their lookups.
-    fn light_occluders(&mut self, light: &mut OccluderLight) {
-        let OccluderLight { rays, tasks, occluders, shadows, lit } = light;
+    fn light_occluders(&mut self, buffers: &mut OccluderBuffers) {
+        let OccluderBuffers { rays, tasks, occluders, shadows, lit } = buffers;
         shadows.clear();
         lit.clear();
         for ((ray, hit), task) in rays.iter().zip(&*occluders).zip(&*tasks) {
-            // Back faces of single-sided surfaces stop light, but are not seen.
-            let Some(hit) = hit else { continue };
+            let Some(hit) = hit.as_ref().filter(|hit| self.is_diffuse(hit)) else { continue };
             let (occluder, to_light) = self.lit_occluder((ray, hit), task);
             shadows.push(to_light, MediaStack::default());
             lit.push(occluder);
@@ -141,6 +142,16 @@ impl Tracer<'_, '_> {
             let LitOccluder { sample, light_pass, open, shadowed } = *occluder;
             self.add(sample, light_pass, shadowed + (open - shadowed) * shadow.transmittance);
         }
+    }
+
+    /// Whether the occluder at a hit can be lit as a diffuse surface. Others keep the estimate: the back of single-sided surfaces, which nothing sees, unlit
+    /// surfaces, and glass that casts full shadows.
+    fn is_diffuse(&self, hit: &Hit) -> bool {
+        let frame = self.context.view.frame;
+        let material = &frame.materials[frame.instance(hit.triangle).material.index()];
+        let is_seen = hit.facing == Facing::Front
+            || !frame.flags[hit.triangle as usize].has(TriangleFlags::SINGLE_SIDED);
+        is_seen && !material.unlit && !transmits(material)
     }
 
     /// The occluder of a task, and the ray that finds whether light reaches it.
@@ -169,7 +180,7 @@ impl Tracer<'_, '_> {
 }
 
 impl OccluderIrradiance {
-    /// The light on a flat surface. `u` is a random number in [0, 1).
+    /// One source of the light on a flat surface, chosen by luminance. `u` is a random number in [0, 1).
     fn new(context: &IntegratorContext<'_>, (position, normal): (Vec3, Vec3), u: f32) -> Self {
         let lights = || {
             let lights = context.environment_lights().iter();
@@ -177,14 +188,16 @@ impl OccluderIrradiance {
                 .filter_map(|light| light.incidence(position))
                 .map(|incidence| (incidence.irradiance * incidence.wi.dot(normal).max(0.0), incidence.wi))
         };
-        let of_lights: Vec3 = lights().map(|(irradiance, _)| irradiance).sum();
-        let irradiance = context.view.environment.irradiance(normal) + of_lights;
-        let mut left = u * luminance(irradiance);
+        let rest = context.view.environment.irradiance(normal);
+        let sum = luminance(rest) + lights().map(|(irradiance, _)| luminance(irradiance)).sum::<f32>();
+        let mut left = u * sum;
         let chosen = lights().find(|(irradiance, _)| {
             left -= luminance(*irradiance);
             left < 0.0
         });
-        let to_light = chosen.map(|(_, wi)| wi);
+        let (source, to_light) = chosen.map_or((rest, None), |(irradiance, wi)| (irradiance, Some(wi)));
+        let of_source = luminance(source);
+        let irradiance = if of_source > 0.0 { source * (sum / of_source) } else { Vec3::ZERO };
         Self { irradiance, to_light }
     }
 }

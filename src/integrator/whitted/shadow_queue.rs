@@ -61,9 +61,9 @@ impl ShadowQueue {
         Self { passages, batches: Vec::new(), tasks: Vec::new(), occluder_tasks: Vec::new() }
     }
 
-    /// Adds a ray after all others.
+    /// Adds a ray after all others. Returns the index of its task.
     #[inline]
-    pub(in crate::integrator) fn push(&mut self, shadow: ShadowRay) {
+    pub(in crate::integrator) fn push(&mut self, shadow: ShadowRay) -> u32 {
         let ShadowRay { signature, light, ray, sample, light_pass, contribution, environment_clamp, media } =
             shadow;
         let kinds = self.passages.len();
@@ -74,5 +74,6 @@ impl ShadowQueue {
         let ray = self.batches[batch].push(ray, media);
         let batch = batch as u32;
         self.tasks.push(ShadowTask { sample, light_pass, batch, ray, contribution, environment_clamp });
+        self.tasks.len() as u32 - 1
     }
 }

@@ -73,6 +73,8 @@ fn samples_are_the_same_alone_and_in_batches() {
         ("material/alpha_blend_stack", Environment::None),
         ("light/two_lights_shadows", Environment::None),
         ("camera/orthographic", Environment::BuiltIn(BuiltInLight::Studio)),
+        // Light that bounces
+        ("material/metal_roughness_row", Environment::BuiltIn(BuiltInLight::Studio)),
     ] {
         with_context(scene, &environment, |context, camera| {
             let tracer = &mut Tracer::new(context);
@@ -103,13 +105,13 @@ fn samples_are_the_same_alone_and_in_batches() {
 
 #[test]
 fn every_batch_is_counted_once() {
-    with_context("demo/whitted_1980", &Environment::None, |context, camera| {
+    let check = |context: &IntegratorContext<'_>, camera: &CameraRays| {
         let tracer = &mut Tracer::new(context);
         let all: Vec<usize> = (0..SAMPLES).collect();
         trace(tracer, camera, &all);
         let once = tracer.take_statistics();
         assert_eq!(once.camera_rays, SAMPLES as u64);
-        assert!(once.reflection_rays > 0 && once.refraction_rays > 0 && once.shadow_rays > 0);
+        assert!(once.reflection_rays > 0 && once.shadow_rays > 0);
         assert!(once.query_seconds > 0.0);
 
         for one in all {
@@ -121,6 +123,18 @@ fn every_batch_is_counted_once() {
         };
         assert_eq!(rays(once), rays(alone));
         assert_eq!(rays(tracer.take_statistics()), (0, 0, 0, 0));
+        once
+    };
+    with_context("demo/whitted_1980", &Environment::None, |context, camera| {
+        assert!(check(context, camera).refraction_rays > 0);
+    });
+    // With what stops the shadow rays to the environment, and without
+    let environment = Environment::BuiltIn(BuiltInLight::Studio);
+    with_context("material/metal_roughness_row", &environment, |context, camera| {
+        let once = check(context, camera);
+        let mut without_bounces = context.clone();
+        without_bounces.bounce_share = 0.0;
+        assert!(once.shadow_rays > check(&without_bounces, camera).shadow_rays);
     });
 }
 

@@ -6,7 +6,7 @@ use std::time::Instant;
 use glam::Vec3;
 
 use super::environment_shadows::LookupKeys;
-use super::occluder_light::OccluderLight;
+use super::occluder_light::OccluderBuffers;
 use super::opaque_block::OpaqueBlock;
 use super::receivers::{ReceivedLight, ReceiverShadows};
 use super::sample_aovs::{InstanceCoverage, SampleAovFlags, SampleAovs};
@@ -92,7 +92,7 @@ pub struct Tracer<'w, 'a> {
     /// The keys of the sample points of environment lookups.
     pub(super) lookup_keys: LookupKeys,
     /// Taken out while it is filled.
-    pub(super) occluder_light: OccluderLight,
+    pub(super) occluders: OccluderBuffers,
     pub(super) media_cache: MediaCache,
     pub(in crate::integrator) aovs: SampleAovs,
     pub(in crate::integrator) counters: TraversalCounters,
@@ -126,7 +126,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
             albedo_slices: AlbedoSlices::default(),
             bounce_keys: Rc::default(),
             lookup_keys: LookupKeys::default(),
-            occluder_light: OccluderLight::default(),
+            occluders: OccluderBuffers::default(),
             media_cache: MediaCache::default(),
             aovs: SampleAovs::default(),
             counters: TraversalCounters::default(),

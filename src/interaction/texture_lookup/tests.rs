@@ -200,3 +200,21 @@ fn transparent_texels_contribute_no_colour() {
         assert!(seen.abs_diff_eq(Vec4::new(0.0, 1.0, 0.0, 0.5), 0.005), "{seen}");
     }
 }
+
+#[test]
+fn a_level_is_looked_up_alone() {
+    let mut scene = ramp(Sampler::default());
+    let mut mips = ImageMips::default();
+    mips.set(Encoding::Linear, mip_levels(&scene.images[0], Encoding::Linear).into());
+    scene.mips = vec![mips];
+    let reference = TextureRef { texture: TextureIndex(0), uv_set: 0, transform: UvTransform::default() };
+    let red = |level: usize| {
+        let at = (Vec2::new(0.375, 0.5), level);
+        sample_in_level(&scene, &reference, Encoding::Linear, at).x * 255.0
+    };
+    // The second of four texels; between the means of two, rounded to whole codes; and the mean of all.
+    let levels = [0, 1, 2, 9].map(red);
+    for (level, expected) in levels.into_iter().zip([1.0, 1.0 + 0.25 * 2.0, 2.0, 2.0]) {
+        assert!((level - expected).abs() < 1e-3, "{levels:?}");
+    }
+}

@@ -184,45 +184,98 @@ fn beside_a_wall(stage: &mut Stage, floor_albedo: f32, color: Vec3) {
 #[test]
 fn the_colors_of_occluders_bleed() {
     let color = Vec3::new(0.9, 0.4, 0.0);
-    // Half of the sky is behind the wall. That sees the other half; what hides the rest reflects 0.5 / (2 − 0.5) of it.
-    let wall = color * 0.5 * (1.0 + 1.0 / 3.0);
-    let expected = (Vec3::ONE + wall) * 0.25;
+    // Half of the sky is behind the wall. That sees the other half; what hides the rest reflects c / (2 − c) of it.
+    let expected = |floor_albedo: f32| {
+        let wall = color * 0.5 * (1.0 + floor_albedo / (2.0 - floor_albedo));
+        (Vec3::ONE + wall) * (0.5 * floor_albedo)
+    };
     for (env_samples, samples) in
         [(EnvSamples::Auto, 4096), (EnvSamples::Fixed(1), 4096), (EnvSamples::Fixed(16), 256)]
     {
         let mut stage = stage(samples);
         stage.settings.env_samples = env_samples;
         beside_a_wall(&mut stage, 0.5, color);
-        assert_close(middle(&stage), expected, 0.004);
+        assert_close(middle(&stage), expected(0.5), 0.004);
         stage.settings.integrator = Integrator::Path;
-        assert_close(middle(&stage), expected, 0.01);
+        assert_close(middle(&stage), expected(0.5), 0.01);
     }
+    // On white floors the lookup is what was estimated for the wall, too.
+    let mut stage = stage(4096);
+    beside_a_wall(&mut stage, 1.0, color);
+    assert_close(middle(&stage), expected(1.0), 0.008);
 }
 
 #[test]
-fn occluders_reflect_the_light_of_suns() {
-    // A sun of one degree, 10° above the horizon and 60° from the wall's normal, on a dim sky
+fn the_back_of_single_sided_occluders_is_not_lit() {
+    // A bright wall stands behind one that is seen from its back.
+    let seen = |has_second_wall: bool| {
+        let mut stage = stage(1024);
+        stage.settings.env_samples = EnvSamples::Fixed(1);
+        stage.add(floor(500.0), lambert(Vec3::splat(0.5)));
+        let first = rectangle(Vec3::new(0.0, 200.0, -0.5), Vec3::Y * 200.0, Vec3::X * 500.0);
+        stage.add(first, lambert(Vec3::ONE));
+        if has_second_wall {
+            let second = rectangle(Vec3::new(0.0, 200.0, -1.0), Vec3::X * 500.0, Vec3::Y * 200.0);
+            stage.add(second, lambert(Vec3::X));
+        }
+        middle(&stage)
+    };
+    // Half of the sky is hidden, by what reflects 0.5 / (2 − 0.5) of it.
+    assert_close(seen(false), Vec3::splat(0.5 * (0.5 + 0.5 / 3.0)), 0.004);
+    assert_eq!(seen(true), seen(false));
+}
+
+/// The direction to the sun of [`sunny`]: 10° above the horizon and 60° from the wall's normal.
+const TO_SUN: Vec3 = Vec3::new(0.852_87, 0.173_65, 0.492_40);
+
+/// A sun of one degree on a dim sky.
+fn sunny(sun: [f32; 3]) -> Result<Environment> {
     let (width, height) = (1024, 512);
     let pixel = |index: u32| {
         let [u, v] = [index % width, index / width].map(|texel| f64::from(texel) + 0.5);
         let degrees = [u * 360.0 / f64::from(width) - 300.0, v * 180.0 / f64::from(height) - 80.0];
-        if degrees.iter().all(|degrees| degrees.abs() < 0.5) { [20_000.0; 3] } else { [0.2; 3] }
+        if degrees.iter().all(|degrees| degrees.abs() < 0.5) { sun } else { [0.2; 3] }
     };
     let pixels = (0..width * height).map(pixel).collect();
     let image = EnvironmentImage { width, height, pixels, content_hash: [0; 32] };
-    let environment = Environment::Map(EnvironmentMap::new("sun.hdr".as_ref(), image, 0.0).unwrap());
-    let light = |wall: f32, integrator: Integrator| {
+    Ok(Environment::Map(EnvironmentMap::new("sun.hdr".as_ref(), image, 0.0)?))
+}
+
+/// Light that a wall of albedo 0.6 reflects to the floor under [`sunny`]. `has_screen` has a far screen before the sun.
+fn reflected_by_a_wall(sunny: &Environment, has_screen: bool, integrator: Integrator) -> Vec3 {
+    let light = |wall: f32| {
         let mut stage = stage(4096);
-        stage.environment = environment.clone();
+        stage.environment = sunny.clone();
         stage.settings.env_samples = EnvSamples::Fixed(1);
+        stage.settings.integrator = integrator;
         // A dark floor reflects no more light of the sun to the wall.
         beside_a_wall(&mut stage, 0.02, Vec3::splat(wall));
-        stage.settings.integrator = integrator;
-        middle(&stage).x
+        if has_screen {
+            let screen = rectangle(TO_SUN * 300.0, Vec3::new(-25.0, 0.0, 43.3), Vec3::Y * 50.0);
+            stage.add(screen, lambert(Vec3::ZERO));
+        }
+        middle(&stage).truncate()
     };
-    let [by_wall, by_wall_of_paths] = [Integrator::Whitted, Integrator::Path]
-        .map(|integrator| light(0.6, integrator) - light(0.0, integrator));
-    let share = by_wall / by_wall_of_paths;
-    assert!(by_wall_of_paths > 0.004, "{by_wall_of_paths}");
-    assert!((share - 1.0).abs() < 0.05, "{by_wall} of {by_wall_of_paths}");
+    light(0.6) - light(0.0)
+}
+
+#[test]
+fn occluders_reflect_the_light_of_suns() {
+    let sunny = sunny([20_000.0; 3]).unwrap();
+    let [whitted, path] = [Integrator::Whitted, Integrator::Path]
+        .map(|integrator| reflected_by_a_wall(&sunny, false, integrator).x);
+    assert!(path > 0.004, "{path}");
+    assert!((whitted / path - 1.0).abs() < 0.05, "{whitted} of {path}");
+}
+
+#[test]
+fn occluders_have_the_color_of_the_light_that_reaches_them() {
+    let orange = sunny([20_000.0, 5000.0, 0.0]).unwrap();
+    let lit = reflected_by_a_wall(&orange, false, Integrator::Whitted);
+    assert!(lit.x > 2.0 * lit.y && lit.y > 2.0 * lit.z, "{lit}");
+    let shaded = reflected_by_a_wall(&orange, true, Integrator::Whitted);
+    let path = reflected_by_a_wall(&orange, true, Integrator::Path);
+    // The far parts of wall and floor, which the sun reaches, add some red.
+    assert!((shaded.z / path.z - 1.0).abs() < 0.05, "{shaded} of {path}");
+    assert!(shaded.x < 1.2 * shaded.z && path.x < 1.5 * path.z, "{shaded} of {path}");
 }

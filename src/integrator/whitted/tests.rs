@@ -139,6 +139,23 @@ fn every_batch_is_counted_once() {
 }
 
 #[test]
+fn half_of_the_occluders_reflect_half_of_the_light_on_average() {
+    let environment = Environment::BuiltIn(BuiltInLight::Studio);
+    with_context("material/metal_roughness_row", &environment, |context, camera| {
+        let sum = |bounce_share: f32| {
+            let mut context = context.clone();
+            context.bounce_share = bounce_share;
+            let all: Vec<usize> = (0..SAMPLES).collect();
+            let values = trace(&mut Tracer::new(&context), camera, &all);
+            values.iter().map(|value| value.radiance.element_sum()).sum::<f32>()
+        };
+        let [none, half, all] = [0.0, 0.5, 1.0].map(sum);
+        let share = (half - none) / (all - none);
+        assert!((share - 0.5).abs() < 0.15, "{share} of {}", all - none);
+    });
+}
+
+#[test]
 fn the_light_on_first_receivers_is_that_of_single_ones() {
     let environment = Environment::BuiltIn(BuiltInLight::Studio);
     let check = |ground: Option<Ground>| {

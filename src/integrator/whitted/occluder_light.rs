@@ -1,8 +1,8 @@
 //! Light of the environment that its occluders reflect: one bounce along the shadow rays that they stop.
 //!
 //! The closest opaque surface along a stopped ray is taken to be flat and diffuse, of its base colour. It receives the environment's irradiance and its own
-//! lights, as far as one shadow ray lets them through, either to one of these lights or along a direction from which the rest comes. Where
-//! that ray is stopped, too, it receives what was estimated for an unknown occluder of the looked-up light.
+//! lights, as far as two shadow rays let them through: one to one of these lights, one along a direction from which the rest comes. Where
+//! the latter is stopped, too, it receives what was estimated for an unknown occluder of the looked-up light.
 
 use std::f32::consts::FRAC_1_PI;
 use std::time::Instant;
@@ -45,7 +45,7 @@ pub(super) struct OccluderBuffers {
     tasks: Vec<StoppedTask>,
     /// What stops them.
     occluders: Vec<Option<Hit>>,
-    /// A ray to the light of each lit occluder.
+    /// A ray for each light of an occluder.
     shadows: ShadowBatch,
     lit: Vec<LitOccluder>,
 }
@@ -62,22 +62,22 @@ struct StoppedTask {
     direction: Vec2,
 }
 
-/// An occluder that a lookup sees.
+/// An occluder that a lookup sees, in one light.
 #[derive(Clone, Copy, Debug)]
 struct LitOccluder {
     sample: u32,
     light_pass: LightPass,
-    /// What is scattered towards the camera where all light reaches the occluder, and where none does; both less what was already added.
+    /// What is scattered towards the camera where the light reaches the occluder, and where it does not; both less what was already added.
     open: Vec3,
     shadowed: Vec3,
 }
 
-/// Light on an occluder from one of its sources.
-struct OccluderIrradiance {
-    /// Irradiance without shadows, over the probability of the source.
+/// Light of the environment's own lights on an occluder.
+struct KeyIrradiance {
+    /// Irradiance without shadows by one of the lights, over its probability.
     irradiance: Vec3,
-    /// Direction to one of the environment's lights, chosen by luminance; `None` for the rest of the environment.
-    to_light: Option<Vec3>,
+    /// Direction to the light.
+    wi: Vec3,
 }
 
 impl Tracer<'_, '_> {
@@ -128,9 +128,10 @@ impl Tracer<'_, '_> {
         lit.clear();
         for ((ray, hit), task) in rays.iter().zip(&*occluders).zip(&*tasks) {
             let Some(hit) = hit.as_ref().filter(|hit| self.is_diffuse(hit)) else { continue };
-            let (occluder, to_light) = self.lit_occluder((ray, hit), task);
-            shadows.push(to_light, MediaStack::default());
-            lit.push(occluder);
+            for (occluder, to_light) in self.lit_occluder((ray, hit), task).into_iter().flatten() {
+                shadows.push(to_light, MediaStack::default());
+                lit.push(occluder);
+            }
         }
         let start = Instant::now();
         shadows.trace(self.context, &mut self.counters);
@@ -154,50 +155,50 @@ impl Tracer<'_, '_> {
         is_seen && !material.unlit && !transmits(material)
     }
 
-    /// The occluder of a task, and the ray that finds whether light reaches it.
-    fn lit_occluder(&self, (ray, hit): (&Ray, &Hit), stopped: &StoppedTask) -> (LitOccluder, Ray) {
+    /// The occluder of a task in the light of most of the environment and, if it faces any, in that of one of the environment's own lights; each with the
+    /// ray that finds whether that light reaches it.
+    fn lit_occluder(
+        &self,
+        (ray, hit): (&Ray, &Hit),
+        stopped: &StoppedTask,
+    ) -> [Option<(LitOccluder, Ray)>; 2] {
         let StoppedTask { task, light, cell, direction } = stopped;
         let ShadowTask { sample, light_pass, .. } = self.shadows.tasks[task.task as usize];
         let context = self.context;
         let point = SurfacePoint::flat(context.view, ray, hit);
         let normal = point.geometric_normal;
-        let OccluderIrradiance { irradiance, to_light } =
-            OccluderIrradiance::new(context, (point.position, normal), *light);
         let color = blurred_color_at(context.view, hit).clamp(Vec3::ZERO, Vec3::ONE);
-        let scattered = task.albedo * color;
-        let occluder = LitOccluder {
-            sample,
-            light_pass,
-            open: scattered * irradiance * FRAC_1_PI - task.reflected,
-            shadowed: task.reflected * color - task.reflected,
-        };
+        let scattered = task.albedo * color * FRAC_1_PI;
+        let end = point.shadow_end_outside(Vec3::ZERO);
+
         let directions = context.environment_directions.as_ref();
-        let sampled =
-            || directions.map_or(normal, |directions| directions.diffuse(normal, *direction, *cell));
-        let wi = to_light.unwrap_or_else(|| on_side(sampled(), normal, true));
-        (occluder, Ray::new(point.shadow_end_outside(Vec3::ZERO), wi))
+        let sampled = directions.map_or(normal, |directions| directions.diffuse(normal, *direction, *cell));
+        let open = scattered * context.view.environment.irradiance(normal) - task.reflected;
+        let shadowed = task.reflected * color - task.reflected;
+        let by_most = LitOccluder { sample, light_pass, open, shadowed };
+        let by_key = KeyIrradiance::new(context, (point.position, normal), *light).map(|key| {
+            let open = scattered * key.irradiance;
+            (LitOccluder { sample, light_pass, open, shadowed: Vec3::ZERO }, Ray::new(end, key.wi))
+        });
+        [Some((by_most, Ray::new(end, on_side(sampled, normal, true)))), by_key]
     }
 }
 
-impl OccluderIrradiance {
-    /// One source of the light on a flat surface, chosen by luminance. `u` is a random number in [0, 1).
-    fn new(context: &IntegratorContext<'_>, (position, normal): (Vec3, Vec3), u: f32) -> Self {
+impl KeyIrradiance {
+    /// One of the lights on a flat surface, chosen by luminance; `None` if none faces it. `u` is a random number in [0, 1).
+    fn new(context: &IntegratorContext<'_>, (position, normal): (Vec3, Vec3), u: f32) -> Option<Self> {
         let lights = || {
             let lights = context.environment_lights().iter();
             lights
                 .filter_map(|light| light.incidence(position))
                 .map(|incidence| (incidence.irradiance * incidence.wi.dot(normal).max(0.0), incidence.wi))
         };
-        let rest = context.view.environment.irradiance(normal);
-        let sum = luminance(rest) + lights().map(|(irradiance, _)| luminance(irradiance)).sum::<f32>();
+        let sum: f32 = lights().map(|(irradiance, _)| luminance(irradiance)).sum();
         let mut left = u * sum;
-        let chosen = lights().find(|(irradiance, _)| {
+        let (irradiance, wi) = lights().find(|(irradiance, _)| {
             left -= luminance(*irradiance);
             left < 0.0
-        });
-        let (source, to_light) = chosen.map_or((rest, None), |(irradiance, wi)| (irradiance, Some(wi)));
-        let of_source = luminance(source);
-        let irradiance = if of_source > 0.0 { source * (sum / of_source) } else { Vec3::ZERO };
-        Self { irradiance, to_light }
+        })?;
+        Some(Self { irradiance: irradiance * (sum / luminance(irradiance)), wi })
     }
 }

@@ -54,14 +54,14 @@ impl EnvironmentDirections {
 
     /// A direction from which light reaches a diffuse surface ([`LightGrid::diffuse`]); where none does, one of those from which other
     /// surfaces do, by their cosine.
-    pub(super) fn diffuse(&self, normal: Vec3, u: Vec2, u_choice: f32) -> Vec3 {
-        self.grid.diffuse(normal, u, u_choice).unwrap_or_else(|| cosine_direction(normal, u))
+    pub(super) fn diffuse(&self, normal: Vec3, (u, random): (Vec2, f32)) -> Vec3 {
+        self.grid.diffuse(normal, u, random).unwrap_or_else(|| cosine_direction(normal, u))
     }
 
     /// A direction of the lobe that prefiltered lookups average: GGX of `roughness` around `axis`, for a view along it, as far as it is within
     /// 90°. Of several ones, one is chosen by its luminance (Talbot, Cline and Egbert, "Importance Resampling for Global Illumination", 2005), any
     /// where all are dark.
-    pub(super) fn glossy(&self, axis: Vec3, roughness: f32, u: Vec2, u_choice: f32) -> Vec3 {
+    pub(super) fn glossy(&self, axis: Vec3, roughness: f32, (u, random): (Vec2, f32)) -> Vec3 {
         let candidates = LobeDirections::new(axis, roughness, u);
         let mut sums = [0.0; CANDIDATES];
         let mut sum = 0.0;
@@ -69,8 +69,8 @@ impl EnvironmentDirections {
             sum += self.grid.luminance_at_uv(uv);
             *sum_to = sum;
         }
-        let chosen = sums.iter().position(|sum_to| u_choice * sum < *sum_to);
-        let any = ((u_choice * CANDIDATES as f32) as usize).min(CANDIDATES - 1);
+        let chosen = sums.iter().position(|sum_to| random * sum < *sum_to);
+        let any = ((random * CANDIDATES as f32) as usize).min(CANDIDATES - 1);
         candidates.get(chosen.unwrap_or(any))
     }
 }

@@ -83,10 +83,17 @@ impl SampleSequence {
 
     /// [`SampleSequence::point`] of the dimension of `keys`, which are those of this seed.
     pub(crate) fn point_by(&self, keys: &DimensionKeys) -> Vec2 {
+        self.point_and_random_by(keys).0
+    }
+
+    /// [`SampleSequence::point`] of the dimension of `keys`, and a number in [0, 1) that is white noise, of 16 bits: those that the coordinates
+    /// leave. They are scrambled by all that are used.
+    pub(crate) fn point_and_random_by(&self, keys: &DimensionKeys) -> (Vec2, f32) {
         let index = self.shuffled_index(keys.shuffle);
         let x = scramble(bits_of_first_dimension(index), keys.x);
         let y = scramble(bits_of_second_dimension(index), keys.y);
-        Vec2::new(to_unit_interval(x), to_unit_interval(y))
+        let left = (x & 0xFF) << 8 | y & 0xFF;
+        (Vec2::new(to_unit_interval(x), to_unit_interval(y)), left as f32 / (1 << 16) as f32)
     }
 }
 

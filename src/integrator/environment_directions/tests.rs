@@ -134,9 +134,9 @@ fn directions_are_unit_vectors_of_their_hemisphere_and_lobe() {
     for (u, choice) in points(500) {
         let wi = directions.grid.diffuse(axis, u, choice).unwrap();
         assert!((wi.length() - 1.0).abs() < 1e-5 && wi.dot(axis) >= 0.0);
-        assert!((directions.glossy(axis, 0.0, u, choice) - axis).length() < 1e-6);
+        assert!((directions.glossy(axis, 0.0, (u, choice)) - axis).length() < 1e-6);
         for roughness in [0.5, 0.8, 1.0] {
-            let wide = directions.glossy(axis, roughness, u, choice);
+            let wide = directions.glossy(axis, roughness, (u, choice));
             assert!((wide.length() - 1.0).abs() < 1e-4 && wide.dot(axis) > -1e-5, "{wide}");
         }
     }
@@ -179,7 +179,7 @@ fn glossy_directions_in_lanes_have_the_bits_of_single_ones() {
         let mirrored = crate::geometry::spiral_direction(number as u32, 4000);
         let roughness = (number % 101) as f32 / 100.0;
         let expected = chosen_one_by_one(&directions, (mirrored, roughness), u, choice);
-        let found = directions.glossy(mirrored, roughness, u, choice);
+        let found = directions.glossy(mirrored, roughness, (u, choice));
         assert_eq!(found.to_array().map(f32::to_bits), expected.to_array().map(f32::to_bits));
     }
 }

@@ -1,17 +1,18 @@
 //! Shadows of the environment: what surfaces look up is multiplied by the light that sampled shadow rays let through.
 
 use arrayvec::ArrayVec;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::occluder_light::OccluderTask;
 use super::reflected_lobe::ReflectedLobe;
 use super::shading::Arrival;
 use super::shadow_queue::ShadowRay;
 use super::tracer::Tracer;
+use super::wavefront::RaySignature;
 use crate::color::luminance;
 use crate::geometry::Ray;
 use crate::integrator::environment_directions::EnvironmentDirections;
-use crate::integrator::zsobol::{DimensionKeys, SampleSequence};
+use crate::integrator::zsobol::DimensionKeys;
 use crate::integrator::{EnvSamples, GlassShadows, LightPass, MediaStack};
 
 /// Lookups of one surface: two lobes of each side, three of dispersed glass, and a coat.
@@ -53,18 +54,12 @@ pub(super) enum LookupLobe {
 pub(super) type EnvironmentLookups = ArrayVec<EnvironmentLookup, MAX_LOOKUPS>;
 
 impl LookupLobe {
-    /// A direction of the lobe, by the sample points of `keys`.
-    fn sample(
-        &self,
-        directions: &EnvironmentDirections,
-        sequence: &SampleSequence,
-        keys: &[DimensionKeys; DIMENSIONS as usize],
-    ) -> Vec3 {
-        let (u, u_choice) = (sequence.point_by(&keys[0]), sequence.number_by(&keys[1]));
+    /// A direction of the lobe, by a sample point and a random number.
+    fn sample(&self, directions: &EnvironmentDirections, sampled: (Vec2, f32)) -> Vec3 {
         match *self {
-            Self::Diffuse { normal } => directions.diffuse(normal, u, u_choice),
+            Self::Diffuse { normal } => directions.diffuse(normal, sampled),
             Self::Glossy(ReflectedLobe { direction, roughness }) => {
-                directions.glossy(direction, roughness, u, u_choice)
+                directions.glossy(direction, roughness, sampled)
             }
         }
     }
@@ -76,6 +71,8 @@ struct QueuedLookup<'l> {
     light_pass: LightPass,
     /// Number of its sample points, below [`MAX_NUMBERS`].
     number: usize,
+    /// Share of the light about which the rays decide.
+    share: f32,
     /// Whether what stops the rays is found and lit.
     traces_occluder: bool,
 }
@@ -117,12 +114,12 @@ impl Tracer<'_, '_> {
         let Arrival { signature, state, light_pass, .. } = *arrival;
         let light_pass = light_pass.unwrap_or(LightPass::Environment);
         let context = self.context;
-        if context.environment_directions.is_none() {
+        let Some(share) = self.decided_share(signature, state.sample) else {
             for lookup in lookups {
                 self.add(state.sample, light_pass, lookup.radiance);
             }
             return;
-        }
+        };
         let [brightest, _] = join_faint(lookups, context.mean_radiance);
         let passes_inside = context.settings.glass_shadows == GlassShadows::Straight;
         // Occluders are found for one lookup of a surface that a camera sees.
@@ -140,6 +137,7 @@ impl Tracer<'_, '_> {
                     lookup,
                     light_pass,
                     number: signature.index() * MAX_LOOKUPS + index,
+                    share,
                     traces_occluder: with_occluder == Some(number),
                 };
                 self.add_lookup(arrival, &queued, media, color);
@@ -148,6 +146,21 @@ impl Tracer<'_, '_> {
             }
             index += 1;
         }
+    }
+
+    /// The share of a surface's lookups about which shadow rays decide in a sample, if they do. Where they decide about a quarter or half of the light,
+    /// they do so in as many samples, of which every pixel has its part; so their number falls, and their noise is below that of all the light.
+    fn decided_share(&mut self, signature: RaySignature, sample: u32) -> Option<f32> {
+        let share = self.context.occluded_share;
+        self.context.environment_directions.as_ref()?;
+        let share_of_samples = match share {
+            ..=0.25 => 0.25,
+            ..=0.5 => 0.5,
+            _ => return Some(share),
+        };
+        let sequence = &self.sequences[sample as usize];
+        let [_, keys] = self.lookup_keys.get(sequence.seed(), signature.index() * MAX_LOOKUPS, 0);
+        (sequence.number_by(&keys) < share_of_samples).then_some(share / share_of_samples)
     }
 
     /// Adds one lookup behind shadow rays that start in `media`.
@@ -159,18 +172,18 @@ impl Tracer<'_, '_> {
         color: Vec3,
     ) {
         let Arrival { signature, state, point, .. } = *arrival;
-        let QueuedLookup { lookup, light_pass, number, traces_occluder } = *queued;
+        let QueuedLookup { lookup, light_pass, number, share, traces_occluder } = *queued;
         let EnvironmentLookup { radiance, albedo, lobe, is_outside } = *lookup;
         let context = self.context;
         let Some(directions) = &context.environment_directions else { return };
-        if context.occluded_share < 1.0 {
-            self.add(state.sample, light_pass, radiance * (1.0 - context.occluded_share));
+        if share < 1.0 {
+            self.add(state.sample, light_pass, radiance * (1.0 - share));
         }
         // What hides the environment reflects its light; a ray that arrives adds what is more, or takes away what is less.
         let reflected =
             if is_outside { albedo * context.mean_radiance * surrounding_light(color) } else { Vec3::ZERO };
         if reflected != Vec3::ZERO {
-            self.add(state.sample, light_pass, reflected * context.occluded_share);
+            self.add(state.sample, light_pass, reflected * share);
         }
         let radiance = radiance - reflected;
         if radiance == Vec3::ZERO && !traces_occluder {
@@ -186,10 +199,10 @@ impl Tracer<'_, '_> {
             point.shadow_end_inside(Vec3::ZERO)
         };
         let sequence = self.sequences[state.sample as usize];
-        let share = context.occluded_share / rays as f32;
+        let share = share / rays as f32;
         for ray in 0..rays {
-            let keys = self.lookup_keys.get(sequence.seed(), number, ray);
-            let sampled = lobe.sample(directions, &sequence, &keys);
+            let [keys, _] = self.lookup_keys.get(sequence.seed(), number, ray);
+            let sampled = lobe.sample(directions, sequence.point_and_random_by(&keys));
             let task = self.shadows.push(ShadowRay {
                 signature,
                 light: context.lights.len(),

@@ -56,10 +56,8 @@ struct StoppedTask {
     task: OccluderTask,
     /// Selects one of the environment's lights.
     light: f32,
-    /// Selects a cell of the environment.
-    cell: f32,
-    /// Selects a direction in the cell.
-    direction: Vec2,
+    /// Selects a direction, with a random number.
+    direction: (Vec2, f32),
 }
 
 /// An occluder that a lookup sees, in one light.
@@ -104,11 +102,10 @@ impl Tracer<'_, '_> {
             let Some(stopped) = queue.batches[batch as usize].occluded_ray(ray) else { continue };
             let sequence = &self.sequences[sample as usize];
             let keys = self.lookup_keys.get(sequence.seed(), task.lookup as usize, task.ray);
-            let [direction, choice] = keys.map(|keys| sequence.point_by(&keys));
-            let light = choice.x / context.bounce_share;
+            let light = sequence.number_by(&keys[1]) / context.bounce_share;
             if light < 1.0 {
                 rays.push(*stopped);
-                tasks.push(StoppedTask { task, light, cell: choice.y, direction });
+                tasks.push(StoppedTask { task, light, direction: sequence.point_and_random_by(&keys[0]) });
             }
         }
         // Shadow rays are stopped by either side, so batches, which pass the back of single-sided surfaces, would miss occluders.
@@ -162,7 +159,7 @@ impl Tracer<'_, '_> {
         (ray, hit): (&Ray, &Hit),
         stopped: &StoppedTask,
     ) -> [Option<(LitOccluder, Ray)>; 2] {
-        let StoppedTask { task, light, cell, direction } = stopped;
+        let StoppedTask { task, light, direction } = stopped;
         let ShadowTask { sample, light_pass, .. } = self.shadows.tasks[task.task as usize];
         let context = self.context;
         let point = SurfacePoint::flat(context.view, ray, hit);
@@ -172,7 +169,7 @@ impl Tracer<'_, '_> {
         let end = point.shadow_end_outside(Vec3::ZERO);
 
         let directions = context.environment_directions.as_ref();
-        let sampled = directions.map_or(normal, |directions| directions.diffuse(normal, *direction, *cell));
+        let sampled = directions.map_or(normal, |directions| directions.diffuse(normal, *direction));
         let open = scattered * context.view.environment.irradiance(normal) - task.reflected;
         let shadowed = task.reflected * color - task.reflected;
         let by_most = LitOccluder { sample, light_pass, open, shadowed };

@@ -141,7 +141,7 @@ fn every_batch_is_counted_once() {
 #[test]
 fn half_of_the_occluders_reflect_half_of_the_light_on_average() {
     let environment = Environment::BuiltIn(BuiltInLight::Studio);
-    with_context("material/metal_roughness_row", &environment, |context, camera| {
+    with_context("showcase/apartment", &environment, |context, camera| {
         let sum = |bounce_share: f32| {
             let mut context = context.clone();
             context.bounce_share = bounce_share;
@@ -152,6 +152,32 @@ fn half_of_the_occluders_reflect_half_of_the_light_on_average() {
         let [none, half, all] = [0.0, 0.5, 1.0].map(sum);
         let share = (half - none) / (all - none);
         assert!((share - 0.5).abs() < 0.15, "{share} of {}", all - none);
+    });
+}
+
+#[test]
+fn a_share_of_the_shadows_takes_fewer_rays_and_is_that_share_on_average() {
+    let environment = Environment::BuiltIn(BuiltInLight::Studio);
+    with_context("showcase/apartment", &environment, |context, camera| {
+        let render = |occluded_share: f32| {
+            let mut context = context.clone();
+            (context.occluded_share, context.bounce_share) = (occluded_share, 0.0);
+            let tracer = &mut Tracer::new(&context);
+            let all: Vec<usize> = (0..SAMPLES).collect();
+            let values = trace(tracer, camera, &all);
+            let light = values.iter().map(|value| value.radiance.element_sum()).sum::<f32>();
+            (light, tracer.take_statistics().shadow_rays as f32)
+        };
+        let [(light, rays), (shadowed, all_rays)] = [0.0, 1.0].map(render);
+        for (share, of_samples) in [(0.2, 0.25), (0.25, 0.25), (0.4, 0.5), (0.6, 1.0)] {
+            let (found, found_rays) = render(share);
+            let found_share = (found - light) / (shadowed - light);
+            assert!((found_share - share).abs() < 0.05, "{found_share} for {share}");
+            // Those of lamps, and a quarter of those of the environment, are among the rays of no share.
+            let lamp_rays = rays - (all_rays - rays) / 3.0;
+            let of_rays = (found_rays - lamp_rays) / (all_rays - lamp_rays);
+            assert!((of_rays - of_samples).abs() < 0.03, "{of_rays} for {of_samples}");
+        }
     });
 }
 

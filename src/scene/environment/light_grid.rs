@@ -92,22 +92,22 @@ impl LightGrid {
     }
 
     /// A direction from which light reaches a diffuse surface; `None` where none does. The density is that of the light times the cosine, by
-    /// cells, and interpolated between normals; in a cell it is that of the light by its parts. The place in a cell depends a little on which
-    /// normal was chosen.
-    pub(crate) fn diffuse(&self, normal: Vec3, u: Vec2, u_choice: f32) -> Option<Vec3> {
+    /// cells, and interpolated between normals; in a cell it is that of the light by its parts. The point `u` of the unit square is mapped to
+    /// directions row by row, so that stratified points are stratified directions; `random` selects a normal, which makes less of a difference.
+    pub(crate) fn diffuse(&self, normal: Vec3, u: Vec2, random: f32) -> Option<Vec3> {
         // One of the four normals around this one, by its share in a bilinear interpolation
-        let node = (LuminanceImage::uv_from_direction(normal) * NORMAL_STEPS as f32 + u).floor();
-        let node = node.min(Vec2::splat(NORMAL_STEPS as f32));
-        let node = node.y as usize * (NORMAL_STEPS + 1) + node.x as usize;
+        let low_bits = random * 256.0 - (random * 256.0) as u8 as f32;
+        let position = LuminanceImage::uv_from_direction(normal) * NORMAL_STEPS as f32;
+        let [column, row] =
+            [position.x + random, position.y + low_bits].map(|x| (x as usize).min(NORMAL_STEPS));
+        let node = row * (NORMAL_STEPS + 1) + column;
         let row_ends = self.row_ends.get(node * CELLS..)?.first_chunk::<CELLS>()?;
-        let chosen = u_choice * row_ends[CELLS - 1];
-        let row = node * CELLS + count_up_to(row_ends, chosen);
-        if row == (node + 1) * CELLS {
-            return None;
-        }
-        let cells = self.cumulative.get(row * CELLS..)?.first_chunk::<CELLS>()?;
-        let cell = row % CELLS * CELLS + count_up_to(cells, chosen);
-        let direction = direction_in(cell, self.cells.get(cell)?.place(u));
+        let row = part_of(row_ends, 0.0, u.y * row_ends[CELLS - 1])?;
+        let first = (node * CELLS + row.index) * CELLS;
+        let cells = self.cumulative.get(first..)?.first_chunk::<CELLS>()?;
+        let column = part_of(cells, row.start, row.start + u.x * row.sum)?;
+        let cell = row.index * CELLS + column.index;
+        let direction = direction_in(cell, self.cells.get(cell)?.place(Vec2::new(column.place, row.place)));
         // A cell, or a normal, may reach a little beyond the horizon.
         let height = direction.dot(normal);
         Some(if height < 0.0 { direction - normal * (2.0 * height) } else { direction })
@@ -195,6 +195,30 @@ fn part_at(shares: &CumulativeShares, u: f32) -> (usize, f32) {
 fn part_centers() -> impl Iterator<Item = (usize, Vec2)> {
     let center = |part: usize| (Vec2::new((part / PARTS) as f32, (part % PARTS) as f32) + 0.5) / PARTS as f32;
     (0..PARTS * PARTS).map(move |part| (part, center(part)))
+}
+
+/// A part of a whole that was chosen by its share.
+struct ChosenPart {
+    index: usize,
+    /// The sum of all parts before it.
+    start: f32,
+    /// What it adds to the sum.
+    sum: f32,
+    /// The place of the chosen number in it, from 0 to 1.
+    place: f32,
+}
+
+/// The part of a whole in which the number `chosen` lies, by the sums up to the end of each part. They begin at `start`. `None` where there is none.
+#[inline(always)]
+fn part_of(ends: &[f32; CELLS], start: f32, chosen: f32) -> Option<ChosenPart> {
+    // Rounding may reach the end of the whole.
+    let chosen = if chosen < ends[CELLS - 1] { chosen } else { ends[CELLS - 1].next_down() };
+    let index = count_up_to(ends, chosen);
+    let end = *ends.get(index)?;
+    let start = if index == 0 { start } else { ends[index - 1] };
+    let sum = end - start;
+    let place = ((chosen - start) / sum).clamp(0.0, 1.0);
+    (sum > 0.0).then_some(ChosenPart { index, start, sum, place })
 }
 
 /// How many of the sums are at most `chosen`. They never decrease, so that this is a search; counting all takes no branch and is done in lanes.

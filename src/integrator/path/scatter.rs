@@ -33,7 +33,9 @@ impl Tracer<'_, '_> {
         // A guided ray has less weight because it finds more light.
         let unguided_ratio = (shaded.state.unguided_ratio * unguided_ratio).clamp(1.0, 1e6);
         let survival = largest * unguided_ratio;
-        if depth >= ROULETTE_DEPTH && survival < 1.0 {
+        // A ray that was guided to a mirror or clear glass most likely finds light there.
+        let is_guided = sample.is_smooth && unguided_ratio > 1.0;
+        if depth >= ROULETTE_DEPTH && survival < 1.0 && !is_guided {
             if choices.y >= survival {
                 return sample.is_smooth;
             }

@@ -119,6 +119,11 @@ impl ShadowBatch {
         self.is_occluded[index as usize].then(|| &self.rays[index as usize])
     }
 
+    /// The volumes in which a ray starts.
+    pub(super) fn media(&self, index: u32) -> &MediaStack {
+        &self.media[index as usize]
+    }
+
     /// The direction of a ray.
     pub(super) fn direction(&self, index: u32) -> Vec3 {
         self.rays[index as usize].direction

@@ -2,7 +2,8 @@
 //!
 //! The closest opaque surface along a stopped ray is taken to be flat and diffuse, of its base colour. It receives the environment's irradiance and its own
 //! lights, as far as two shadow rays let them through: one to one of these lights, one along a direction from which the rest comes. Where
-//! the latter is stopped, too, it receives what was estimated for an unknown occluder of the looked-up light.
+//! the latter is stopped, too, it receives what was estimated for an unknown occluder of the looked-up light. What transparent surfaces before it
+//! absorb is lost.
 
 use std::f32::consts::FRAC_1_PI;
 use std::time::Instant;
@@ -20,6 +21,7 @@ use crate::integrator::glass_passage::GlassPassage;
 use crate::integrator::shadow::{ShadowBatch, stops_light};
 use crate::integrator::{IntegratorContext, LightPass, MediaStack};
 use crate::interaction::{SurfacePoint, blurred_color_at};
+use crate::scene::{AlphaMode, Material};
 
 /// A shadow ray of a lookup whose occluder is lit, if there is one.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +47,8 @@ pub(super) struct OccluderBuffers {
     tasks: Vec<StoppedTask>,
     /// What stops them.
     occluders: Vec<Option<Hit>>,
+    /// The ways from the surfaces to their occluders, where something may dim them.
+    ways: ShadowBatch,
     /// A ray for each light of an occluder.
     shadows: ShadowBatch,
     lit: Vec<LitOccluder>,
@@ -58,6 +62,14 @@ struct StoppedTask {
     light: f32,
     /// Selects a direction, with a random number.
     direction: (Vec2, f32),
+}
+
+/// What stops a shadow ray.
+struct FoundOccluder<'o> {
+    ray: &'o Ray,
+    hit: &'o Hit,
+    /// Share of its light that transparent surfaces before it let through.
+    transmittance: Vec3,
 }
 
 /// An occluder that a lookup sees, in one light.
@@ -118,14 +130,41 @@ impl Tracer<'_, '_> {
         self.statistics.shadow_rays += rays.len() as u64;
     }
 
+    /// Finds the transparent surfaces before all occluders, where there may be any.
+    fn trace_ways(&mut self, buffers: &mut OccluderBuffers) {
+        let OccluderBuffers { rays, tasks, occluders, ways, .. } = buffers;
+        ways.clear();
+        if !self.context.view.frame.materials.iter().any(may_dim) {
+            return;
+        }
+        for ((ray, hit), stopped) in rays.iter().zip(&*occluders).zip(&*tasks) {
+            let ShadowTask { batch, ray: index, .. } = self.shadows.tasks[stopped.task.task as usize];
+            let media = self.shadows.batches[batch as usize].media(index).clone();
+            // Hits at the end are ignored.
+            let end = hit.as_ref().map_or(ray.t_min, |hit| hit.t);
+            ways.push(Ray { t_max: end, ..*ray }, media);
+        }
+        let start = Instant::now();
+        ways.trace(self.context, &mut self.counters);
+        self.statistics.query_seconds += seconds_since(start);
+        self.statistics.shadow_rays += rays.len() as u64;
+    }
+
     /// Adds the light that found occluders scatter into their lookups.
     fn light_occluders(&mut self, buffers: &mut OccluderBuffers) {
-        let OccluderBuffers { rays, tasks, occluders, shadows, lit } = buffers;
+        self.trace_ways(buffers);
+        let OccluderBuffers { rays, tasks, occluders, ways, shadows, lit } = buffers;
         shadows.clear();
         lit.clear();
-        for ((ray, hit), task) in rays.iter().zip(&*occluders).zip(&*tasks) {
+        for (index, ((ray, hit), task)) in rays.iter().zip(&*occluders).zip(&*tasks).enumerate() {
             let Some(hit) = hit.as_ref().filter(|hit| self.is_diffuse(hit)) else { continue };
-            for (occluder, to_light) in self.lit_occluder((ray, hit), task).into_iter().flatten() {
+            let transmittance = if ways.is_empty() {
+                Vec3::ONE
+            } else {
+                ways.transmittance(self.context, index as u32, &mut self.counters).transmittance
+            };
+            let occluder = FoundOccluder { ray, hit, transmittance };
+            for (occluder, to_light) in self.lit_occluder(&occluder, task).into_iter().flatten() {
                 shadows.push(to_light, MediaStack::default());
                 lit.push(occluder);
             }
@@ -156,7 +195,7 @@ impl Tracer<'_, '_> {
     /// ray that finds whether that light reaches it.
     fn lit_occluder(
         &self,
-        (ray, hit): (&Ray, &Hit),
+        &FoundOccluder { ray, hit, transmittance }: &FoundOccluder<'_>,
         stopped: &StoppedTask,
     ) -> [Option<(LitOccluder, Ray)>; 2] {
         let StoppedTask { task, light, direction } = stopped;
@@ -165,13 +204,13 @@ impl Tracer<'_, '_> {
         let point = SurfacePoint::flat(context.view, ray, hit);
         let normal = point.geometric_normal;
         let color = blurred_color_at(context.view, hit).clamp(Vec3::ZERO, Vec3::ONE);
-        let scattered = task.albedo * color * FRAC_1_PI;
+        let scattered = task.albedo * transmittance * color * FRAC_1_PI;
         let end = point.shadow_end_outside(Vec3::ZERO);
 
         let directions = context.environment_directions.as_ref();
         let sampled = directions.map_or(normal, |directions| directions.diffuse(normal, *direction));
         let open = scattered * context.view.environment.irradiance(normal) - task.reflected;
-        let shadowed = task.reflected * color - task.reflected;
+        let shadowed = task.reflected * transmittance * color - task.reflected;
         let by_most = LitOccluder { sample, light_pass, open, shadowed };
         let by_key = KeyIrradiance::new(context, (point.position, normal), *light).map(|key| {
             let open = scattered * key.irradiance;
@@ -179,6 +218,11 @@ impl Tracer<'_, '_> {
         });
         [Some((by_most, Ray::new(end, on_side(sampled, normal, true)))), by_key]
     }
+}
+
+/// Whether light that passes surfaces of a material may be dimmed.
+fn may_dim(material: &Material) -> bool {
+    material.alpha_mode == AlphaMode::Blend || transmits(material)
 }
 
 impl KeyIrradiance {

@@ -3,7 +3,9 @@
 use glam::Vec3;
 use rayframe::error::Result;
 use rayframe::render::{EnvSamples, Integrator};
-use rayframe::scene::{Environment, EnvironmentImage, EnvironmentMap, Ground, Material, Primitive};
+use rayframe::scene::{
+    AlphaMode, Environment, EnvironmentImage, EnvironmentMap, Ground, Material, Primitive,
+};
 
 use super::path::{floor, middle, square_form_factor};
 use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle};
@@ -203,6 +205,25 @@ fn the_colors_of_occluders_bleed() {
     let mut stage = stage(4096);
     beside_a_wall(&mut stage, 1.0, color);
     assert_close(middle(&stage), expected(1.0), 0.008);
+}
+
+#[test]
+fn transparent_surfaces_dim_the_light_of_occluders() {
+    // A small black pane beside the seen point covers half of the wall, and hides next to nothing of the sky from that.
+    let color = Vec3::new(0.9, 0.4, 0.0);
+    let seen = |integrator: Integrator| {
+        let mut stage = stage(4096);
+        stage.settings.integrator = integrator;
+        beside_a_wall(&mut stage, 0.5, color);
+        let pane = rectangle(Vec3::new(0.0, 0.05, -2e-3), Vec3::X * 0.1, Vec3::Y * 0.05);
+        let black = Material { base_color: glam::Vec4::new(0.0, 0.0, 0.0, 0.5), ..lambert(Vec3::ZERO) };
+        stage.add(pane, Material { alpha_mode: AlphaMode::Blend, double_sided: true, ..black });
+        middle(&stage)
+    };
+    let wall = color * 0.5 * (1.0 + 0.5 / 1.5);
+    let expected = (Vec3::ONE + wall * 0.5) * 0.25;
+    assert_close(seen(Integrator::Whitted), expected, 0.004);
+    assert_close(seen(Integrator::Path), expected, 0.01);
 }
 
 #[test]

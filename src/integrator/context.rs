@@ -66,6 +66,8 @@ pub struct IntegratorContext<'a> {
     pub(super) path_guide: Option<Arc<PathGuide>>,
     /// Share of the environment's light that shadow rays decide about.
     pub(super) occluded_share: f32,
+    /// Share of the samples whose lookups send these rays.
+    pub(super) traced_samples: f32,
     /// Share of what the occluders of those rays reflect for which the occluders are found; the rest is estimated without.
     pub(super) bounce_share: f32,
     /// Sample points of paths and of shadow rays to the environment.
@@ -122,6 +124,7 @@ impl<'a> IntegratorContext<'a> {
             visible_environment: if is_path { VisibleEnvironment::new(view).map(Arc::new) } else { None },
             path_guide: None,
             occluded_share,
+            traced_samples: traced_samples(occluded_share, &settings),
             bounce_share,
             sample_points: (is_path || traces_environment).then(|| sample_points(view.frame, &settings)),
             uses_seeds: uses_seeds(view.frame, &settings),
@@ -219,6 +222,15 @@ fn traced_shares(view: SceneView<'_>, env_samples: EnvSamples) -> [f32; 2] {
             })
         }
     }
+}
+
+/// The share of the samples that trace shadow rays to the environment where these decide about a share of its light: 1/4, 1/2 or all. They are as few only
+/// where each pixel takes its part of them, and no pixel takes more samples where they differ.
+pub(super) fn traced_samples(occluded_share: f32, settings: &IntegratorSettings) -> f32 {
+    let IntegratorSettings { samples, max_samples, .. } = *settings;
+    let divisors = [4, 2].into_iter().filter(|divisor| samples == max_samples && samples % divisor == 0);
+    let mut shares = divisors.map(|divisor: u32| 1.0 / divisor as f32);
+    shares.find(|share| occluded_share <= *share).unwrap_or(1.0)
 }
 
 /// Share of all directions in which the camera sees the environment, past glass and surfaces that are more than half transparent.

@@ -15,7 +15,7 @@ use crate::geometry::sin_cos_of_turn;
 use crate::scene::{Environment, LightGrid, LuminanceImage};
 
 /// The golden ratio less one: the share of a turn from one candidate to the next.
-const GOLDEN_SHARE: f32 = 0.618_034;
+pub(super) const GOLDEN_SHARE: f32 = 0.618_034;
 
 /// Directions of a rough lobe among which one is chosen.
 const CANDIDATES: usize = 4;

@@ -73,6 +73,8 @@ pub struct IntegratorSettings {
     pub integrator: Integrator,
     /// Settings of [`Integrator::Path`].
     pub path: PathSettings,
+    /// Samples that every pixel takes.
+    pub samples: u32,
     /// Samples that a pixel takes at most.
     pub max_samples: u32,
     /// Deepest reflection or refraction; 0 shows only what the camera sees.
@@ -99,6 +101,7 @@ impl Default for IntegratorSettings {
         Self {
             integrator: Integrator::Whitted,
             path: PathSettings::default(),
+            samples: 4,
             max_samples: 4,
             max_depth: 8,
             glass_shadows: GlassShadows::Straight,

@@ -86,8 +86,8 @@ impl SampleSequence {
         self.point_and_random_by(keys).0
     }
 
-    /// [`SampleSequence::point`] of the dimension of `keys`, and a number in [0, 1) that is white noise, of 16 bits: those that the coordinates
-    /// leave. They are scrambled by all that are used.
+    /// [`SampleSequence::point`] of the dimension of `keys`, and a number in [0, 1) that is white noise, of 16 bits: those below the ones
+    /// that the coordinates use, on which their scrambling depends.
     pub(crate) fn point_and_random_by(&self, keys: &DimensionKeys) -> (Vec2, f32) {
         let index = self.shuffled_index(keys.shuffle);
         let x = scramble(bits_of_first_dimension(index), keys.x);

@@ -79,6 +79,7 @@ fn integrator_settings(settings: &RenderSettings) -> IntegratorSettings {
     IntegratorSettings {
         integrator: settings.integrator,
         path: settings.path,
+        samples: settings.samples,
         max_samples: settings.adaptive.map_or(settings.samples, |adaptive| adaptive.max_samples),
         max_depth: settings.max_depth,
         glass_shadows: settings.glass_shadows,

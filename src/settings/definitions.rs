@@ -183,7 +183,7 @@ settings! {
     glossy: Whole<u32, 0, 4096> = 0, Image { value_name: "N" }
     /// Shadow rays of the whitted integrator towards the environment
     /// for each lookup at the first surface; surfaces in mirrors and behind glass send one. What stops a ray of the first surface is found and lit, so that light of the environment bounces once. 0 lights surfaces as if nothing stood around them. auto is 1, or 4 on shadow catchers and the ground, except where what casts shadows fills a small part of the sky; but where the camera is inside a closed space
-    /// the shadows fade out: without bounces of light it would be black
+    /// the shadows fade out, with fewer rays: without bounces of light it would be black
     env_samples: EnvSamplesType = EnvSamples::Auto, Image { value_name: "N|auto" }
     /// Shadows of glass
     glass_shadows: OneOf<GlassShadows> = GlassShadows::Straight, Image { value_name: "KIND" }

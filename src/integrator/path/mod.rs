@@ -9,8 +9,8 @@
 //! * **Lights that rays cannot hit**, those of `KHR_lights_punctual` and key lights, are found by shadow rays alone, which pass glass straight, as in
 //!   Whitted's tree. Shadow rays to the other lights end at glass, except at clear thin walls; the sampled rays bring the light that glass bends.
 //! * **Light that mirrors and glass focus** is found by sampled rays alone, which photons guide.
-//! * Paths end by Russian roulette on the weight that they would have without guiding, so that the mean stays what it is; in mirrors and glass to
-//!   which they were guided, not at all.
+//! * Paths end by Russian roulette on the weight that they would have without guiding, so that the mean stays what it is; once
+//!   they were guided, not in mirrors and clear glass.
 //!
 //! A sample's numbers are points of one sequence (`zsobol`), by (pixel, sample, dimension): they do not depend on batches and threads.
 

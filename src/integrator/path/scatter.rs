@@ -33,7 +33,7 @@ impl Tracer<'_, '_> {
         // A guided ray has less weight because it finds more light.
         let unguided_ratio = (shaded.state.unguided_ratio * unguided_ratio).clamp(1.0, 1e6);
         let survival = largest * unguided_ratio;
-        // A ray that was guided to a mirror or clear glass most likely finds light there.
+        // Behind the mirror or clear glass of a path that was guided there most likely is light.
         let is_guided = sample.is_smooth && unguided_ratio > 1.0;
         if depth >= ROULETTE_DEPTH && survival < 1.0 && !is_guided {
             if choices.y >= survival {

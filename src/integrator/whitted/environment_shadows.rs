@@ -8,7 +8,6 @@ use super::reflected_lobe::ReflectedLobe;
 use super::shading::Arrival;
 use super::shadow_queue::ShadowRay;
 use super::tracer::Tracer;
-use super::wavefront::RaySignature;
 use crate::color::luminance;
 use crate::geometry::Ray;
 use crate::integrator::environment_directions::EnvironmentDirections;
@@ -71,8 +70,6 @@ struct QueuedLookup<'l> {
     light_pass: LightPass,
     /// Number of its sample points, below [`MAX_NUMBERS`].
     number: usize,
-    /// Share of the light about which the rays decide.
-    share: f32,
     /// Whether what stops the rays is found and lit.
     traces_occluder: bool,
 }
@@ -114,12 +111,12 @@ impl Tracer<'_, '_> {
         let Arrival { signature, state, light_pass, .. } = *arrival;
         let light_pass = light_pass.unwrap_or(LightPass::Environment);
         let context = self.context;
-        let Some(share) = self.decided_share(signature, state.sample) else {
+        if context.environment_directions.is_none() {
             for lookup in lookups {
                 self.add(state.sample, light_pass, lookup.radiance);
             }
             return;
-        };
+        }
         let [brightest, _] = join_faint(lookups, context.mean_radiance);
         let passes_inside = context.settings.glass_shadows == GlassShadows::Straight;
         // Occluders are found for one lookup of a surface that a camera sees.
@@ -137,7 +134,6 @@ impl Tracer<'_, '_> {
                     lookup,
                     light_pass,
                     number: signature.index() * MAX_LOOKUPS + index,
-                    share,
                     traces_occluder: with_occluder == Some(number),
                 };
                 self.add_lookup(arrival, &queued, media, color);
@@ -146,21 +142,6 @@ impl Tracer<'_, '_> {
             }
             index += 1;
         }
-    }
-
-    /// The share of a surface's lookups about which shadow rays decide in a sample, if they do. Where they decide about a quarter or half of the light,
-    /// they do so in as many samples, of which every pixel has its part; so their number falls, and their noise is below that of all the light.
-    fn decided_share(&mut self, signature: RaySignature, sample: u32) -> Option<f32> {
-        let share = self.context.occluded_share;
-        self.context.environment_directions.as_ref()?;
-        let share_of_samples = match share {
-            ..=0.25 => 0.25,
-            ..=0.5 => 0.5,
-            _ => return Some(share),
-        };
-        let sequence = &self.sequences[sample as usize];
-        let [_, keys] = self.lookup_keys.get(sequence.seed(), signature.index() * MAX_LOOKUPS, 0);
-        (sequence.number_by(&keys) < share_of_samples).then_some(share / share_of_samples)
     }
 
     /// Adds one lookup behind shadow rays that start in `media`.
@@ -172,10 +153,19 @@ impl Tracer<'_, '_> {
         color: Vec3,
     ) {
         let Arrival { signature, state, point, .. } = *arrival;
-        let QueuedLookup { lookup, light_pass, number, share, traces_occluder } = *queued;
+        let QueuedLookup { lookup, light_pass, number, traces_occluder } = *queued;
         let EnvironmentLookup { radiance, albedo, lobe, is_outside } = *lookup;
         let context = self.context;
         let Some(directions) = &context.environment_directions else { return };
+        let sequence = self.sequences[state.sample as usize];
+        let [keys, _] = self.lookup_keys.get(sequence.seed(), number, 0);
+        let (mut u, random) = sequence.point_and_random_by(&keys);
+        // Points of which one coordinate is below a limit are as well distributed as all.
+        if u.x >= context.traced_samples {
+            return self.add(state.sample, light_pass, radiance);
+        }
+        u.x /= context.traced_samples;
+        let share = context.occluded_share / context.traced_samples;
         if share < 1.0 {
             self.add(state.sample, light_pass, radiance * (1.0 - share));
         }
@@ -198,15 +188,19 @@ impl Tracer<'_, '_> {
         } else {
             point.shadow_end_inside(Vec3::ZERO)
         };
-        let sequence = self.sequences[state.sample as usize];
         let share = share / rays as f32;
         for ray in 0..rays {
-            let [keys, _] = self.lookup_keys.get(sequence.seed(), number, ray);
-            let sampled = lobe.sample(directions, sequence.point_and_random_by(&keys));
+            let sampled = if ray == 0 {
+                (u, random)
+            } else {
+                let [keys, _] = self.lookup_keys.get(sequence.seed(), number, ray);
+                sequence.point_and_random_by(&keys)
+            };
+            let direction = lobe.sample(directions, sampled);
             let task = self.shadows.push(ShadowRay {
                 signature,
                 light: context.lights.len(),
-                ray: Ray::new(end, on_side(sampled, point.geometric_normal, is_outside)),
+                ray: Ray::new(end, on_side(direction, point.geometric_normal, is_outside)),
                 sample: state.sample,
                 light_pass,
                 contribution: radiance * share,

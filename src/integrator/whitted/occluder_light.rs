@@ -47,8 +47,8 @@ pub(super) struct OccluderBuffers {
     tasks: Vec<StoppedTask>,
     /// What stops them.
     occluders: Vec<Option<Hit>>,
-    /// The ways from the surfaces to their occluders, where something may dim them.
-    ways: ShadowBatch,
+    /// The rays as far as their occluders, where something may dim these.
+    segments: ShadowBatch,
     /// A ray for each light of an occluder.
     shadows: ShadowBatch,
     lit: Vec<LitOccluder>,
@@ -131,10 +131,10 @@ impl Tracer<'_, '_> {
     }
 
     /// Finds the transparent surfaces before all occluders, where there may be any.
-    fn trace_ways(&mut self, buffers: &mut OccluderBuffers) {
-        let OccluderBuffers { rays, tasks, occluders, ways, .. } = buffers;
-        ways.clear();
-        if !self.context.view.frame.materials.iter().any(may_dim) {
+    fn trace_segments(&mut self, buffers: &mut OccluderBuffers) {
+        let OccluderBuffers { rays, tasks, occluders, segments, .. } = buffers;
+        segments.clear();
+        if !self.context.view.frame.materials.iter().any(may_dim_light) {
             return;
         }
         for ((ray, hit), stopped) in rays.iter().zip(&*occluders).zip(&*tasks) {
@@ -142,26 +142,28 @@ impl Tracer<'_, '_> {
             let media = self.shadows.batches[batch as usize].media(index).clone();
             // Hits at the end are ignored.
             let end = hit.as_ref().map_or(ray.t_min, |hit| hit.t);
-            ways.push(Ray { t_max: end, ..*ray }, media);
+            segments.push(Ray { t_max: end, ..*ray }, media);
         }
         let start = Instant::now();
-        ways.trace(self.context, &mut self.counters);
+        segments.trace(self.context, &mut self.counters);
         self.statistics.query_seconds += seconds_since(start);
         self.statistics.shadow_rays += rays.len() as u64;
     }
 
     /// Adds the light that found occluders scatter into their lookups.
     fn light_occluders(&mut self, buffers: &mut OccluderBuffers) {
-        self.trace_ways(buffers);
-        let OccluderBuffers { rays, tasks, occluders, ways, shadows, lit } = buffers;
+        self.trace_segments(buffers);
+        let OccluderBuffers { rays, tasks, occluders, segments, shadows, lit } = buffers;
         shadows.clear();
         lit.clear();
         for (index, ((ray, hit), task)) in rays.iter().zip(&*occluders).zip(&*tasks).enumerate() {
             let Some(hit) = hit.as_ref().filter(|hit| self.is_diffuse(hit)) else { continue };
-            let transmittance = if ways.is_empty() {
+            let transmittance = if segments.is_empty() {
                 Vec3::ONE
             } else {
-                ways.transmittance(self.context, index as u32, &mut self.counters).transmittance
+                let segment = segments.transmittance(self.context, index as u32, &mut self.counters);
+                self.statistics.transparency_limit_reached += u64::from(segment.limit_reached);
+                segment.transmittance
             };
             let occluder = FoundOccluder { ray, hit, transmittance };
             for (occluder, to_light) in self.lit_occluder(&occluder, task).into_iter().flatten() {
@@ -221,7 +223,7 @@ impl Tracer<'_, '_> {
 }
 
 /// Whether light that passes surfaces of a material may be dimmed.
-fn may_dim(material: &Material) -> bool {
+fn may_dim_light(material: &Material) -> bool {
     material.alpha_mode == AlphaMode::Blend || transmits(material)
 }
 

@@ -12,7 +12,7 @@ use super::wavefront::{RaySlot, Wavefront};
 use crate::bvh::Hit;
 use crate::color::luminance;
 use crate::geometry::Ray;
-use crate::integrator::environment_directions::EnvironmentDirections;
+use crate::integrator::environment_directions::{EnvironmentDirections, GOLDEN_SHARE};
 use crate::integrator::random::{Purpose, r2_moved};
 use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::zsobol::SampleSequence;
@@ -277,8 +277,8 @@ impl Tracer<'_, '_> {
         let Some(cone) = cone else {
             let choice = point(1).x;
             for number in 0..rays {
-                let choice = (choice + number as f32 / rays as f32).fract();
-                if let Some(wi) = directions.grid.diffuse(receiver.normal, r2_moved(u, number), choice) {
+                let random = (choice + number as f32 * GOLDEN_SHARE).fract();
+                if let Some(wi) = directions.grid.diffuse(receiver.normal, r2_moved(u, number), random) {
                     add(wi, share);
                 }
             }

@@ -209,3 +209,36 @@ fn errors_of_neighbouring_pixels_cancel() {
     let independent = (1.0 / 9.0 - 1.0 / 16.0) / 16.0;
     assert!(variance < 0.1 * independent, "{variance} {independent}");
 }
+
+#[test]
+fn what_coordinates_leave_is_white_noise() {
+    let sampler = ZSobol::new(4, 3);
+    let count = 1 << 16;
+    let found: Vec<(Vec2, f32)> = (0..count)
+        .map(|i| {
+            let sequence = sampler.sequence((i / 4 % 128, i / 512), i % 4);
+            let keys = DimensionKeys::new(sequence.seed(), 6);
+            let (point, random) = sequence.point_and_random_by(&keys);
+            assert_eq!(point, sequence.point(6));
+            (point, random)
+        })
+        .collect();
+    let low = |random: f32| (random * 256.0).fract();
+    for correlated in [
+        correlation(found.iter().map(|&(point, random)| (point.x, random))),
+        correlation(found.iter().map(|&(point, random)| (point.y, random))),
+        correlation(found.iter().map(|&(_, random)| (random, low(random)))),
+        correlation(found.windows(2).map(|pair| (pair[0].1, pair[1].1))),
+    ] {
+        assert!(correlated.abs() < 0.016, "{correlated}");
+    }
+    // Both bytes are uniform: chi-squared with 255 degrees of freedom exceeds 360 once in 50 000 times, and falls below 170 as seldom.
+    for byte in [|random: f32| random, |random: f32| (random * 256.0).fract()] {
+        let mut counts = [0_u32; 256];
+        for &(_, random) in &found {
+            counts[(byte(random) * 256.0) as usize] += 1;
+        }
+        let chi_squared: f64 = counts.iter().map(|&n| (f64::from(n) - 256.0).powi(2) / 256.0).sum();
+        assert!((170.0..360.0).contains(&chi_squared), "{chi_squared}");
+    }
+}

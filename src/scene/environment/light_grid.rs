@@ -98,9 +98,8 @@ impl LightGrid {
         // One of the four normals around this one, by its share in a bilinear interpolation
         let low_bits = random * 256.0 - (random * 256.0) as u8 as f32;
         let position = LuminanceImage::uv_from_direction(normal) * NORMAL_STEPS as f32;
-        let [column, row] =
-            [position.x + random, position.y + low_bits].map(|x| (x as usize).min(NORMAL_STEPS));
-        let node = row * (NORMAL_STEPS + 1) + column;
+        let [x, y] = [position.x + random, position.y + low_bits].map(|x| (x as usize).min(NORMAL_STEPS));
+        let node = y * (NORMAL_STEPS + 1) + x;
         let row_ends = self.row_ends.get(node * CELLS..)?.first_chunk::<CELLS>()?;
         let row = part_of(row_ends, 0.0, u.y * row_ends[CELLS - 1])?;
         let first = (node * CELLS + row.index) * CELLS;
@@ -204,21 +203,24 @@ struct ChosenPart {
     start: f32,
     /// What it adds to the sum.
     sum: f32,
-    /// The place of the chosen number in it, from 0 to 1.
+    /// The place of the chosen number in it, in [0, 1).
     place: f32,
 }
 
-/// The part of a whole in which the number `chosen` lies, by the sums up to the end of each part. They begin at `start`. `None` where there is none.
+/// The part of a whole in which the number `chosen` lies, by the sums up to the end of each part. They begin at `start`. `None` where the whole is nothing,
+/// or too much for numbers.
 #[inline(always)]
 fn part_of(ends: &[f32; CELLS], start: f32, chosen: f32) -> Option<ChosenPart> {
-    // Rounding may reach the end of the whole.
-    let chosen = if chosen < ends[CELLS - 1] { chosen } else { ends[CELLS - 1].next_down() };
+    const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+    let end_of_all = ends[CELLS - 1];
+    // Rounding may reach it.
+    let chosen = if chosen < end_of_all { chosen } else { end_of_all.next_down() };
     let index = count_up_to(ends, chosen);
     let end = *ends.get(index)?;
     let start = if index == 0 { start } else { ends[index - 1] };
     let sum = end - start;
-    let place = ((chosen - start) / sum).clamp(0.0, 1.0);
-    (sum > 0.0).then_some(ChosenPart { index, start, sum, place })
+    let place = ((chosen - start) / sum).clamp(0.0, BELOW_ONE);
+    (sum > 0.0 && end_of_all < f32::INFINITY).then_some(ChosenPart { index, start, sum, place })
 }
 
 /// How many of the sums are at most `chosen`. They never decrease, so that this is a search; counting all takes no branch and is done in lanes.

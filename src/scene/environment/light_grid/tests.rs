@@ -50,6 +50,29 @@ fn counting_sums_is_a_search() {
 }
 
 #[test]
+fn parts_are_chosen_by_their_share() {
+    // Five parts of 2, of which each begins where three dark ones end
+    let ends: [f32; CELLS] = std::array::from_fn(|i| 10.0 + 2.0 * ((i + 1) / 4).min(5) as f32);
+    for (chosen, index, start, place) in [
+        (10.0, 3, 10.0, 0.0),
+        (11.5, 3, 10.0, 0.75),
+        (12.0, 7, 12.0, 0.0),
+        (19.0, 19, 18.0, 0.5),
+        // Rounding may reach the end.
+        (20.0, 19, 18.0, 1.0),
+    ] {
+        let part = part_of(&ends, 10.0, chosen).unwrap();
+        assert_eq!((part.index, part.start, part.sum), (index, start, 2.0), "{chosen}");
+        assert!((part.place - place).abs() < 1e-6, "{chosen}: {}", part.place);
+    }
+    for dark in [0.0, 7.0, f32::NAN] {
+        assert!(part_of(&[dark; CELLS], dark, dark).is_none());
+    }
+    let overflow = ends.map(|sum| if sum > 15.0 { f32::INFINITY } else { sum });
+    assert!(part_of(&overflow, 10.0, 11.0).is_none());
+}
+
+#[test]
 fn grids_are_kept_where_the_light_stays_the_same() {
     let studio = || Environment::BuiltIn(BuiltInLight::Studio);
     assert!(Arc::ptr_eq(&studio().light_grid(), &studio().light_grid()));

@@ -11,7 +11,7 @@ use super::tracer::Tracer;
 use crate::color::luminance;
 use crate::geometry::Ray;
 use crate::integrator::environment_directions::EnvironmentDirections;
-use crate::integrator::zsobol::DimensionKeys;
+use crate::integrator::zsobol::{DimensionKeys, SampleSequence};
 use crate::integrator::{EnvSamples, GlassShadows, LightPass, MediaStack};
 
 /// Lookups of one surface: two lobes of each side, three of dispersed glass, and a coat.
@@ -158,13 +158,9 @@ impl Tracer<'_, '_> {
         let context = self.context;
         let Some(directions) = &context.environment_directions else { return };
         let sequence = self.sequences[state.sample as usize];
-        let [keys, _] = self.lookup_keys.get(sequence.seed(), number, 0);
-        let (mut u, random) = sequence.point_and_random_by(&keys);
-        // Points of which one coordinate is below a limit are as well distributed as all.
-        if u.x >= context.traced_samples {
+        let Some(first) = self.first_point(&sequence, number) else {
             return self.add(state.sample, light_pass, radiance);
-        }
-        u.x /= context.traced_samples;
+        };
         let share = context.occluded_share / context.traced_samples;
         if share < 1.0 {
             self.add(state.sample, light_pass, radiance * (1.0 - share));
@@ -190,12 +186,7 @@ impl Tracer<'_, '_> {
         };
         let share = share / rays as f32;
         for ray in 0..rays {
-            let sampled = if ray == 0 {
-                (u, random)
-            } else {
-                let [keys, _] = self.lookup_keys.get(sequence.seed(), number, ray);
-                sequence.point_and_random_by(&keys)
-            };
+            let sampled = if ray == 0 { first } else { self.point_of_ray(&sequence, number, ray) };
             let direction = lobe.sample(directions, sampled);
             let task = self.shadows.push(ShadowRay {
                 signature,
@@ -217,6 +208,22 @@ impl Tracer<'_, '_> {
                 });
             }
         }
+    }
+}
+
+impl Tracer<'_, '_> {
+    /// The sample point of the first ray of a lookup, and a random number; `None` where the lookup sends no ray.
+    fn first_point(&mut self, sequence: &SampleSequence, number: usize) -> Option<(Vec2, f32)> {
+        let (mut u, random) = self.point_of_ray(sequence, number, 0);
+        // Points of which one coordinate is below a limit are as well distributed as all.
+        u.x /= self.context.traced_samples;
+        (u.x < 1.0).then_some((u, random))
+    }
+
+    /// The sample point of a ray of a lookup, and a random number.
+    fn point_of_ray(&mut self, sequence: &SampleSequence, number: usize, ray: u32) -> (Vec2, f32) {
+        let [keys, _] = self.lookup_keys.get(sequence.seed(), number, ray);
+        sequence.point_and_random_by(&keys)
     }
 }
 

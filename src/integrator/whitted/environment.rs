@@ -9,6 +9,7 @@ use super::local_frame::mirror_direction;
 use super::reflected_lobe::ReflectedLobe;
 use super::shading::Shading;
 use super::tracer::Tracer;
+use crate::bsdf::Bsdf;
 use crate::geometry::Ray;
 use crate::integrator::RayState;
 use crate::scene::KeyLight;
@@ -63,28 +64,21 @@ impl Tracer<'_, '_> {
     /// Reflected and transmitted specular lobes.
     fn look_up_specular(&self, shading: &Shading<'_, '_>, reached: Vec3, lookups: &mut EnvironmentLookups) {
         let environment = self.context.view.environment;
-        let Shading { point, albedos, .. } = shading;
+        let albedos = &shading.albedos;
         let prefiltered_share = 1.0 - shading.traced_share;
         if prefiltered_share > 0.0 {
             let (seen, lobe) = self.prefiltered_reflection(shading);
             let albedo = reached * (albedos.specular * prefiltered_share);
             lookups.push(EnvironmentLookup { radiance: albedo * seen, albedo, lobe, is_outside: true });
         }
-        let prefiltered_share = 1.0 - shading.traced_share_transmitted;
+        let prefiltered_share =
+            (1.0 - shading.sampled_share_transmitted) * (1.0 - shading.traced_share_transmitted);
         if prefiltered_share > 0.0 && albedos.transmission != Vec3::ZERO {
-            let roughness = shading.bsdf.transmission_roughness();
             for (channels, bsdf) in shading.transmission_lobes() {
                 let albedo = albedos.transmission * channels.mask();
                 if albedo != Vec3::ZERO
-                    && let Some(direction) = bsdf.refract(shading.wo)
+                    && let Some(lobe) = transmitted_lobe(shading, bsdf)
                 {
-                    let through = shading.world_from_local * direction;
-                    // The lobe of a thin wall is that of a reflection, turned to the other side.
-                    let lobe = if shading.material.thin {
-                        ReflectedLobe::new(through, -point.shading_normal, shading.wo.z, roughness)
-                    } else {
-                        ReflectedLobe { direction: through, roughness }
-                    };
                     let mut seen = environment.prefiltered(lobe.direction, lobe.roughness);
                     // Thin walls show the peaks as highlights, volumes do not.
                     if !shading.material.thin {
@@ -105,7 +99,13 @@ impl Tracer<'_, '_> {
 
     /// Radiance of the environment that a mirror or refraction ray sees, blurred by the rough lobes that it stands for.
     pub(super) fn reflected_environment(&self, ray: &Ray, state: &RayState) -> Vec3 {
-        let (environment, direction) = (self.context.view.environment, ray.direction);
+        let environment = self.context.view.environment;
+        let (direction, blur) = match state.open_lobe {
+            Some(ReflectedLobe { direction, roughness }) => {
+                (direction, state.blur + (roughness * roughness) * (roughness * roughness))
+            }
+            None => (ray.direction, state.blur),
+        };
         let differentials = state.differential.direction;
         let sharp = || {
             if state.sees_peaks {
@@ -115,11 +115,11 @@ impl Tracer<'_, '_> {
             }
         };
         // Lobes narrower than the narrowest prefiltered one have a part of it, by the square of their width.
-        let share = (state.blur.sqrt() / NARROWEST_ALPHA).min(1.0);
+        let share = (blur.sqrt() / NARROWEST_ALPHA).min(1.0);
         if share == 0.0 {
             return sharp();
         }
-        let alpha = state.blur.sqrt().max(NARROWEST_ALPHA);
+        let alpha = blur.sqrt().max(NARROWEST_ALPHA);
         let lobe = ReflectedLobe { direction, roughness: alpha.sqrt().min(1.0) };
         let mut blurred = environment.prefiltered(direction, lobe.roughness);
         if state.sees_peaks {
@@ -164,4 +164,16 @@ impl Tracer<'_, '_> {
         let lobe = ReflectedLobe::new(mirrored, normal, shading.wo.z, shading.bsdf.widest_roughness());
         (seen, LookupLobe::Glossy(lobe))
     }
+}
+
+/// The prefiltered lobe that stands for the light of the other side of a surface; `None` where it reflects totally.
+pub(super) fn transmitted_lobe(shading: &Shading<'_, '_>, bsdf: &Bsdf) -> Option<ReflectedLobe> {
+    let through = shading.world_from_local * bsdf.refract(shading.wo)?;
+    let roughness = shading.bsdf.transmission_roughness();
+    // The lobe of a thin wall is that of a reflection, turned to the other side.
+    Some(if shading.material.thin {
+        ReflectedLobe::new(through, -shading.point.shading_normal, shading.wo.z, roughness)
+    } else {
+        ReflectedLobe { direction: through, roughness }
+    })
 }

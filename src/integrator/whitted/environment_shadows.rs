@@ -117,7 +117,7 @@ impl Tracer<'_, '_> {
             }
             return;
         }
-        let [brightest, _] = join_faint(lookups, context.mean_radiance);
+        let brightest = join_faint(lookups, context.mean_radiance);
         let passes_inside = context.settings.glass_shadows == GlassShadows::Straight;
         // Occluders are found for one lookup of a surface that a camera sees.
         let traces_occluders = context.bounce_share > 0.0 && state.depth == 0;
@@ -166,8 +166,7 @@ impl Tracer<'_, '_> {
             self.add(state.sample, light_pass, radiance * (1.0 - share));
         }
         // What hides the environment reflects its light; a ray that arrives adds what is more, or takes away what is less.
-        let reflected =
-            if is_outside { albedo * context.mean_radiance * surrounding_light(color) } else { Vec3::ZERO };
+        let reflected = albedo * context.mean_radiance * surrounding_light(color);
         if reflected != Vec3::ZERO {
             self.add(state.sample, light_pass, reflected * share);
         }
@@ -244,16 +243,19 @@ fn surrounding_light(color: Vec3) -> Vec3 {
     color / (Vec3::splat(2.0) - color)
 }
 
-/// Adds faint lookups to the brightest one of their side, whose index is returned for the side of the viewer and the other one. How bright they are
-/// counts what hides the environment, too, of `mean_radiance`.
-fn join_faint(lookups: &mut [EnvironmentLookup], mean_radiance: Vec3) -> [Option<usize>; 2] {
+/// Adds faint lookups to the brightest one of their side, and returns the index of the brightest of all. How bright they are counts what hides the
+/// environment, too, of `mean_radiance`.
+fn join_faint(lookups: &mut [EnvironmentLookup], mean_radiance: Vec3) -> Option<usize> {
     let mut luminances = [0.0; MAX_LOOKUPS];
     for (luminance_of, lookup) in luminances.iter_mut().zip(&*lookups) {
         *luminance_of = luminance(lookup.radiance + lookup.albedo * mean_radiance);
     }
-    [true, false].map(|side| {
-        let on_side = (0..lookups.len()).filter(|&index| lookups[index].is_outside == side);
-        let index = on_side.max_by(|&a, &b| luminances[a].total_cmp(&luminances[b]))?;
+    let brightest_of = |indices: &mut dyn Iterator<Item = usize>| {
+        indices.max_by(|&a, &b| luminances[a].total_cmp(&luminances[b]))
+    };
+    for side in [true, false] {
+        let mut on_side = (0..lookups.len()).filter(|&index| lookups[index].is_outside == side);
+        let Some(index) = brightest_of(&mut on_side) else { continue };
         let limit = luminances[index] * MIN_SHARE;
         let mut joined = Vec3::ZERO;
         let mut joined_albedo = Vec3::ZERO;
@@ -265,8 +267,8 @@ fn join_faint(lookups: &mut [EnvironmentLookup], mean_radiance: Vec3) -> [Option
         }
         lookups[index].radiance += joined;
         lookups[index].albedo += joined_albedo;
-        Some(index)
-    })
+    }
+    brightest_of(&mut (0..lookups.len()))
 }
 
 #[cfg(test)]

@@ -2,10 +2,17 @@
 //!
 //! With glossy samples, sampled rays follow the whole lobe and the prefiltered environment is not looked up. The first surface of
 //! a path sends that many rays, later surfaces one each: the rays from the first surface average what later ones reflect.
+//!
+//! Without, one sampled ray follows the lobe of frosted glass where shadow rays decide about the environment's light, so that what stands behind the glass is seen.
+//! Where nothing stops the ray, it finds what the lobe looks up of the environment.
 
+use super::environment::transmitted_lobe;
+use super::reflected_lobe::ReflectedLobe;
 use super::secondary_rays::ChildRay;
 use super::shading::Shading;
+use super::traced_share::traced_share;
 use super::tracer::Tracer;
+use crate::bsdf::Bsdf;
 use crate::geometry::Ray;
 use crate::integrator::random::Purpose;
 use crate::integrator::{RayKind, RayState, Seed};
@@ -37,7 +44,15 @@ impl Tracer<'_, '_> {
                 let channels = shading.state.channels;
                 self.send(
                     shading,
-                    ChildRay { ray, weight, roughness: 0.0, kind: RayKind::Reflection, channels, seed },
+                    ChildRay {
+                        ray,
+                        weight,
+                        roughness: 0.0,
+                        open_lobe: None,
+                        kind: RayKind::Reflection,
+                        channels,
+                        seed,
+                    },
                 );
             }
         }
@@ -59,21 +74,49 @@ impl Tracer<'_, '_> {
                 let channels = shading.state.channels;
                 self.send(
                     shading,
-                    ChildRay { ray, weight, roughness: 0.0, kind: RayKind::Reflection, channels, seed },
+                    ChildRay {
+                        ray,
+                        weight,
+                        roughness: 0.0,
+                        open_lobe: None,
+                        kind: RayKind::Reflection,
+                        channels,
+                        seed,
+                    },
                 );
             }
         }
         true
     }
 
-    /// Sends sampled rays through frosted glass. Returns whether it did.
-    pub(super) fn scatter_transmission(&mut self, shading: &Shading<'_, '_>) -> bool {
-        let rays = self.glossy_rays(shading.state);
-        if rays == 0 || shading.bsdf.is_transmission_smooth() {
-            return false;
+    /// Share of a transmitted lobe that sampled rays follow. Without glossy samples that is the share of the environment's light that shadow rays
+    /// decide about.
+    pub(super) fn sampled_share(&self, bsdf: &Bsdf) -> f32 {
+        let is_traced = traced_share(bsdf.widest_transmission_roughness()) >= 1.0;
+        match self.context.settings.glossy_samples {
+            0 if is_traced => 0.0,
+            0 => self.context.occluded_share,
+            _ if bsdf.is_transmission_smooth() => 0.0,
+            _ => 1.0,
         }
+    }
+
+    /// Sends sampled rays through frosted glass.
+    pub(super) fn scatter_transmission(&mut self, shading: &Shading<'_, '_>) {
+        if shading.sampled_share_transmitted == 0.0 {
+            return;
+        }
+        let rays = self.glossy_rays(shading.state).max(1);
         for (channels, bsdf) in shading.transmission_lobes() {
-            let weight = shading.weight_below * shading.albedos.transmission * channels.mask() / rays as f32;
+            let share = shading.sampled_share_transmitted / rays as f32;
+            let weight = shading.weight_below * shading.albedos.transmission * channels.mask() * share;
+            // Where nothing stands behind the glass, the lookup has no noise.
+            let looks_up = self.context.settings.glossy_samples == 0;
+            let open_lobe = if looks_up {
+                transmitted_lobe(shading, bsdf).map(|lobe| narrowed(shading, lobe))
+            } else {
+                None
+            };
             for seed in seeds(shading.state, Purpose::Refraction, rays) {
                 let sampled = bsdf.sample_transmission(shading.wo, seed.point(Purpose::Refraction));
                 let Some(wi) = sampled else { continue };
@@ -83,13 +126,31 @@ impl Tracer<'_, '_> {
                     let ray = Ray::new(shading.point.origin_inside(), direction);
                     self.send(
                         shading,
-                        ChildRay { ray, weight, roughness: 0.0, kind: RayKind::Refraction, channels, seed },
+                        ChildRay {
+                            ray,
+                            weight,
+                            roughness: 0.0,
+                            open_lobe,
+                            kind: RayKind::Refraction,
+                            channels,
+                            seed,
+                        },
                     );
                 }
             }
         }
-        true
     }
+}
+
+/// The lobe of a single surface of a volume: facets that turn by δ turn mirrored light by 2δ, and refracted light by |n cos θ / cos θ' − 1| δ, where n is the
+/// index on the viewer's side over that on the other side, and the angles are to the viewer and of the refracted direction.
+fn narrowed(shading: &Shading<'_, '_>, lobe: ReflectedLobe) -> ReflectedLobe {
+    if shading.material.thin {
+        return lobe;
+    }
+    let cosine = lobe.direction.dot(shading.point.shading_normal).abs();
+    let turned = (shading.wo.z / (shading.relative_ior * cosine) - 1.0).abs();
+    ReflectedLobe { roughness: lobe.roughness * (0.5 * turned).min(1.0).sqrt(), ..lobe }
 }
 
 /// The seeds of `rays` child rays for a purpose.

@@ -42,6 +42,7 @@ mod wavefront;
 
 pub(super) use local_frame::{local_frame, shading_frame};
 pub(super) use receivers::Receiver;
+pub(crate) use reflected_lobe::ReflectedLobe;
 pub use sample_aovs::{InstanceCoverage, SampleAovFlags};
 pub(super) use shadow_queue::ShadowRay;
 pub(super) use surface_hit::SurfaceHit;

@@ -10,7 +10,7 @@ const WIDER: f32 = 0.6;
 
 /// A lobe around a direction, as [`crate::scene::Environment::prefiltered`] averages it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct ReflectedLobe {
+pub(crate) struct ReflectedLobe {
     pub(super) direction: Vec3,
     pub(super) roughness: f32,
 }

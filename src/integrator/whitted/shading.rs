@@ -49,11 +49,15 @@ pub(super) struct Shading<'p, 'a> {
     pub(super) dispersed: Option<&'p [Bsdf; 3]>,
     /// The other side of the surface.
     pub(super) transmission_side: &'p TransmissionSide,
+    /// Indices of refraction on this side and on the other.
+    pub(super) iors: [f32; 2],
     /// Index of refraction on the other side over the one on this side.
     pub(super) relative_ior: f32,
     /// Share of the reflected lobe that rays follow; the prefiltered environment has the rest.
     pub(super) traced_share: f32,
-    /// Share of the transmitted lobe that rays follow.
+    /// Share of the transmitted lobe that sampled rays follow, one or more.
+    pub(super) sampled_share_transmitted: f32,
+    /// Share of the rest of the transmitted lobe that the refraction ray follows.
     pub(super) traced_share_transmitted: f32,
 }
 
@@ -62,6 +66,19 @@ impl<'p, 'a> Shading<'p, 'a> {
     pub(super) fn arrival(&self) -> Arrival<'p, 'a> {
         let Self { signature, state, light_pass, point, .. } = *self;
         Arrival { signature, state, light_pass, point }
+    }
+
+    /// Whether light arrives within frosted glass, unbent by it.
+    pub(super) fn is_lit_through_frosted_glass(&self) -> bool {
+        self.sampled_share_transmitted > 0.0 && self.relative_ior < 1.0
+    }
+
+    /// The lobes that reflect light which arrives unbent within glass, and their albedo terms: as on the same path outside, where nothing is reflected totally.
+    pub(super) fn lit_from_within(&self) -> (Bsdf, AlbedoTerms) {
+        let [outside, inside] = self.iors;
+        let bsdf = Bsdf::new(self.material, inside, outside);
+        let terms = bsdf.albedo_terms(self.wo);
+        (bsdf, terms)
     }
 
     /// The lobes that transmit light, each with its colour channels.

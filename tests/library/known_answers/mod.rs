@@ -6,6 +6,7 @@ mod distributed;
 mod environment_shadows;
 mod environments;
 mod far;
+mod frosted_glass;
 mod glass;
 mod ground;
 mod light;

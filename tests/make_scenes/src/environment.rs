@@ -5,18 +5,19 @@ use glam::Vec3;
 use crate::{Entry, entry};
 use scene_builder::document::{Built, Gltf};
 use scene_builder::json::list;
-use scene_builder::material::Material;
+use scene_builder::material::{DiffuseTransmission, Material};
 use scene_builder::node::Node;
-use scene_builder::shapes::{cuboid, floor, ico_sphere};
-use scene_builder::staging::{camera, directional_light, point_light};
+use scene_builder::shapes::{cuboid, floor, ico_sphere, quad};
+use scene_builder::staging::{camera, chequered_wall, directional_light, point_light};
 
-pub(crate) const SCENES: [Entry; 6] = [
+pub(crate) const SCENES: [Entry; 7] = [
     entry("environment/picture", three_balls_in_environment),
     entry("environment/turned", turned),
     entry("environment/background", background),
     entry("environment/shadow_catcher", shadow_catcher),
     entry("environment/lit_catcher", lit_catcher),
     entry("environment/ground", ground),
+    entry("environment/frosted_glass", frosted_glass),
 ];
 
 /// Path of [`image`] below `scenes/`.
@@ -162,4 +163,29 @@ fn ball_and_box(gltf: &mut Gltf) {
     let red = Material::matte("red", [0.7, 0.1, 0.08]).add_to(gltf);
     let cube = cuboid(0.8, 0.8, 0.8).plain().add_to(gltf, red);
     gltf.node(Node::mesh(cube).named("box").at(0.8, 0.4, 0.0));
+}
+
+fn frosted_glass() -> Built {
+    let mut gltf = Gltf::new(
+        "A frosted pane, a frosted ball and a sheet of paper before a wall of orange and teal stripes: the pane shows the stripes \
+         behind it washed out, the ball turns them over, and the paper mixes them.",
+    );
+    camera(&mut gltf, Vec3::new(0.0, 0.35, 5.0), Vec3::ZERO, 30.0);
+    let orange = Material::matte("orange", [0.9, 0.35, 0.05]).add_to(&mut gltf);
+    let teal = Material::matte("teal", [0.02, 0.4, 0.45]).add_to(&mut gltf);
+    let wall = chequered_wall(&mut gltf, [8, 1], 0.9, [orange, teal]);
+    gltf.node(Node::mesh(wall).at(0.0, 0.0, -0.9).scaled(1.0, 4.0, 1.0));
+    let glass = Material { roughness: 0.35, ..Material::glass("frosted glass", 1.5) };
+    let pane = Material { volume: None, ..glass }.two_sided().add_to(&mut gltf);
+    let solid = glass.add_to(&mut gltf);
+    let through = DiffuseTransmission { factor: 0.9, color: [1.0; 3] };
+    let paper = Material { diffuse_transmission: Some(through), ..Material::matte("paper", [0.9; 3]) };
+    let paper = paper.two_sided().add_to(&mut gltf);
+    let sheets = quad(1.3, 1.3).plain().add_with_each(&mut gltf, &[pane, paper]);
+    gltf.node(Node::mesh(sheets[0]).at(-1.5, 0.0, 0.0));
+    let ball = ico_sphere(0.7, 4).plain().add_to(&mut gltf, solid);
+    gltf.node(Node::mesh(ball));
+    gltf.node(Node::mesh(sheets[1]).at(1.5, 0.0, 0.0));
+    gltf.shot("env", "studio");
+    Ok(gltf)
 }

@@ -1,0 +1,80 @@
+//! What stands behind frosted glass and paper, in the environment's light.
+
+use glam::{Vec3, Vec4};
+use rayframe::render::{EnvSamples, Integrator};
+use rayframe::scene::{DiffuseTransmission, Environment, Material, Primitive, Transmission, Volume};
+
+use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle};
+
+/// Half the width of what is seen: it hides next to nothing of the environment from the wall.
+const HALF_WIDTH: f32 = 0.02;
+
+/// What a camera sees in uniform light where something small stands before a wide wall of `color`.
+fn before_a_wall(color: Vec3, seen: (Primitive, Material), edit: impl Fn(&mut Stage)) -> Vec4 {
+    let mut stage = super::path::stage(4096);
+    stage.settings.integrator = Integrator::Whitted;
+    stage.environment = Environment::Constant(Vec3::ONE);
+    stage.add(rectangle(Vec3::NEG_Z, Vec3::X * 500.0, Vec3::Y * 500.0), lambert(color));
+    stage.add(seen.0, seen.1);
+    edit(&mut stage);
+    stage.look(Vec3::new(0.2, 0.1, 1.0), Vec3::ZERO)
+}
+
+fn sheet() -> Primitive {
+    rectangle(Vec3::ZERO, Vec3::X * HALF_WIDTH, Vec3::Y * HALF_WIDTH)
+}
+
+fn frosted(roughness: f32) -> Material {
+    let transmission = Some(Transmission { factor: 1.0, texture: None });
+    Material { roughness, ior: 1.5, transmission, double_sided: true, ..lambert(Vec3::ONE) }
+}
+
+const WALL: Vec3 = Vec3::new(0.9, 0.4, 0.0);
+
+#[test]
+fn walls_show_through_frosted_panes() {
+    for roughness in [0.05, 0.3, 0.6] {
+        for env_samples in [EnvSamples::Auto, EnvSamples::Fixed(1)] {
+            let see = |color| {
+                before_a_wall(color, (sheet(), frosted(roughness)), |stage| {
+                    stage.settings.env_samples = env_samples;
+                })
+            };
+            // What the pane mirrors, and all light of a white wall: a lossless pane in uniform light is invisible.
+            let (mirrored, all) = (see(Vec3::ZERO).truncate(), see(Vec3::ONE));
+            assert!((0.03..0.1).contains(&mirrored.x), "{roughness}: {mirrored}");
+            assert_close(all, Vec3::ONE, 0.01);
+            assert_close(see(WALL), mirrored + (Vec3::ONE - mirrored) * WALL, 0.01);
+        }
+    }
+}
+
+#[test]
+fn walls_show_through_frosted_slabs_as_paths_see_them() {
+    let volume = Volume { thickness: 0.01, ..Volume::CLEAR };
+    for roughness in [0.2, 0.5] {
+        let see = |integrator| {
+            let slab = cuboid(Vec3::ZERO, Vec3::new(HALF_WIDTH, HALF_WIDTH, 0.003));
+            let material = Material { volume: Some(volume), ..frosted(roughness) };
+            before_a_wall(WALL, (slab, material), |stage| {
+                stage.settings.integrator = integrator;
+                stage.settings.max_depth = 12;
+            })
+        };
+        assert_close(see(Integrator::Whitted), see(Integrator::Path).truncate(), 0.04);
+    }
+}
+
+#[test]
+fn walls_show_through_paper() {
+    let color = Vec3::new(0.5, 0.8, 1.0);
+    let through = DiffuseTransmission { factor: 0.75, texture: None, color, color_texture: None };
+    let paper =
+        Material { diffuse_transmission: Some(through), double_sided: true, ..lambert(Vec3::splat(0.8)) };
+    for integrator in [Integrator::Whitted, Integrator::Path] {
+        let seen = before_a_wall(WALL, (sheet(), paper.clone()), |stage| {
+            stage.settings.integrator = integrator;
+        });
+        assert_close(seen, color * WALL * 0.75 + 0.8 * 0.25, 0.01);
+    }
+}

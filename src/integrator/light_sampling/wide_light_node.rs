@@ -12,7 +12,7 @@ pub(super) const WIDTH: usize = 8;
 const LEAST_SHARE: f32 = 1e-9;
 
 /// The largest number below one.
-pub(super) const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
+pub(super) const BELOW_ONE: f64 = 1.0_f64.next_down();
 
 /// The bounds of up to eight children, component by component, so that their importances are computed in lanes.
 #[derive(Clone, Debug)]

@@ -149,7 +149,7 @@ fn narrowed(shading: &Shading<'_, '_>, lobe: ReflectedLobe) -> ReflectedLobe {
         return lobe;
     }
     let cosine = lobe.direction.dot(shading.point.shading_normal).abs();
-    let turned = (shading.wo.z / (shading.relative_ior * cosine) - 1.0).abs();
+    let turned = (shading.wo.z / (shading.relative_ior() * cosine) - 1.0).abs();
     ReflectedLobe { roughness: lobe.roughness * (0.5 * turned).min(1.0).sqrt(), ..lobe }
 }
 

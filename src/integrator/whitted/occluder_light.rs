@@ -147,7 +147,7 @@ impl Tracer<'_, '_> {
         let start = Instant::now();
         segments.trace(self.context, &mut self.counters);
         self.statistics.query_seconds += seconds_since(start);
-        self.statistics.shadow_rays += rays.len() as u64;
+        self.statistics.shadow_rays += occluders.iter().flatten().count() as u64;
     }
 
     /// Adds the light that found occluders scatter into their lookups.

@@ -126,7 +126,7 @@ impl Tracer<'_, '_> {
             self.context.view.frame,
             &shading.state.differential,
             child.ray.direction,
-            shading.relative_ior,
+            shading.relative_ior(),
         );
         // Thin walls show the peaks as highlights, volumes do not.
         let sees_peaks = !shading.material.thin;

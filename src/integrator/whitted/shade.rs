@@ -169,8 +169,6 @@ impl<'a> Tracer<'_, 'a> {
             dispersed: dispersed.as_ref(),
             transmission_side: &transmission_side,
             iors: [outside, inside],
-            // An index of 0 bends nothing.
-            relative_ior: if outside > 0.0 && inside > 0.0 { inside / outside } else { 1.0 },
             traced_share: traced_share_of(bsdf.widest_roughness()),
             sampled_share_transmitted: self.sampled_share(&bsdf),
             traced_share_transmitted: traced_share_of(bsdf.widest_transmission_roughness()),

@@ -51,8 +51,6 @@ pub(super) struct Shading<'p, 'a> {
     pub(super) transmission_side: &'p TransmissionSide,
     /// Indices of refraction on this side and on the other.
     pub(super) iors: [f32; 2],
-    /// Index of refraction on the other side over the one on this side.
-    pub(super) relative_ior: f32,
     /// Share of the reflected lobe that rays follow; the prefiltered environment has the rest.
     pub(super) traced_share: f32,
     /// Share of the transmitted lobe that sampled rays follow, one or more.
@@ -68,9 +66,15 @@ impl<'p, 'a> Shading<'p, 'a> {
         Arrival { signature, state, light_pass, point }
     }
 
+    /// Index of refraction on the other side over the one on this side. An index of 0 bends nothing.
+    pub(super) fn relative_ior(&self) -> f32 {
+        let [outside, inside] = self.iors;
+        if outside > 0.0 && inside > 0.0 { inside / outside } else { 1.0 }
+    }
+
     /// Whether light arrives within frosted glass, unbent by it.
     pub(super) fn is_lit_through_frosted_glass(&self) -> bool {
-        self.sampled_share_transmitted > 0.0 && self.relative_ior < 1.0
+        self.sampled_share_transmitted > 0.0 && self.relative_ior() < 1.0
     }
 
     /// The lobes that reflect light which arrives unbent within glass, and their albedo terms: as on the same path outside, where nothing is reflected totally.

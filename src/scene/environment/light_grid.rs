@@ -211,7 +211,6 @@ struct ChosenPart {
 /// or too much for numbers.
 #[inline(always)]
 fn part_of(ends: &[f32; CELLS], start: f32, chosen: f32) -> Option<ChosenPart> {
-    const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
     let end_of_all = ends[CELLS - 1];
     // Rounding may reach it.
     let chosen = if chosen < end_of_all { chosen } else { end_of_all.next_down() };
@@ -219,7 +218,7 @@ fn part_of(ends: &[f32; CELLS], start: f32, chosen: f32) -> Option<ChosenPart> {
     let end = *ends.get(index)?;
     let start = if index == 0 { start } else { ends[index - 1] };
     let sum = end - start;
-    let place = ((chosen - start) / sum).clamp(0.0, BELOW_ONE);
+    let place = ((chosen - start) / sum).clamp(0.0, 1.0_f32.next_down());
     (sum > 0.0 && end_of_all < f32::INFINITY).then_some(ChosenPart { index, start, sum, place })
 }
 

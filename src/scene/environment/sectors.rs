@@ -148,7 +148,7 @@ pub(crate) fn interval(sums: &[f32], u: f32) -> (usize, f32) {
     let index = sums[1..].iter().map(|&sum| u32::from(sum <= u)).sum::<u32>() as usize;
     let index = index.min(sums.len() - 2);
     let position = (u - sums[index]) / (sums[index + 1] - sums[index]);
-    (index, position.min(1.0 - f32::EPSILON / 2.0))
+    (index, position.min(1.0_f32.next_down()))
 }
 
 #[cfg(test)]

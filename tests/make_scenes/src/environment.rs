@@ -183,7 +183,7 @@ fn frosted_glass() -> Built {
     let paper = paper.two_sided().add_to(&mut gltf);
     let sheets = quad(1.3, 1.3).plain().add_with_each(&mut gltf, &[pane, paper]);
     gltf.node(Node::mesh(sheets[0]).at(-1.5, 0.0, 0.0));
-    let ball = ico_sphere(0.7, 4).plain().add_to(&mut gltf, solid);
+    let ball = ico_sphere(0.7, 3).plain().add_to(&mut gltf, solid);
     gltf.node(Node::mesh(ball));
     gltf.node(Node::mesh(sheets[1]).at(1.5, 0.0, 0.0));
     gltf.shot("env", "studio");

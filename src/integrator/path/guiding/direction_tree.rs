@@ -179,7 +179,7 @@ impl Moments {
 
 /// The first of two with some probability, or the second; with what is left of the number `u`, and the probability.
 fn choose(first: f32, u: f32) -> (usize, f32, f32) {
-    const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+    const BELOW_ONE: f32 = 1.0_f32.next_down();
     if u < first {
         (0, (u / first).min(BELOW_ONE), first)
     } else {

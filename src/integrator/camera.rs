@@ -204,7 +204,7 @@ impl CameraRays {
             unguided_ratio: 1.0,
             sees_peaks: true,
             blur: 0.0,
-            open_lobe: None,
+            environment_lobe: None,
             depth: 0,
             sample,
             seed,

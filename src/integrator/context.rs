@@ -19,7 +19,7 @@ use super::walls::is_wall;
 use super::zsobol::ZSobol;
 use crate::bvh::{Hit, TraversalCounters};
 use crate::color::luminance;
-use crate::frame::{Frame, transmits};
+use crate::frame::Frame;
 use crate::geometry::{Aabb, Ray, spiral_direction};
 use crate::interaction::is_constant;
 use crate::scene::{Environment, KeyLight, Projection};
@@ -127,8 +127,7 @@ impl<'a> IntegratorContext<'a> {
             traced_samples: traced_samples(occluded_share, &settings),
             bounce_share,
             sample_points: (is_path || traces_environment).then(|| sample_points(view.frame, &settings)),
-            uses_seeds: uses_seeds(view.frame, &settings)
-                || traces_environment && view.frame.materials.iter().any(transmits),
+            uses_seeds: uses_seeds(view.frame, &settings),
             peaks: view.environment.peaks(),
             mean_radiance: if traces_environment { mean_radiance(view.environment) } else { Vec3::ZERO },
             ground_irradiance,

@@ -6,7 +6,7 @@ use super::color_channels::ColorChannels;
 use super::light_pass::LightPass;
 use super::media::MediaStack;
 use super::random::Seed;
-use super::whitted::ReflectedLobe;
+use super::whitted::PrefilteredLobe;
 use crate::bvh::Hit;
 use crate::interaction::RayDifferential;
 
@@ -35,8 +35,8 @@ pub struct RayState {
     pub sees_peaks: bool,
     /// Sum of α² of the rough lobes that the ray stands for in Whitted's tree: they blur the environment that it sees.
     pub blur: f32,
-    /// What a ray of Whitted's tree looks up of the environment where nothing stops it, instead of its direction: the rough lobe that it samples.
-    pub(crate) open_lobe: Option<ReflectedLobe>,
+    /// The prefiltered lobe that a ray of Whitted's tree finds where it reaches the environment, instead of its direction.
+    pub(crate) environment_lobe: Option<PrefilteredLobe>,
     /// Number of reflections and refractions before the ray.
     pub depth: u32,
     /// Index of the sample in its batch.

@@ -3,7 +3,7 @@
 use glam::{Mat3, Vec2, Vec3};
 
 use super::local_frame::{local_frame, mirror_direction};
-use super::reflected_lobe::ReflectedLobe;
+use super::prefiltered_lobe::PrefilteredLobe;
 use super::traced_share::traced_share;
 use crate::bsdf::Coat;
 use crate::interaction::{ClearCoatSample, SurfacePoint};
@@ -21,7 +21,7 @@ pub(super) struct CoatShading {
     /// Direction of the coat's mirror ray.
     pub(super) mirrored: Vec3,
     /// The lobe that is looked up for the coat's.
-    pub(super) looked_up: ReflectedLobe,
+    pub(super) looked_up: PrefilteredLobe,
     /// Share of the coat's lobe that rays follow.
     pub(super) traced_share: f32,
     pub(super) roughness: f32,
@@ -42,7 +42,7 @@ impl CoatShading {
             albedo: coat.albedo(wo.z),
             transmittance: coat.transmittance(wo.z),
             mirrored,
-            looked_up: ReflectedLobe::new(mirrored, sample.normal, wo.z, sample.roughness),
+            looked_up: PrefilteredLobe::new(mirrored, sample.normal, wo.z, sample.roughness),
             traced_share: if is_traced { 1.0 } else { traced_share(sample.roughness) },
             roughness: sample.roughness,
         }

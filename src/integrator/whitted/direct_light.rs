@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 
+use super::frosted_glass::UnbentLightLobes;
 use super::shading::Shading;
 use super::shadow_queue::{ShadowQueue, ShadowRay, ShadowTask};
 use super::tracer::{MIN_SCATTERED, Tracer, seconds_since};
@@ -13,9 +14,7 @@ use crate::integrator::{LightPass, MediaStack};
 impl Tracer<'_, '_> {
     /// Queues a shadow ray for each light that a surface scatters towards the viewer.
     pub(super) fn queue_direct_light(&mut self, shading: &Shading<'_, '_>) {
-        let lit = shading.is_lit_through_frosted_glass().then(|| shading.lit_from_within());
-        let (bsdf, terms) =
-            lit.as_ref().map_or((shading.bsdf, shading.terms), |(bsdf, terms)| (bsdf, *terms));
+        let mut unbent_light = None;
         for (index, light) in self.context.lights.iter().enumerate() {
             let incidence = self.block_incidences[index].get(shading.index);
             let is_reached = incidence.irradiance.max_element() > 0.0;
@@ -23,8 +22,11 @@ impl Tracer<'_, '_> {
                 continue;
             }
             let wi = shading.world_from_local.transpose() * incidence.wi;
-            let scattered = bsdf.eval_by(shading.wo, wi, terms) * wi.z.abs();
-            let mut scattered = shading.weight_below * scattered;
+            let mut scattered = shading.bsdf.eval_by(shading.wo, wi, shading.terms);
+            if let Some((lobes, share)) = unbent_light.get_or_insert_with(|| UnbentLightLobes::of(shading)) {
+                scattered += (lobes.eval(shading.wo, wi) - scattered) * *share;
+            }
+            let mut scattered = shading.weight_below * (scattered * wi.z.abs());
             let by_coat = shading.coat.map_or(0.0, |coat| coat.scattered(incidence.wi));
             if by_coat > 0.0 {
                 scattered += shading.weight * by_coat;

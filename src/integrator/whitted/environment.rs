@@ -6,12 +6,12 @@ use glam::Vec3;
 
 use super::environment_shadows::{EnvironmentLookup, EnvironmentLookups, LookupLobe};
 use super::local_frame::mirror_direction;
-use super::reflected_lobe::ReflectedLobe;
+use super::prefiltered_lobe::PrefilteredLobe;
 use super::shading::Shading;
 use super::tracer::Tracer;
 use crate::bsdf::Bsdf;
 use crate::geometry::Ray;
-use crate::integrator::RayState;
+use crate::integrator::{LightPass, RayState};
 use crate::scene::KeyLight;
 
 /// α of the narrowest prefiltered lobe, of roughness 1/8.
@@ -28,10 +28,11 @@ impl Tracer<'_, '_> {
         let mut lookups = EnvironmentLookups::new();
         self.look_up_diffuse(shading, reached, &mut lookups);
         self.look_up_specular(shading, reached, &mut lookups);
+        self.look_up_transmitted(shading, reached, &mut lookups);
         if let Some(coat) = &shading.coat
             && coat.traced_share < 1.0
         {
-            let ReflectedLobe { direction, roughness } = coat.looked_up;
+            let PrefilteredLobe { direction, roughness } = coat.looked_up;
             let seen = self.context.view.environment.prefiltered(direction, roughness);
             let albedo = shading.weight * (coat.albedo * (1.0 - coat.traced_share) * occlusion);
             let lobe = LookupLobe::Glossy(coat.looked_up);
@@ -61,38 +62,49 @@ impl Tracer<'_, '_> {
         }
     }
 
-    /// Reflected and transmitted specular lobes.
+    /// The reflected specular lobe.
     fn look_up_specular(&self, shading: &Shading<'_, '_>, reached: Vec3, lookups: &mut EnvironmentLookups) {
-        let environment = self.context.view.environment;
-        let albedos = &shading.albedos;
         let prefiltered_share = 1.0 - shading.traced_share;
         if prefiltered_share > 0.0 {
             let (seen, lobe) = self.prefiltered_reflection(shading);
-            let albedo = reached * (albedos.specular * prefiltered_share);
+            let albedo = reached * (shading.albedos.specular * prefiltered_share);
             lookups.push(EnvironmentLookup { radiance: albedo * seen, albedo, lobe, is_outside: true });
         }
-        let prefiltered_share =
-            (1.0 - shading.sampled_share_transmitted) * (1.0 - shading.traced_share_transmitted);
-        if prefiltered_share > 0.0 && albedos.transmission != Vec3::ZERO {
-            for (channels, bsdf) in shading.transmission_lobes() {
-                let albedo = albedos.transmission * channels.mask();
-                if albedo != Vec3::ZERO
-                    && let Some(lobe) = transmitted_lobe(shading, bsdf)
-                {
-                    let mut seen = environment.prefiltered(lobe.direction, lobe.roughness);
-                    // Thin walls show the peaks as highlights, volumes do not.
-                    if !shading.material.thin {
-                        seen += self.peaks_in_lobe(lobe);
-                    }
-                    let albedo = reached * (albedo * prefiltered_share);
-                    let lobe = LookupLobe::Glossy(lobe);
-                    lookups.push(EnvironmentLookup {
-                        radiance: albedo * seen,
-                        albedo,
-                        lobe,
-                        is_outside: false,
-                    });
-                }
+    }
+
+    /// Transmitted specular lobes. What a sampled ray leaves of them arrives at once: shadow rays have decided about none of it.
+    fn look_up_transmitted(
+        &mut self,
+        shading: &Shading<'_, '_>,
+        reached: Vec3,
+        lookups: &mut EnvironmentLookups,
+    ) {
+        let (environment, albedos) = (self.context.view.environment, &shading.albedos);
+        let sampled_share = shading.sampled_transmission_share;
+        let prefiltered_share = (1.0 - sampled_share) * (1.0 - shading.traced_share_transmitted);
+        if prefiltered_share == 0.0 || albedos.transmission == Vec3::ZERO {
+            return;
+        }
+        let is_undecided = sampled_share > 0.0;
+        let reached = if is_undecided { shading.weight_below * shading.material.occlusion } else { reached };
+        for (channels, bsdf) in shading.transmission_lobes() {
+            let albedo = albedos.transmission * channels.mask();
+            let Some(lobe) = transmitted_lobe(shading, bsdf).filter(|_| albedo != Vec3::ZERO) else {
+                continue;
+            };
+            let mut seen = environment.prefiltered(lobe.direction, lobe.roughness);
+            // Thin walls show the peaks as highlights, volumes do not.
+            if !shading.material.thin {
+                seen += self.peaks_in_lobe(lobe);
+            }
+            let albedo = reached * (albedo * prefiltered_share);
+            let radiance = albedo * seen;
+            if is_undecided {
+                let light_pass = shading.light_pass.unwrap_or(LightPass::Environment);
+                self.add(shading.state.sample, light_pass, radiance);
+            } else {
+                let lobe = LookupLobe::Glossy(lobe);
+                lookups.push(EnvironmentLookup { radiance, albedo, lobe, is_outside: false });
             }
         }
     }
@@ -100,8 +112,8 @@ impl Tracer<'_, '_> {
     /// Radiance of the environment that a mirror or refraction ray sees, blurred by the rough lobes that it stands for.
     pub(super) fn reflected_environment(&self, ray: &Ray, state: &RayState) -> Vec3 {
         let environment = self.context.view.environment;
-        let (direction, blur) = match state.open_lobe {
-            Some(ReflectedLobe { direction, roughness }) => {
+        let (direction, blur) = match state.environment_lobe {
+            Some(PrefilteredLobe { direction, roughness }) => {
                 (direction, state.blur + (roughness * roughness) * (roughness * roughness))
             }
             None => (ray.direction, state.blur),
@@ -120,7 +132,7 @@ impl Tracer<'_, '_> {
             return sharp();
         }
         let alpha = blur.sqrt().max(NARROWEST_ALPHA);
-        let lobe = ReflectedLobe { direction, roughness: alpha.sqrt().min(1.0) };
+        let lobe = PrefilteredLobe { direction, roughness: alpha.sqrt().min(1.0) };
         let mut blurred = environment.prefiltered(direction, lobe.roughness);
         if state.sees_peaks {
             blurred += self.peaks_in_lobe(lobe);
@@ -129,8 +141,8 @@ impl Tracer<'_, '_> {
     }
 
     /// Light of the environment's peaks in the lobe of a prefiltered lookup: for a view along the normal.
-    fn peaks_in_lobe(&self, lobe: ReflectedLobe) -> Vec3 {
-        let ReflectedLobe { direction, roughness } = lobe;
+    fn peaks_in_lobe(&self, lobe: PrefilteredLobe) -> Vec3 {
+        let PrefilteredLobe { direction, roughness } = lobe;
         let alpha = roughness * roughness;
         let alpha_squared = (alpha * alpha).max(MIN_ALPHA_SQUARED);
         let seen = |peak: &KeyLight| {
@@ -149,7 +161,7 @@ impl Tracer<'_, '_> {
         let normal = shading.point.shading_normal;
         let mirrored = mirror_direction(shading.point.wo, normal);
         if shading.material.anisotropy.is_none() {
-            let lobe = ReflectedLobe::new(mirrored, normal, shading.wo.z, roughness);
+            let lobe = PrefilteredLobe::new(mirrored, normal, shading.wo.z, roughness);
             return (environment.prefiltered(lobe.direction, lobe.roughness), LookupLobe::Glossy(lobe));
         }
         let (mut seen, mut shares) = (Vec3::ZERO, Vec3::ZERO);
@@ -161,19 +173,19 @@ impl Tracer<'_, '_> {
         let mean = |seen: f32, shares: f32| if shares > 0.0 { seen / shares } else { 0.0 };
         let seen = Vec3::new(mean(seen.x, shares.x), mean(seen.y, shares.y), mean(seen.z, shares.z));
         // Shadow rays follow one lobe as wide as the widest.
-        let lobe = ReflectedLobe::new(mirrored, normal, shading.wo.z, shading.bsdf.widest_roughness());
+        let lobe = PrefilteredLobe::new(mirrored, normal, shading.wo.z, shading.bsdf.widest_roughness());
         (seen, LookupLobe::Glossy(lobe))
     }
 }
 
 /// The prefiltered lobe that stands for the light of the other side of a surface; `None` where it reflects totally.
-pub(super) fn transmitted_lobe(shading: &Shading<'_, '_>, bsdf: &Bsdf) -> Option<ReflectedLobe> {
+pub(super) fn transmitted_lobe(shading: &Shading<'_, '_>, bsdf: &Bsdf) -> Option<PrefilteredLobe> {
     let through = shading.world_from_local * bsdf.refract(shading.wo)?;
     let roughness = shading.bsdf.transmission_roughness();
     // The lobe of a thin wall is that of a reflection, turned to the other side.
     Some(if shading.material.thin {
-        ReflectedLobe::new(through, -shading.point.shading_normal, shading.wo.z, roughness)
+        PrefilteredLobe::new(through, -shading.point.shading_normal, shading.wo.z, roughness)
     } else {
-        ReflectedLobe { direction: through, roughness }
+        PrefilteredLobe { direction: through, roughness }
     })
 }

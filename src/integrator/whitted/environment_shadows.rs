@@ -4,10 +4,11 @@ use arrayvec::ArrayVec;
 use glam::{Vec2, Vec3};
 
 use super::occluder_light::OccluderTask;
-use super::reflected_lobe::ReflectedLobe;
+use super::prefiltered_lobe::PrefilteredLobe;
 use super::shading::Arrival;
 use super::shadow_queue::ShadowRay;
 use super::tracer::Tracer;
+use super::wavefront::RaySignature;
 use crate::color::luminance;
 use crate::geometry::Ray;
 use crate::integrator::environment_directions::EnvironmentDirections;
@@ -46,7 +47,7 @@ pub(super) enum LookupLobe {
     /// The cosine lobe around a normal.
     Diffuse { normal: Vec3 },
     /// A lobe around a direction.
-    Glossy(ReflectedLobe),
+    Glossy(PrefilteredLobe),
 }
 
 /// The lookups of one surface.
@@ -57,7 +58,7 @@ impl LookupLobe {
     fn sample(&self, directions: &EnvironmentDirections, sampled: (Vec2, f32)) -> Vec3 {
         match *self {
             Self::Diffuse { normal } => directions.diffuse(normal, sampled),
-            Self::Glossy(ReflectedLobe { direction, roughness }) => {
+            Self::Glossy(PrefilteredLobe { direction, roughness }) => {
                 directions.glossy(direction, roughness, sampled)
             }
         }
@@ -117,8 +118,9 @@ impl Tracer<'_, '_> {
             }
             return;
         }
-        let brightest = join_faint(lookups, context.mean_radiance);
         let passes_inside = context.settings.glass_shadows == GlassShadows::Straight;
+        let has_rays = |lookup: &EnvironmentLookup| lookup.is_outside || passes_inside;
+        let brightest = join_faint(lookups, context.mean_radiance, has_rays);
         // Occluders are found for one lookup of a surface that a camera sees.
         let traces_occluders = context.bounce_share > 0.0 && state.depth == 0;
         let with_occluder = brightest.filter(|_| traces_occluders);
@@ -128,7 +130,7 @@ impl Tracer<'_, '_> {
                 continue;
             }
             // The far side of glass that casts full shadows would hide everything.
-            if lookup.is_outside || passes_inside {
+            if has_rays(lookup) {
                 let media = if lookup.is_outside { &state.media } else { beyond };
                 let queued = QueuedLookup {
                     lookup,
@@ -211,6 +213,17 @@ impl Tracer<'_, '_> {
 }
 
 impl Tracer<'_, '_> {
+    /// The sample point of a ray through frosted glass, by the number of its lobe. The lookups of such glass have no more numbers than are left.
+    pub(super) fn point_of_frosted_glass(
+        &mut self,
+        sequence: &SampleSequence,
+        signature: RaySignature,
+        lobe: usize,
+    ) -> Vec2 {
+        let number = signature.index() * MAX_LOOKUPS + MAX_LOOKUPS - 1 - lobe;
+        self.point_of_ray(sequence, number, 0).0
+    }
+
     /// The sample point of the first ray of a lookup, and a random number; `None` where the lookup sends no ray.
     fn first_point(&mut self, sequence: &SampleSequence, number: usize) -> Option<(Vec2, f32)> {
         let (mut u, random) = self.point_of_ray(sequence, number, 0);
@@ -243,9 +256,13 @@ fn surrounding_light(color: Vec3) -> Vec3 {
     color / (Vec3::splat(2.0) - color)
 }
 
-/// Adds faint lookups to the brightest one of their side, and returns the index of the brightest of all. How bright they are counts what hides the
-/// environment, too, of `mean_radiance`.
-fn join_faint(lookups: &mut [EnvironmentLookup], mean_radiance: Vec3) -> Option<usize> {
+/// Adds faint lookups to the brightest one of their side, and returns the index of the brightest of those that have shadow rays. How bright they are counts
+/// what hides the environment, too, of `mean_radiance`.
+fn join_faint(
+    lookups: &mut [EnvironmentLookup],
+    mean_radiance: Vec3,
+    has_rays: impl Fn(&EnvironmentLookup) -> bool,
+) -> Option<usize> {
     let mut luminances = [0.0; MAX_LOOKUPS];
     for (luminance_of, lookup) in luminances.iter_mut().zip(&*lookups) {
         *luminance_of = luminance(lookup.radiance + lookup.albedo * mean_radiance);
@@ -268,7 +285,7 @@ fn join_faint(lookups: &mut [EnvironmentLookup], mean_radiance: Vec3) -> Option<
         lookups[index].radiance += joined;
         lookups[index].albedo += joined_albedo;
     }
-    brightest_of(&mut (0..lookups.len()))
+    brightest_of(&mut (0..lookups.len()).filter(|&index| has_rays(&lookups[index])))
 }
 
 #[cfg(test)]
@@ -301,13 +318,14 @@ mod tests {
             [lookup(0.1, Vec3::Y), lookup(1.0, Vec3::Y), lookup(0.5, Vec3::Y), lookup(0.05, Vec3::NEG_Y)]
                 .into_iter()
                 .collect();
-        join_faint(&mut lookups, Vec3::ZERO);
+        let brightest = join_faint(&mut lookups, Vec3::ZERO, |_| true);
+        assert_eq!(brightest, Some(1));
         let left: Vec<[f32; 2]> = lookups.iter().map(|lookup| [lookup.radiance.x, lookup.albedo.x]).collect();
         assert_eq!(left, [[0.0, 0.0], [1.1, 2.0], [0.5, 1.0], [0.05, 1.0]]);
         // In the dark, what hides the environment decides.
         let dark = |albedo: f32| EnvironmentLookup { albedo: Vec3::splat(albedo), ..lookup(0.0, Vec3::Y) };
         let mut lookups = [dark(0.8), dark(0.0)];
-        join_faint(&mut lookups, Vec3::ONE);
+        assert_eq!(join_faint(&mut lookups, Vec3::ONE, |lookup| !lookup.is_outside), Some(0));
         assert_eq!(lookups.map(|lookup| lookup.albedo.x), [0.8, 0.0]);
     }
 }

@@ -2,17 +2,10 @@
 //!
 //! With glossy samples, sampled rays follow the whole lobe and the prefiltered environment is not looked up. The first surface of
 //! a path sends that many rays, later surfaces one each: the rays from the first surface average what later ones reflect.
-//!
-//! Without, one sampled ray follows the lobe of frosted glass where shadow rays decide about the environment's light, so that what stands behind the glass is seen.
-//! Where nothing stops the ray, it finds what the lobe looks up of the environment.
 
-use super::environment::transmitted_lobe;
-use super::reflected_lobe::ReflectedLobe;
 use super::secondary_rays::ChildRay;
 use super::shading::Shading;
-use super::traced_share::traced_share;
 use super::tracer::Tracer;
-use crate::bsdf::Bsdf;
 use crate::geometry::Ray;
 use crate::integrator::random::Purpose;
 use crate::integrator::{RayKind, RayState, Seed};
@@ -48,7 +41,7 @@ impl Tracer<'_, '_> {
                         ray,
                         weight,
                         roughness: 0.0,
-                        open_lobe: None,
+                        environment_lobe: None,
                         kind: RayKind::Reflection,
                         channels,
                         seed,
@@ -78,7 +71,7 @@ impl Tracer<'_, '_> {
                         ray,
                         weight,
                         roughness: 0.0,
-                        open_lobe: None,
+                        environment_lobe: None,
                         kind: RayKind::Reflection,
                         channels,
                         seed,
@@ -89,34 +82,14 @@ impl Tracer<'_, '_> {
         true
     }
 
-    /// Share of a transmitted lobe that sampled rays follow. Without glossy samples that is the share of the environment's light that shadow rays
-    /// decide about.
-    pub(super) fn sampled_share(&self, bsdf: &Bsdf) -> f32 {
-        let is_traced = traced_share(bsdf.widest_transmission_roughness()) >= 1.0;
-        match self.context.settings.glossy_samples {
-            0 if is_traced => 0.0,
-            0 => self.context.occluded_share,
-            _ if bsdf.is_transmission_smooth() => 0.0,
-            _ => 1.0,
+    /// Sends sampled rays through frosted glass. Returns whether it did.
+    pub(super) fn scatter_transmission(&mut self, shading: &Shading<'_, '_>) -> bool {
+        let rays = self.glossy_rays(shading.state);
+        if rays == 0 || shading.bsdf.is_transmission_smooth() {
+            return false;
         }
-    }
-
-    /// Sends sampled rays through frosted glass.
-    pub(super) fn scatter_transmission(&mut self, shading: &Shading<'_, '_>) {
-        if shading.sampled_share_transmitted == 0.0 {
-            return;
-        }
-        let rays = self.glossy_rays(shading.state).max(1);
         for (channels, bsdf) in shading.transmission_lobes() {
-            let share = shading.sampled_share_transmitted / rays as f32;
-            let weight = shading.weight_below * shading.albedos.transmission * channels.mask() * share;
-            // Where nothing stands behind the glass, the lookup has no noise.
-            let looks_up = self.context.settings.glossy_samples == 0;
-            let open_lobe = if looks_up {
-                transmitted_lobe(shading, bsdf).map(|lobe| narrowed(shading, lobe))
-            } else {
-                None
-            };
+            let weight = shading.weight_below * shading.albedos.transmission * channels.mask() / rays as f32;
             for seed in seeds(shading.state, Purpose::Refraction, rays) {
                 let sampled = bsdf.sample_transmission(shading.wo, seed.point(Purpose::Refraction));
                 let Some(wi) = sampled else { continue };
@@ -130,7 +103,7 @@ impl Tracer<'_, '_> {
                             ray,
                             weight,
                             roughness: 0.0,
-                            open_lobe,
+                            environment_lobe: None,
                             kind: RayKind::Refraction,
                             channels,
                             seed,
@@ -139,18 +112,8 @@ impl Tracer<'_, '_> {
                 }
             }
         }
+        true
     }
-}
-
-/// The lobe of a single surface of a volume: facets that turn by δ turn mirrored light by 2δ, and refracted light by |n cos θ / cos θ' − 1| δ, where n is the
-/// index on the viewer's side over that on the other side, and the angles are to the viewer and of the refracted direction.
-fn narrowed(shading: &Shading<'_, '_>, lobe: ReflectedLobe) -> ReflectedLobe {
-    if shading.material.thin {
-        return lobe;
-    }
-    let cosine = lobe.direction.dot(shading.point.shading_normal).abs();
-    let turned = (shading.wo.z / (shading.relative_ior() * cosine) - 1.0).abs();
-    ReflectedLobe { roughness: lobe.roughness * (0.5 * turned).min(1.0).sqrt(), ..lobe }
 }
 
 /// The seeds of `rays` child rays for a purpose.

@@ -9,7 +9,7 @@ use fearless_simd::Level;
 use glam::{Mat3, Vec3};
 
 use super::local_frame::{local_frame, mirror_direction};
-use super::reflected_lobe::ReflectedLobe;
+use super::prefiltered_lobe::PrefilteredLobe;
 use super::surface_hit::SurfaceHit;
 use super::traced_share::traced_share;
 use super::tracer::MIN_SCATTERED;
@@ -202,7 +202,7 @@ impl ReflectedLanes {
             let mirrored = mirror_direction(wo, normal);
             self.mirrored.set(lane, mirrored);
             let roughness = materials.roughness[lane].clamp(0.0, 1.0);
-            let looked_up = ReflectedLobe::new(mirrored, normal, local_wo.z, roughness);
+            let looked_up = PrefilteredLobe::new(mirrored, normal, local_wo.z, roughness);
             self.looked_up.0.set(lane, looked_up.direction);
             self.looked_up.1[lane] = looked_up.roughness;
             self.lobe_roughness[lane] = roughness;
@@ -231,9 +231,9 @@ impl ReflectedLanes {
 
     /// The lobe of a lane that is looked up for the specular one.
     #[inline(always)]
-    pub(super) fn looked_up(&self, lane: usize) -> ReflectedLobe {
+    pub(super) fn looked_up(&self, lane: usize) -> PrefilteredLobe {
         let (directions, roughness) = &self.looked_up;
-        ReflectedLobe { direction: directions.get(lane), roughness: roughness[lane] }
+        PrefilteredLobe { direction: directions.get(lane), roughness: roughness[lane] }
     }
 
     /// Albedos, and the light of the environment that leaves the surfaces.

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::local_frame::mirror_direction;
-use super::reflected_lobe::ReflectedLobe;
+use super::prefiltered_lobe::PrefilteredLobe;
 use super::shading::{Arrival, Shading};
 use super::tracer::{MIN_WEIGHT, Tracer};
 use crate::bvh::Hit;
@@ -20,7 +20,7 @@ pub(super) struct ChildRay {
     pub(super) weight: Vec3,
     /// Of the lobe that the ray stands for; 0 for a direction that was sampled.
     pub(super) roughness: f32,
-    pub(super) open_lobe: Option<ReflectedLobe>,
+    pub(super) environment_lobe: Option<PrefilteredLobe>,
     pub(super) kind: RayKind,
     pub(super) channels: ColorChannels,
     pub(super) seed: Seed,
@@ -64,18 +64,18 @@ impl Tracer<'_, '_> {
             let (kind, channels) = (RayKind::Reflection, state.channels);
             self.send_reflected(
                 arrival,
-                ChildRay { ray, weight, roughness, open_lobe: None, kind, channels, seed },
+                ChildRay { ray, weight, roughness, environment_lobe: None, kind, channels, seed },
             );
         }
     }
 
-    /// Sends a refraction ray for each transmitting lobe.
+    /// Sends refraction rays and sampled rays for each transmitting lobe.
     pub(super) fn refract(&mut self, shading: &Shading<'_, '_>) {
-        if shading.albedos.transmission == Vec3::ZERO {
+        if shading.albedos.transmission == Vec3::ZERO || self.scatter_transmission(shading) {
             return;
         }
-        self.scatter_transmission(shading);
-        let traced_share = (1.0 - shading.sampled_share_transmitted) * shading.traced_share_transmitted;
+        self.sample_frosted_glass(shading);
+        let traced_share = (1.0 - shading.sampled_transmission_share) * shading.traced_share_transmitted;
         for (channels, bsdf) in shading.transmission_lobes() {
             let weight = shading.weight_below * shading.albedos.transmission * traced_share * channels.mask();
             if weight == Vec3::ZERO {
@@ -96,7 +96,10 @@ impl Tracer<'_, '_> {
             let seed = shading.state.seed.child(Purpose::Refraction, 0, 1);
             let roughness = bsdf.transmission_roughness();
             let kind = RayKind::Refraction;
-            self.send(shading, ChildRay { ray, weight, roughness, open_lobe: None, kind, channels, seed });
+            self.send(
+                shading,
+                ChildRay { ray, weight, roughness, environment_lobe: None, kind, channels, seed },
+            );
         }
     }
 
@@ -126,7 +129,7 @@ impl Tracer<'_, '_> {
             self.context.view.frame,
             &shading.state.differential,
             child.ray.direction,
-            shading.relative_ior(),
+            if shading.material.thin { 1.0 } else { shading.relative_ior() },
         );
         // Thin walls show the peaks as highlights, volumes do not.
         let sees_peaks = !shading.material.thin;
@@ -148,7 +151,7 @@ impl Tracer<'_, '_> {
         differential: RayDifferential,
         (media, touching, sees_peaks): (MediaStack, Option<Box<Hit>>, bool),
     ) {
-        let ChildRay { ray, weight, roughness, open_lobe, kind, channels, seed } = child;
+        let ChildRay { ray, weight, roughness, environment_lobe, kind, channels, seed } = child;
         let light_pass = arrival.light_pass.or(match kind {
             RayKind::Camera => None,
             RayKind::Reflection | RayKind::GroundReflection => Some(LightPass::Reflection),
@@ -165,7 +168,7 @@ impl Tracer<'_, '_> {
             light_pass,
             sees_peaks,
             blur: arrival.state.blur + (roughness * roughness) * (roughness * roughness),
-            open_lobe,
+            environment_lobe,
             depth,
             seed,
             ..*arrival.state

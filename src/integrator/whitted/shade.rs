@@ -170,7 +170,7 @@ impl<'a> Tracer<'_, 'a> {
             transmission_side: &transmission_side,
             iors: [outside, inside],
             traced_share: traced_share_of(bsdf.widest_roughness()),
-            sampled_share_transmitted: self.sampled_share(&bsdf),
+            sampled_transmission_share: self.sampled_transmission_share(&bsdf, state),
             traced_share_transmitted: traced_share_of(bsdf.widest_transmission_roughness()),
         };
         self.scatter(&shading);

@@ -53,8 +53,8 @@ pub(super) struct Shading<'p, 'a> {
     pub(super) iors: [f32; 2],
     /// Share of the reflected lobe that rays follow; the prefiltered environment has the rest.
     pub(super) traced_share: f32,
-    /// Share of the transmitted lobe that sampled rays follow, one or more.
-    pub(super) sampled_share_transmitted: f32,
+    /// Share of the transmitted lobe that a sampled ray follows.
+    pub(super) sampled_transmission_share: f32,
     /// Share of the rest of the transmitted lobe that the refraction ray follows.
     pub(super) traced_share_transmitted: f32,
 }
@@ -70,19 +70,6 @@ impl<'p, 'a> Shading<'p, 'a> {
     pub(super) fn relative_ior(&self) -> f32 {
         let [outside, inside] = self.iors;
         if outside > 0.0 && inside > 0.0 { inside / outside } else { 1.0 }
-    }
-
-    /// Whether light arrives within frosted glass, unbent by it.
-    pub(super) fn is_lit_through_frosted_glass(&self) -> bool {
-        self.sampled_share_transmitted > 0.0 && self.relative_ior() < 1.0
-    }
-
-    /// The lobes that reflect light which arrives unbent within glass, and their albedo terms: as on the same path outside, where nothing is reflected totally.
-    pub(super) fn lit_from_within(&self) -> (Bsdf, AlbedoTerms) {
-        let [outside, inside] = self.iors;
-        let bsdf = Bsdf::new(self.material, inside, outside);
-        let terms = bsdf.albedo_terms(self.wo);
-        (bsdf, terms)
     }
 
     /// The lobes that transmit light, each with its colour channels.

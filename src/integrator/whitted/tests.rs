@@ -184,6 +184,26 @@ fn a_share_of_the_shadows_takes_fewer_rays_and_is_that_share_on_average() {
 }
 
 #[test]
+fn a_share_of_frosted_glass_is_followed_on_average() {
+    let environment = Environment::BuiltIn(BuiltInLight::Studio);
+    with_context("environment/frosted_glass", &environment, |context, camera| {
+        let light = |occluded_share: f32| {
+            let mut context = context.clone();
+            (context.occluded_share, context.bounce_share) = (occluded_share, 0.0);
+            let all: Vec<usize> = (0..SAMPLES).collect();
+            let values = trace(&mut Tracer::new(&context), camera, &all);
+            values.iter().map(|value| value.radiance.element_sum()).sum::<f32>()
+        };
+        let [open, shadowed] = [0.0, 1.0].map(light);
+        assert!((shadowed / open - 1.0).abs() > 0.1, "{shadowed} of {open}");
+        for share in [0.01, 0.3, 0.7] {
+            let found = (light(share) - open) / (shadowed - open);
+            assert!((found - share).abs() < 0.05, "{found} for {share}");
+        }
+    });
+}
+
+#[test]
 fn fewer_samples_trace_shadows_only_where_each_pixel_has_its_part() {
     let of = |samples: u32, max_samples: u32, occluded_share: f32| {
         let settings = IntegratorSettings { samples, max_samples, ..IntegratorSettings::default() };

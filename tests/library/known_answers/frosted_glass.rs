@@ -78,3 +78,31 @@ fn walls_show_through_paper() {
         assert_close(seen, color * WALL * 0.75 + 0.8 * 0.25, 0.01);
     }
 }
+
+#[test]
+fn frosted_slabs_blur_the_environment_as_paths_do() {
+    let light = super::reflection::slanted_light().unwrap();
+    for ior in [1.15, 1.33, 1.5] {
+        let volume = Some(Volume { thickness: 0.01, ..Volume::CLEAR });
+        let material = Material { volume, ior, ..frosted(0.5) };
+        let see = |integrator, side: f32| {
+            let mut stage = super::path::stage(1024);
+            (stage.settings.integrator, stage.settings.max_depth) = (integrator, 12);
+            stage.environment = light.clone();
+            stage.add(cuboid(Vec3::ZERO, Vec3::new(1.0, 0.01, 1.0)), material.clone());
+            stage.look(Vec3::new(side, 1.0, 0.0), Vec3::ZERO)
+        };
+        for side in [-1.0, 0.0, 1.0] {
+            assert_close(see(Integrator::Whitted, side), see(Integrator::Path, side).truncate(), 0.06);
+        }
+    }
+}
+
+#[test]
+fn the_deepest_frosted_glass_looks_the_environment_up() {
+    let mut stage = super::path::stage(16);
+    (stage.settings.integrator, stage.settings.max_depth) = (Integrator::Whitted, 0);
+    stage.environment = Environment::Constant(Vec3::ONE);
+    stage.add(sheet(), frosted(0.5));
+    assert_close(stage.look(Vec3::Z, Vec3::ZERO), Vec3::ONE, 0.01);
+}

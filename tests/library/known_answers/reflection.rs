@@ -123,7 +123,7 @@ fn rough_lobes_never_gain_energy_in_a_white_furnace() {
 }
 
 /// Light that grows towards +X, from 0.1 to 1.9.
-fn slanted_light() -> Result<Environment> {
+pub(super) fn slanted_light() -> Result<Environment> {
     let (width, height) = (128, 64);
     let radiance = |index: u32| {
         // +X lies to the right of the centre, which is −Z.

@@ -145,7 +145,7 @@ impl<'c, 'a> PhotonTracing<'c, 'a> {
                 unguided_ratio: 1.0,
                 sees_peaks: true,
                 blur: 0.0,
-                open_lobe: None,
+                environment_lobe: None,
                 depth: 0,
                 sample,
                 seed: Seed::default(),

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// Coefficients of the fit of [`ReflectedLobe::new`]: of the axis, and of the roughness.
+/// Coefficients of the fit of [`PrefilteredLobe::new`]: of the axis, and of the roughness.
 const TILT: f32 = 0.76;
 const TILT_BY_COSINE: f32 = 2.9;
 const WIDER_BEYOND: f32 = 0.5;
@@ -10,12 +10,12 @@ const WIDER: f32 = 0.6;
 
 /// A lobe around a direction, as [`crate::scene::Environment::prefiltered`] averages it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ReflectedLobe {
+pub(crate) struct PrefilteredLobe {
     pub(super) direction: Vec3,
     pub(super) roughness: f32,
 }
 
-impl ReflectedLobe {
+impl PrefilteredLobe {
     /// The lobe of a surface of `roughness`, from 0 to 1, to a viewer at `cos_o` from the normal.
     ///
     /// Prefiltered lobes are those of a view along the normal. Seen obliquely, a rough lobe leans from the mirror direction towards the normal, around

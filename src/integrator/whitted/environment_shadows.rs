@@ -322,10 +322,11 @@ mod tests {
         assert_eq!(brightest, Some(1));
         let left: Vec<[f32; 2]> = lookups.iter().map(|lookup| [lookup.radiance.x, lookup.albedo.x]).collect();
         assert_eq!(left, [[0.0, 0.0], [1.1, 2.0], [0.5, 1.0], [0.05, 1.0]]);
+        assert_eq!(join_faint(&mut lookups, Vec3::ZERO, |lookup| !lookup.is_outside), Some(3));
         // In the dark, what hides the environment decides.
         let dark = |albedo: f32| EnvironmentLookup { albedo: Vec3::splat(albedo), ..lookup(0.0, Vec3::Y) };
         let mut lookups = [dark(0.8), dark(0.0)];
-        assert_eq!(join_faint(&mut lookups, Vec3::ONE, |lookup| !lookup.is_outside), Some(0));
+        assert_eq!(join_faint(&mut lookups, Vec3::ONE, |_| true), Some(0));
         assert_eq!(lookups.map(|lookup| lookup.albedo.x), [0.8, 0.0]);
     }
 }

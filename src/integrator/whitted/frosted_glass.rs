@@ -97,7 +97,7 @@ fn refracted_lobe(shading: &Shading<'_, '_>, bsdf: &Bsdf) -> Option<PrefilteredL
 
 /// Roughness of the mirror whose lobe is as wide as that of refracted light, to first order. `cosines` are those of the view and of the refracted direction.
 ///
-/// Facets that turn by δ turn mirrored light by 2 δ, and refracted light by |cos θ / (n cos θ') − 1| δ, by Snell's law.
+/// Facets that turn by δ turn mirrored light by 2 δ, and refracted light by |cos θ / (n cos θ') − 1| δ (Snell).
 fn refracted_roughness(roughness: f32, relative_ior: f32, cosines: [f32; 2]) -> f32 {
     let turned = (cosines[0] / (relative_ior * cosines[1]) - 1.0).abs();
     if turned < 2.0 { roughness * (0.5 * turned).sqrt() } else { roughness }

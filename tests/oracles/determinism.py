@@ -36,6 +36,7 @@ SCENES = {
     "demo, paths": ["scenes/demo/whitted_1980.gltf", "-f", "5", *PATH],
     "nested glass": ["scenes/material/nested_glass.gltf", "-f", "0", "--env", "outdoor", *WHITTED],
     "nested glass, paths": ["scenes/material/nested_glass.gltf", "-f", "0", "--env", "outdoor", *PATH],
+    "frosted glass": ["scenes/environment/frosted_glass.gltf", "-f", "0", "--env", "studio", *WHITTED],
     "helmet on a ground": ["scenes/showcase/helmet.gltf", "-f", "0", "--ground=reflection", *WHITTED],
     "character, blurred, paths": ["scenes/showcase/character.gltf", "--animation", "walk", "-f", "5", "--shutter", "0.5", "--ground", *PATH],
     "level": ["scenes/showcase/level.gltf", "-f", "0", *WHITTED],

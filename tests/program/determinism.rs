@@ -19,7 +19,7 @@ struct Shot {
     options: &'static [&'static str],
 }
 
-const SHOTS: [Shot; 16] = [
+const SHOTS: [Shot; 17] = [
     shot("demo/whitted_1980", 5, &[]),
     shot("bvh/slivers", 0, &[]),
     shot("bvh/long_diagonals", 0, &[]),
@@ -30,6 +30,7 @@ const SHOTS: [Shot; 16] = [
     shot("skin/two_bone_strip", 5, &[]),
     shot("morph/morph_then_skin", 5, &[]),
     shot("light/environment_only", 0, &["--env", "studio"]),
+    shot("environment/frosted_glass", 0, &["--env", "studio"]),
     shot("material/nested_glass", 0, &["--env", "outdoor", "--integrator", "path"]),
     shot("material/alpha_blend_stack", 0, &["--env", "studio", "--integrator", "path", "--seed-per-frame"]),
     shot("texture/emissive", 0, &["--integrator", "path", "--noise", "0.02"]),

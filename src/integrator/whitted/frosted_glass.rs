@@ -46,11 +46,8 @@ impl Tracer<'_, '_> {
             let ray = Ray::new(shading.point.origin_inside(), direction);
             let environment_lobe = refracted_lobe(shading, bsdf);
             let seed = shading.state.seed.child(Purpose::Refraction, 0, 1);
-            let kind = RayKind::Refraction;
-            self.send(
-                shading,
-                ChildRay { ray, weight, roughness: 0.0, environment_lobe, kind, channels, seed },
-            );
+            let child = ChildRay::sampled(ray, weight, RayKind::Refraction, (channels, seed));
+            self.send(shading, ChildRay { environment_lobe, ..child });
         }
     }
 }

@@ -35,18 +35,7 @@ impl Tracer<'_, '_> {
             if direction.dot(shading.point.geometric_normal) > 0.0 && self.may_send(shading.state, weight) {
                 let ray = Ray::new(shading.point.origin_outside(), direction);
                 let channels = shading.state.channels;
-                self.send(
-                    shading,
-                    ChildRay {
-                        ray,
-                        weight,
-                        roughness: 0.0,
-                        environment_lobe: None,
-                        kind: RayKind::Reflection,
-                        channels,
-                        seed,
-                    },
-                );
+                self.send(shading, ChildRay::sampled(ray, weight, RayKind::Reflection, (channels, seed)));
             }
         }
         true
@@ -65,18 +54,7 @@ impl Tracer<'_, '_> {
             if direction.dot(shading.point.geometric_normal) > 0.0 && self.may_send(shading.state, weight) {
                 let ray = Ray::new(shading.point.origin_outside(), direction);
                 let channels = shading.state.channels;
-                self.send(
-                    shading,
-                    ChildRay {
-                        ray,
-                        weight,
-                        roughness: 0.0,
-                        environment_lobe: None,
-                        kind: RayKind::Reflection,
-                        channels,
-                        seed,
-                    },
-                );
+                self.send(shading, ChildRay::sampled(ray, weight, RayKind::Reflection, (channels, seed)));
             }
         }
         true
@@ -97,18 +75,7 @@ impl Tracer<'_, '_> {
                 if direction.dot(shading.point.geometric_normal) < 0.0 && self.may_send(shading.state, weight)
                 {
                     let ray = Ray::new(shading.point.origin_inside(), direction);
-                    self.send(
-                        shading,
-                        ChildRay {
-                            ray,
-                            weight,
-                            roughness: 0.0,
-                            environment_lobe: None,
-                            kind: RayKind::Refraction,
-                            channels,
-                            seed,
-                        },
-                    );
+                    self.send(shading, ChildRay::sampled(ray, weight, RayKind::Refraction, (channels, seed)));
                 }
             }
         }

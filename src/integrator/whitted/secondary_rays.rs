@@ -20,10 +20,23 @@ pub(super) struct ChildRay {
     pub(super) weight: Vec3,
     /// Of the lobe that the ray stands for; 0 for a direction that was sampled.
     pub(super) roughness: f32,
+    /// See [`RayState::environment_lobe`].
     pub(super) environment_lobe: Option<PrefilteredLobe>,
     pub(super) kind: RayKind,
     pub(super) channels: ColorChannels,
     pub(super) seed: Seed,
+}
+
+impl ChildRay {
+    /// A ray along a sampled direction.
+    pub(super) fn sampled(
+        ray: Ray,
+        weight: Vec3,
+        kind: RayKind,
+        (channels, seed): (ColorChannels, Seed),
+    ) -> Self {
+        Self { ray, weight, roughness: 0.0, environment_lobe: None, kind, channels, seed }
+    }
 }
 
 impl Tracer<'_, '_> {

@@ -1,4 +1,4 @@
-//! The prefiltered lobe that stands for the light a rough surface reflects.
+//! The prefiltered lobe that stands for the light that a rough surface reflects or transmits.
 
 use glam::Vec3;
 

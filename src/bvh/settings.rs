@@ -50,7 +50,7 @@ pub struct BuildSettings {
     pub split: Split,
     /// Upper limit of references per triangle, on average, that splitting creates.
     pub reference_budget: f32,
-    /// Rays of all kinds expected in the frame; [`BuilderKind::Auto`] builds a better tree for more rays.
+    /// Rays of all kinds expected in the frame; for more rays, [`BuilderKind::Auto`] builds a better tree, and [`Split::Auto`] splits.
     pub expected_rays: u64,
     /// Instruction set that traversal uses.
     pub simd: SimdLevel,

@@ -9,6 +9,7 @@ mod bands;
 mod checkpoint;
 mod collisions;
 mod event;
+mod expected_rays;
 mod exposure;
 mod file_stamp;
 mod first_pose;

@@ -10,13 +10,12 @@ use crate::error::Result;
 use crate::film::Film;
 use crate::frame::{Frame, PosedCamera};
 use crate::geometry::Triangle;
-use crate::render::{AdjacentFrames, RenderSettings, SceneView, render_pixel_centers};
+use crate::render::{AdjacentFrames, SceneView, render_pixel_centers};
 
+use super::expected_rays::{LightSources, expected_rays};
 use super::memory::reference_budget;
 use super::{Phases, SequenceJob};
 
-/// Reflected and refracted rays a sample in a typical scene.
-const TYPICAL_BOUNCES: u32 = 1;
 /// Triangles of one task of a comparison.
 const TRIANGLES_PER_TASK: usize = 16_384;
 
@@ -66,9 +65,10 @@ impl PosedFrames {
         }
         let recycled = self.bvh.take();
         let Frame { triangles, flags, lights, .. } = &self.current;
+        let sources = LightSources { lights: lights.len(), has_environment: job.environment.is_lit() };
         let settings = BuildSettings {
             reference_budget: reference_budget(job),
-            expected_rays: expected_rays(&job.render, job.shutter.time_samples, lights.len()),
+            expected_rays: expected_rays(&job.render, job.shutter.time_samples, sources),
             ..job.build
         };
         let bvh = self.builder.build(triangles, flags, &settings, cancel, recycled)?;
@@ -115,16 +115,6 @@ impl PosedFrames {
     }
 }
 
-/// Estimated rays of one shutter sample: for each pixel sample a camera ray, a shadow ray to each light, and one reflection or
-/// refraction ray unless the depth is 0. Rays to the environment are left out.
-fn expected_rays(render: &RenderSettings, time_samples: u32, lights: usize) -> u64 {
-    let pixels = u64::from(render.window.width()) * u64::from(render.window.height());
-    let bounces = u64::from(render.max_depth.min(TYPICAL_BOUNCES));
-    let rays_a_sample = 1 + lights as u64 + bounces;
-    let samples = u64::from(render.samples.div_ceil(time_samples));
-    pixels.saturating_mul(samples).saturating_mul(rays_a_sample)
-}
-
 /// Whether both frames have bitwise equal triangles.
 fn has_same_triangles(a: &Frame, b: &Frame) -> bool {
     let bits = |triangle: &Triangle| triangle.vertices.map(|v| v.to_array().map(f32::to_bits));
@@ -140,24 +130,7 @@ fn has_same_triangles(a: &Frame, b: &Frame) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::PixelWindow;
     use glam::Vec3;
-
-    #[test]
-    fn rays_are_counted_by_pixels_samples_and_lights() {
-        let render = RenderSettings {
-            resolution: (100, 50),
-            window: PixelWindow { x0: 10, y0: 0, x1: 30, y1: 10 },
-            samples: 4,
-            max_depth: 8,
-            ..RenderSettings::default()
-        };
-        // 20 x 10 pixels of 4 samples: camera, three lights, one bounce; without bounces a ray less.
-        assert_eq!(expected_rays(&render, 1, 3), 800 * 5);
-        assert_eq!(expected_rays(&RenderSettings { max_depth: 0, ..render.clone() }, 1, 3), 800 * 4);
-        // Two shutter samples share the samples of a pixel.
-        assert_eq!(expected_rays(&render, 2, 3), 400 * 5);
-    }
 
     #[test]
     fn a_zero_of_the_other_sign_is_another_triangle() {

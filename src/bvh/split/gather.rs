@@ -6,7 +6,8 @@
 //! Walls and floors have large boxes that splits cannot empty: they count in `E` and not in `D`. [`Split::Auto`] splits nothing
 //! while `D ≤ 4`. It splits nothing either where the average box takes more than a quarter of the scene's area, because a few
 //! cuts cannot separate such triangles (identical ones, for example). Otherwise it aims at `R = min(budget, 1 + (D / 118)^0.57)`
-//! references per triangle ([`super::priority`]). [`Split::Area`] follows Ernst and Greiner ([`super::area`]).
+//! references per triangle ([`super::priority`]), if the rays of the frame save the time that this takes. [`Split::Area`] follows Ernst and
+//! Greiner ([`super::area`]).
 
 use std::time::Instant;
 
@@ -24,6 +25,14 @@ const SHARE_BEYOND_SPLITTING: f64 = 0.25;
 const OVERLAP_SCALE: f64 = 118.0;
 /// Exponent of the growth of references with `D`.
 const OVERLAP_EXPONENT: f64 = 0.57;
+
+/// Nanoseconds of the build that a triangle takes where some are split: finding those, measured as 90 to 130.
+const NS_PER_TRIANGLE: f64 = 90.0;
+/// Nanoseconds of the build that each further reference takes: cutting, sorting, clustering and collapsing.
+const NS_PER_SPLIT: f64 = 300.0;
+/// Nanoseconds per ray that splits save for each unit of `D` above the least: the lower half of what was measured, since a wrong choice for few
+/// rays costs more of the frame than one for many.
+const SAVED_NS_PER_RAY: f64 = 0.5;
 
 /// Scratch memory kept between builds.
 #[derive(Debug, Default)]
@@ -74,7 +83,8 @@ pub(crate) fn gather(
             (gathered.sa_max, gathered.budget_reached) = (threshold.sa_max, threshold.budget_reached);
         }
         Split::Auto => {
-            let aim = automatic_aim(input, &whole, references, budget)?.min(limit) as usize;
+            let rays = settings.expected_rays;
+            let aim = automatic_aim(input, &whole, references, (budget, rays))?.min(limit) as usize;
             if aim <= whole.count {
                 return Ok(gathered);
             }
@@ -91,21 +101,22 @@ fn automatic_aim(
     input: Input,
     whole: &Measures,
     references: &[Reference],
-    budget: f64,
+    (budget, rays): (f64, u64),
 ) -> Result<u64, Cancelled> {
     let count = whole.count as u64;
     let overlap = whole.overlap();
     let share = overlap / whole.count as f64;
+    let saves = |overlap: f64, ratio: f64| {
+        let cost = whole.count as f64 * (NS_PER_TRIANGLE + NS_PER_SPLIT * (ratio - 1.0));
+        (overlap - OVERLAP_WORTH_SPLITTING) * SAVED_NS_PER_RAY * rays as f64 > cost
+    };
     // `D` is `E` at most: most scenes need no second pass over their triangles.
-    if !overlap.is_finite() || overlap <= OVERLAP_WORTH_SPLITTING || share > SHARE_BEYOND_SPLITTING {
+    if !overlap.is_finite() || !saves(overlap, 1.0) || share > SHARE_BEYOND_SPLITTING {
         return Ok(count);
     }
     let sparse = priority::sparse_overlap(input, whole, references)?;
-    if sparse <= OVERLAP_WORTH_SPLITTING {
-        return Ok(count);
-    }
-    let ratio = 1.0 + libm::pow(sparse / OVERLAP_SCALE, OVERLAP_EXPONENT);
-    Ok((whole.count as f64 * ratio.min(budget)) as u64)
+    let ratio = (1.0 + libm::pow(sparse / OVERLAP_SCALE, OVERLAP_EXPONENT)).min(budget);
+    Ok(if saves(sparse, ratio) { (whole.count as f64 * ratio) as u64 } else { count })
 }
 
 #[cfg(test)]
@@ -132,12 +143,16 @@ mod tests {
     }
 
     fn chosen(triangles: &[Triangle], split: Split, budget: f32) -> (Gathered, usize) {
+        let settings = BuildSettings { split, reference_budget: budget, ..BuildSettings::default() };
+        gathered(triangles, &settings)
+    }
+
+    fn gathered(triangles: &[Triangle], settings: &BuildSettings) -> (Gathered, usize) {
         let flags = vec![TriangleFlags::default(); triangles.len()];
         let cancel = CancelFlag::new();
         let input = Input { triangles, flags: &flags, cancel: &cancel };
-        let settings = BuildSettings { split, reference_budget: budget, ..BuildSettings::default() };
         let mut references = Vec::new();
-        let mut gathered = gather(input, &settings, &mut Scratch::default(), &mut references).unwrap();
+        let mut gathered = gather(input, settings, &mut Scratch::default(), &mut references).unwrap();
         gathered.bounds_seconds = 0.0;
         (gathered, references.len())
     }
@@ -205,6 +220,19 @@ mod tests {
         // A smaller budget holds.
         let ratio = chosen(&triangles, Split::Auto, 1.5).1 as f64 / 2000.0;
         assert!((1.2..=1.5).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn triangles_are_split_for_rays_that_save_the_time() {
+        // D is about 200: a ray saves some 100 ns, and 2000 triangles take about a millisecond.
+        let triangles = bars(2000);
+        let references = |expected_rays| {
+            let settings = BuildSettings { expected_rays, ..BuildSettings::default() };
+            gathered(&triangles, &settings).1
+        };
+        assert_eq!([0, 1000].map(references), [2000; 2]);
+        assert_eq!(references(100_000), references(u64::MAX));
+        assert!(references(100_000) > 2000);
     }
 
     #[test]

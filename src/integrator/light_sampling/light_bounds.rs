@@ -39,7 +39,7 @@ pub(super) struct NormalCone {
 
 /// A point that is lit, and the normal of its surface if only the side that this points to is.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Receiver {
+pub(super) struct LitPoint {
     pub(super) point: Vec3,
     pub(super) normal: Option<Vec3>,
 }
@@ -146,8 +146,8 @@ impl CompactLightBounds {
     ///
     /// There are no branches, so that a loop over sets is vectorised.
     #[inline(always)]
-    pub(super) fn importance(&self, at: Receiver, is_two_sided: bool, weights: ImportanceWeights) -> f32 {
-        let Receiver { point, normal } = at;
+    pub(super) fn importance(&self, at: LitPoint, is_two_sided: bool, weights: ImportanceWeights) -> f32 {
+        let LitPoint { point, normal } = at;
         let to_center = self.center - point;
         let distance_squared = to_center.length_squared();
         let radius_squared = self.radius * self.radius;

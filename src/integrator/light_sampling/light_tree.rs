@@ -5,7 +5,7 @@ use fearless_simd::Level;
 use glam::Vec3;
 
 use super::emitter::Emitter;
-use super::light_bounds::Receiver;
+use super::light_bounds::LitPoint;
 use super::light_tree_build::{MAX_LEVELS, build};
 use super::light_tree_collapse::{NO_SLOT, WideLightTree, collapse};
 use super::wide_light_node::{BELOW_ONE, WIDTH};
@@ -32,11 +32,11 @@ impl LightTree {
     /// The index of an emitter that may light `point`, on the side that `normal` points to if there is one, and its probability.
     /// `u` is in [0, 1). `None` where no emitter or only ones that cannot light the point are found.
     pub(crate) fn sample(&self, point: Vec3, normal: Option<Vec3>, u: f32) -> Option<(u32, f32)> {
-        vectorized!(self.level, self.sample_in_lanes(Receiver { point, normal }, u))
+        vectorized!(self.level, self.sample_in_lanes(LitPoint { point, normal }, u))
     }
 
     #[inline(always)]
-    fn sample_in_lanes(&self, at: Receiver, u: f32) -> Option<(u32, f32)> {
+    fn sample_in_lanes(&self, at: LitPoint, u: f32) -> Option<(u32, f32)> {
         let mut node = self.tree.nodes.first()?;
         let mut u = refined(u, at.point);
         let mut probability = 1.0;
@@ -54,11 +54,11 @@ impl LightTree {
 
     /// The probability with which [`LightTree::sample`] chooses an emitter.
     pub(crate) fn probability(&self, point: Vec3, normal: Option<Vec3>, emitter: u32) -> f32 {
-        vectorized!(self.level, self.probability_in_lanes(Receiver { point, normal }, emitter))
+        vectorized!(self.level, self.probability_in_lanes(LitPoint { point, normal }, emitter))
     }
 
     #[inline(always)]
-    fn probability_in_lanes(&self, at: Receiver, emitter: u32) -> f32 {
+    fn probability_in_lanes(&self, at: LitPoint, emitter: u32) -> f32 {
         // The choices, the last one first
         let mut slots = ArrayVec::<u32, MAX_LEVELS>::new();
         let mut slot = self.tree.leaves.get(emitter as usize).copied().unwrap_or(NO_SLOT);

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::light_bounds::{CompactLightBounds, ImportanceWeights, Receiver, larger};
+use super::light_bounds::{CompactLightBounds, ImportanceWeights, LitPoint, larger};
 use super::light_node::LightNode;
 
 /// Most children of a node.
@@ -97,7 +97,7 @@ impl WideLightNode {
 
     /// See [`CompactLightBounds::importance`]; zero where there is no child.
     #[inline(always)]
-    pub(super) fn importance(&self, lane: usize, at: Receiver) -> f32 {
+    pub(super) fn importance(&self, lane: usize, at: LitPoint) -> f32 {
         let [x, y, z] = &self.center;
         let [axis_x, axis_y, axis_z] = &self.axis;
         let bounds = CompactLightBounds {
@@ -114,16 +114,16 @@ impl WideLightNode {
 
     /// The weights of the children; `None` if none may light the point.
     #[inline(always)]
-    pub(super) fn weights(&self, at: Receiver) -> Option<ChildWeights> {
+    pub(super) fn weights(&self, at: LitPoint) -> Option<ChildWeights> {
         let mut weights = [0.0; WIDTH];
         // A loop is vectorised where a condition is known.
-        if let Receiver { point, normal: Some(normal) } = at {
+        if let LitPoint { point, normal: Some(normal) } = at {
             for (lane, weight) in weights.iter_mut().enumerate() {
-                *weight = self.importance(lane, Receiver { point, normal: Some(normal) });
+                *weight = self.importance(lane, LitPoint { point, normal: Some(normal) });
             }
         } else {
             for (lane, weight) in weights.iter_mut().enumerate() {
-                *weight = self.importance(lane, Receiver { point: at.point, normal: None });
+                *weight = self.importance(lane, LitPoint { point: at.point, normal: None });
             }
         }
         let least = LEAST_SHARE * weights.iter().fold(0.0, |most: f32, &weight| larger(most, weight));

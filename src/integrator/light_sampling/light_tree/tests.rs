@@ -292,7 +292,7 @@ fn instruction_sets_choose_alike() {
 }
 
 /// The probabilities of all emitters below a node of this probability, child by child.
-fn add_probabilities(tree: &LightTree, node: usize, at: Receiver, probability: f64, sums: &mut [f64]) {
+fn add_probabilities(tree: &LightTree, node: usize, at: LitPoint, probability: f64, sums: &mut [f64]) {
     let node = &tree.tree.nodes[node];
     let importances: Vec<f64> = (0..WIDTH).map(|lane| f64::from(node.importance(lane, at))).collect();
     let sum: f64 = importances.iter().sum();
@@ -313,7 +313,7 @@ fn probabilities_are_those_of_a_walk_over_the_whole_tree() {
         let tree = light_tree(emitters);
         for (point, normal) in receivers(60) {
             let mut expected = vec![0.0; emitters.len()];
-            add_probabilities(&tree, 0, Receiver { point, normal }, 1.0, &mut expected);
+            add_probabilities(&tree, 0, LitPoint { point, normal }, 1.0, &mut expected);
             for (emitter, expected) in (0..).zip(expected) {
                 let found = f64::from(tree.probability(point, normal, emitter));
                 assert!((found - expected).abs() <= 1e-5 * expected + 1e-8, "{emitter}: {found} {expected}");

@@ -35,7 +35,7 @@ impl SurfacePoint<'_> {
     ) -> RayDifferential {
         let (incoming, normal) = (-self.wo, self.shading_normal);
         if refracted == incoming {
-            return RayDifferential { origin: self.position_steps, direction: arriving.direction };
+            return self.passed_differential(arriving);
         }
         let normal_steps = self.normal_steps(frame);
         // D' = η D − μ N with μ = η (D·N) − D'·N
@@ -49,6 +49,11 @@ impl SurfacePoint<'_> {
             step * eta - normal_step * mu - normal * (mu_per_cosine * cosine_step)
         };
         RayDifferential { origin: self.position_steps, direction: [derivative(0), derivative(1)] }
+    }
+
+    /// The differential of a ray that leaves the surface as wide as the one that arrived: a thin wall scatters light, but does not focus it.
+    pub fn passed_differential(&self, arriving: &RayDifferential) -> RayDifferential {
+        RayDifferential { origin: self.position_steps, direction: arriving.direction }
     }
 
     /// Derivatives of the interpolated normal on the viewer's side over the steps on the surface; zero on flat faces.

@@ -138,12 +138,13 @@ impl Tracer<'_, '_> {
             return self.send_reflected(&arrival, child);
         }
         let side = &shading.transmission_side;
-        let differential = shading.point.refracted_differential(
-            self.context.view.frame,
-            &shading.state.differential,
-            child.ray.direction,
-            if shading.material.thin { 1.0 } else { shading.relative_ior() },
-        );
+        let arriving = &shading.state.differential;
+        let differential = if shading.material.thin {
+            shading.point.passed_differential(arriving)
+        } else {
+            let (frame, direction) = (self.context.view.frame, child.ray.direction);
+            shading.point.refracted_differential(frame, arriving, direction, shading.relative_ior())
+        };
         // Thin walls show the peaks as highlights, volumes do not.
         let sees_peaks = !shading.material.thin;
         let beyond = (side.media.clone(), side.touching.map(Box::new), sees_peaks);

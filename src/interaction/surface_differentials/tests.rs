@@ -200,6 +200,7 @@ fn a_flat_window_narrows_and_a_ball_lens_converges() {
     // An unbent ray keeps its derivatives.
     let straight = point.refracted_differential(&window.frame, &spreading(), Vec3::NEG_Z, 1.5);
     assert_eq!(straight.direction, spreading().direction);
+    assert_eq!(point.passed_differential(&spreading()), straight);
     // A surface of radius R bends by (n − 1) / n · p / R towards the axis: 0.01 / 1.5 − 1/3 · 0.05 / 0.5.
     let ball = Stage::new(corners, Some(corners.map(|corner| corner + Vec3::Z * 0.5)));
     let point = ball.point(&Ray::new(Vec3::Z * 5.0, Vec3::NEG_Z), &spreading());

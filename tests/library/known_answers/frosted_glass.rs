@@ -2,7 +2,9 @@
 
 use glam::{Vec3, Vec4};
 use rayframe::render::{EnvSamples, Integrator};
-use rayframe::scene::{DiffuseTransmission, Environment, Material, Primitive, Transmission, Volume};
+use rayframe::scene::{
+    AlphaMode, ClearCoat, DiffuseTransmission, Environment, Material, Primitive, Transmission, Volume,
+};
 
 use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle};
 
@@ -46,6 +48,40 @@ fn walls_show_through_frosted_panes() {
             assert_close(all, Vec3::ONE, 0.01);
             assert_close(see(WALL), mirrored + (Vec3::ONE - mirrored) * WALL, 0.01);
         }
+    }
+}
+
+#[test]
+fn walls_show_through_coated_frosted_panes_as_paths_see_them() {
+    let coat = ClearCoat {
+        factor: 1.0,
+        texture: None,
+        roughness: 0.0,
+        roughness_texture: None,
+        normal_texture: None,
+    };
+    for roughness in [0.3, 0.6] {
+        let see = |integrator| {
+            let coated = Material { clear_coat: Some(coat), ..frosted(roughness) };
+            before_a_wall(WALL, (sheet(), coated), |stage| stage.settings.integrator = integrator)
+        };
+        assert_close(see(Integrator::Whitted), see(Integrator::Path).truncate(), 0.01);
+    }
+}
+
+#[test]
+fn a_blended_frosted_pane_covers_its_share_of_the_wall() {
+    let see = |alpha: f32, alpha_mode| {
+        let color = Vec3::new(0.8, 0.9, 1.0).extend(alpha);
+        let pane = Material { base_color: color, alpha_mode, ..frosted(0.4) };
+        before_a_wall(WALL, (sheet(), pane), |_| ()).truncate()
+    };
+    let pane = see(1.0, AlphaMode::Opaque);
+    assert!((pane - WALL).abs().max_element() > 0.03, "{pane}");
+    for alpha in [0.25, 0.75] {
+        let blended = see(alpha, AlphaMode::Blend);
+        let expected = pane * alpha + WALL * (1.0 - alpha);
+        assert!((blended - expected).abs().max_element() < 0.01, "{alpha}: {blended} instead of {expected}");
     }
 }
 

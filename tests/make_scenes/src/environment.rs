@@ -175,9 +175,9 @@ fn frosted_glass() -> Built {
     let teal = Material::matte("teal", [0.02, 0.4, 0.45]).add_to(&mut gltf);
     let wall = chequered_wall(&mut gltf, [8, 1], 0.9, [orange, teal]);
     gltf.node(Node::mesh(wall).at(0.0, 0.0, -0.9).scaled(1.0, 4.0, 1.0));
-    let glass = Material { roughness: 0.35, ..Material::glass("frosted glass", 1.5) };
-    let pane = Material { volume: None, ..glass }.two_sided().add_to(&mut gltf);
-    let solid = glass.add_to(&mut gltf);
+    let glass = |name| Material { roughness: 0.35, ..Material::glass(name, 1.5) };
+    let pane = Material { volume: None, ..glass("frosted pane") }.two_sided().add_to(&mut gltf);
+    let solid = glass("frosted ball").add_to(&mut gltf);
     let through = DiffuseTransmission { factor: 0.9, color: [1.0; 3] };
     let paper = Material { diffuse_transmission: Some(through), ..Material::matte("paper", [0.9; 3]) };
     let paper = paper.two_sided().add_to(&mut gltf);

@@ -2,7 +2,7 @@
 
 use crate::error::Warning;
 use crate::image::PlateFit;
-use crate::render::{EnvSamples, Integrator};
+use crate::render::{EnvSamples, Integrator, LightSize, RenderSettings};
 use crate::scene::{Environment, LightKind, SelectedCamera};
 use crate::sequence::{Exposure, OutputFormat, SequenceJob};
 
@@ -83,8 +83,11 @@ fn ground_without_shadows(values: &SettingValues, job: &SequenceJob) -> Option<W
 /// A warning about several frames of a scene in which nothing moves.
 fn equal_frames(job: &SequenceJob) -> Option<Warning> {
     let count = job.frames.len();
+    let but_for_noise = if changes_noise(job) { " but for noise" } else { "" };
     let message = || {
-        format!("nothing moves, so that all {count} frames are equal; `turntable` {count} turns the camera")
+        format!(
+            "nothing moves, so that all {count} frames are equal{but_for_noise}; `turntable` {count} turns the camera"
+        )
     };
     (count > 1 && !moves(job)).then(|| Warning { pointer: String::new(), message: message() })
 }
@@ -95,6 +98,17 @@ fn is_dark(environment: &Environment) -> bool {
         Environment::Composed(composed) => is_dark(&composed.light),
         _ => false,
     }
+}
+
+/// Whether anything in use has noise of its own in every frame.
+fn changes_noise(job: &SequenceJob) -> bool {
+    let RenderSettings { integrator, path, lens, light_size, glossy_samples, ground, .. } = &job.render;
+    let of_integrator = match integrator {
+        Integrator::Path => path.seed_per_frame,
+        Integrator::Whitted => *light_size != LightSize::default() || *glossy_samples > 0,
+    };
+    let has_catchers = job.scene.materials.iter().any(|material| material.is_shadow_catcher);
+    of_integrator || lens.is_some() || ground.is_some() || has_catchers
 }
 
 /// Whether the camera turns or follows a path, or any selected clip has two keys for anything.

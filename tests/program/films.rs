@@ -121,6 +121,9 @@ fn first_guesses_are_answered() {
         "{}",
         stderr(&still)
     );
+    let lens = ["--aperture", "0.1", "--focus", "2"];
+    let blurred = render(folder.path(), &[&["--animation", "none", "-f", "0-47", "-n"], &lens[..]].concat());
+    assert!(stderr(&blurred).contains("all 48 frames are equal but for noise; "), "{}", stderr(&blurred));
     for (option, hint) in [
         ("--angle", "--orbit AZ,EL"),
         ("--rotate", "--orbit AZ,EL"),

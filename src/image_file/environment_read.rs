@@ -2,13 +2,18 @@
 
 use std::io::Cursor;
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder as _};
+use rayon::prelude::*;
 
 use super::decode_exr_rgba;
 use super::isolated::isolated;
 use crate::error::{Error, Result, Warning, over_limit};
+
+/// Values that a task makes physical.
+const VALUES_PER_TASK: usize = 1 << 16;
 
 /// Pixels of an environment image as stored, linear, not projected yet.
 #[derive(Clone, Debug)]
@@ -49,7 +54,7 @@ fn from_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Environm
     Ok(EnvironmentPixels {
         width: image.size.0,
         height: image.size.1,
-        pixels: image.pixels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect(),
+        pixels: image.pixels.into_par_iter().map(|[r, g, b, _]| [r, g, b]).collect(),
         warnings: Vec::new(),
     })
 }
@@ -57,7 +62,7 @@ fn from_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Environm
 fn from_hdr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<EnvironmentPixels> {
     let damaged =
         |error: image::ImageError| Error::invalid(path, "", format!("not a readable .hdr file: {error}"));
-    let decoder = HdrDecoder::new(Cursor::new(bytes)).map_err(damaged)?;
+    let decoder = hdr_decoder(bytes).map_err(damaged)?;
     let (width, height) = decoder.dimensions();
     let needed = needed_bytes((width, height));
     if needed > max_memory_bytes {
@@ -72,15 +77,23 @@ fn from_hdr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Environm
         .map_err(|why| Error::invalid(path, "", format!("not a readable .hdr file: {why}")))?
         .into_rgb32f();
     let (pixels, _) = image.as_raw().as_chunks::<3>();
-    Ok(EnvironmentPixels { width, height, pixels: pixels.to_vec(), warnings: Vec::new() })
+    // In parallel, since most of the time goes into fresh memory.
+    let pixels = pixels.par_iter().copied().collect();
+    Ok(EnvironmentPixels { width, height, pixels, warnings: Vec::new() })
 }
 
 /// Size of a Radiance file, and the bytes that decoding it takes.
 pub(super) fn hdr_bytes(path: &Path, bytes: &[u8]) -> Result<((u32, u32), u64)> {
-    let decoder = HdrDecoder::new(Cursor::new(bytes))
+    let decoder = hdr_decoder(bytes)
         .map_err(|error| Error::invalid(path, "", format!("not a readable .hdr file: {error}")))?;
     let size = decoder.dimensions();
     Ok((size, needed_bytes(size)))
+}
+
+/// The decoder of a Radiance file. Files begin with `#?RADIANCE` or with `#?RGBE`, the signature of Greg Ward's library, which the decoder takes
+/// only where it is lenient.
+fn hdr_decoder(bytes: &[u8]) -> image::ImageResult<HdrDecoder<Cursor<&[u8]>>> {
+    HdrDecoder::with_strictness(Cursor::new(bytes), !bytes.starts_with(b"#?RGBE"))
 }
 
 fn needed_bytes((width, height): (u32, u32)) -> u64 {
@@ -90,13 +103,18 @@ fn needed_bytes((width, height): (u32, u32)) -> u64 {
 /// Makes all radiance finite and not negative. Infinity, such as an overflowed sun, becomes the largest half; NaN and
 /// negative values become 0.
 fn make_physical(environment: &mut EnvironmentPixels) {
-    let mut changed = 0_usize;
-    for value in environment.pixels.as_flattened_mut() {
-        if !(0.0..=f32::MAX).contains(value) {
-            *value = if *value == f32::INFINITY { 65504.0 } else { 0.0 };
-            changed += 1;
+    let changed = AtomicUsize::new(0);
+    environment.pixels.as_flattened_mut().par_chunks_mut(VALUES_PER_TASK).for_each(|values| {
+        let mut of_chunk = 0;
+        for value in values {
+            if !(0.0..=f32::MAX).contains(value) {
+                *value = if *value == f32::INFINITY { 65504.0 } else { 0.0 };
+                of_chunk += 1;
+            }
         }
-    }
+        changed.fetch_add(of_chunk, Ordering::Relaxed);
+    });
+    let changed = changed.into_inner();
     if changed > 0 {
         environment.warnings.push(Warning {
             pointer: String::new(),
@@ -121,6 +139,15 @@ mod tests {
         let environment = read_environment(Path::new("a.hdr"), TINY_HDR, 1 << 20).unwrap();
         assert_eq!((environment.width, environment.height), (2, 1));
         assert_eq!(environment.pixels, [[0.5, 0.25, 0.0], [1.0, 0.5, 0.0]]);
+    }
+
+    #[test]
+    fn radiance_files_have_either_signature() {
+        let renamed = [b"#?RGBE", &TINY_HDR[b"#?RADIANCE".len()..]].concat();
+        let environment = read_environment(Path::new("a.hdr"), &renamed, 1 << 20).unwrap();
+        assert_eq!(environment.pixels, [[0.5, 0.25, 0.0], [1.0, 0.5, 0.0]]);
+        let unknown = [b"#?XYZ", &TINY_HDR[b"#?RADIANCE".len()..]].concat();
+        assert_eq!(read_environment(Path::new("a.hdr"), &unknown, 1 << 20).unwrap_err().exit_code(), 65);
     }
 
     #[test]

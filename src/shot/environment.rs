@@ -206,9 +206,9 @@ fn of_source(source: &EnvironmentSource, setting: &str, max_memory_bytes: u64) -
 
 fn map(path: &Path, degrees: f32, max_memory_bytes: u64) -> Result<LoadedEnvironment> {
     let bytes = read_regular_file(path, max_memory_bytes)?;
-    let content_hash = Sha256::digest(&bytes).into();
-    let EnvironmentPixels { width, height, pixels, warnings } =
-        read_environment(path, &bytes, max_memory_bytes)?;
+    let (content_hash, decoded) =
+        rayon::join(|| Sha256::digest(&bytes).into(), || read_environment(path, &bytes, max_memory_bytes));
+    let EnvironmentPixels { width, height, pixels, warnings } = decoded?;
     let image = EnvironmentImage { width, height, pixels, content_hash };
     let environment = Environment::Map(EnvironmentMap::new(path, image, degrees)?);
     Ok(LoadedEnvironment {

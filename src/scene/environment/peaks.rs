@@ -108,12 +108,14 @@ impl Grid {
 
     /// Luminance of the image, integrated over all directions.
     fn light(&self, image: &EquirectImage) -> f64 {
-        let rows = image.pixels.chunks_exact(image.width).zip(0..);
-        rows.map(|(row, y)| {
-            let sum: f64 = row.iter().map(|&pixel| f64::from(luminance(Vec3::from(pixel)))).sum();
-            sum * self.solid_angle(y * self.width)
-        })
-        .sum()
+        let rows = image.pixels.par_chunks_exact(image.width).zip(0..self.height);
+        let lights: Vec<f64> = rows
+            .map(|(row, y)| {
+                let sum: f64 = row.iter().map(|&pixel| f64::from(luminance(Vec3::from(pixel)))).sum();
+                sum * self.solid_angle(y * self.width)
+            })
+            .collect();
+        lights.into_iter().sum()
     }
 
     /// Texels that share an edge with one. The left and the right edge of the image coincide.

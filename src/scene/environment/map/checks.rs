@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use rayon::prelude::*;
+
 use crate::error::{Error, Result};
 
 /// Limit of the pixels of an environment image: 16384x8192.
@@ -37,20 +39,16 @@ pub(super) fn check_size(path: &Path, (width, height): (u32, u32), pixels: usize
 
 /// Refuses values that are not finite or too large, and makes others at least 0.
 pub(super) fn check_values(path: &Path, width: u32, pixels: &mut [[f32; 3]]) -> Result<()> {
-    for (index, pixel) in pixels.iter_mut().enumerate() {
-        if pixel.iter().any(|value| !value.is_finite() || *value > MAX_RADIANCE) {
-            let (column, row) = (index % width as usize, index / width as usize);
-            return Err(Error::invalid(
-                path,
-                "",
-                format!(
-                    "pixel ({column}, {row}) of the environment image is {pixel:?}; values must be finite and at most \
-                     {MAX_RADIANCE:e}"
-                ),
-            ));
-        }
-        // −0 becomes 0 as well.
-        *pixel = pixel.map(|value| if value > 0.0 { value } else { 0.0 });
+    let is_refused = |pixel: &[f32; 3]| pixel.iter().any(|value| !value.is_finite() || *value > MAX_RADIANCE);
+    if let Some(index) = pixels.par_iter().position_first(is_refused) {
+        let (column, row) = (index % width as usize, index / width as usize);
+        let message = format!(
+            "pixel ({column}, {row}) of the environment image is {:?}; values must be finite and at most {MAX_RADIANCE:e}",
+            pixels[index]
+        );
+        return Err(Error::invalid(path, "", message));
     }
+    // −0 becomes 0 as well.
+    pixels.par_iter_mut().for_each(|pixel| *pixel = pixel.map(|value| if value > 0.0 { value } else { 0.0 }));
     Ok(())
 }

@@ -24,7 +24,7 @@ pub enum BuilderKind {
 pub enum Split {
     /// None.
     Off,
-    /// In scenes whose boxes overlap heavily: those whose boxes waste most area (Karras and Aila 2013).
+    /// Where boxes overlap heavily and the frame's rays save the time: those whose boxes waste most area (Karras and Aila 2013).
     Auto,
     /// Those whose box has a surface area above this many square metres (SA_max of Ernst and Greiner 2007).
     Area(f32),
@@ -50,7 +50,8 @@ pub struct BuildSettings {
     pub split: Split,
     /// Upper limit of references per triangle, on average, that splitting creates.
     pub reference_budget: f32,
-    /// Rays of all kinds expected in the frame; for more rays, [`BuilderKind::Auto`] builds a better tree, and [`Split::Auto`] splits.
+    /// Rays of all kinds expected in the frame ([`crate::render::expected_rays`]); for more rays, [`BuilderKind::Auto`] builds a better tree,
+    /// [`Split::Auto`] splits, and [`Refit::Auto`] rebuilds sooner.
     pub expected_rays: u64,
     /// Instruction set that traversal uses.
     pub simd: SimdLevel,

@@ -4,6 +4,7 @@
 //! order. Tiles share nothing. So the image depends neither on threads nor on tile order nor on the rendered window. Files and sequences are not known here.
 
 mod adaptive;
+mod expected_rays;
 mod filter;
 mod frame;
 mod lens;
@@ -26,6 +27,7 @@ mod tile_pixels;
 pub use crate::integrator::{EnvSamples, GlassShadows, Integrator, LightSize, PathSettings, SampleRange};
 pub use crate::scene_view::SceneView;
 pub use adaptive::Adaptive;
+pub use expected_rays::expected_rays;
 pub use filter::PixelFilter;
 pub use frame::{render_frame, render_frame_into};
 pub use lens::{Aperture, Focus, Lens};

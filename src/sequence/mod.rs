@@ -9,7 +9,6 @@ mod bands;
 mod checkpoint;
 mod collisions;
 mod event;
-mod expected_rays;
 mod exposure;
 mod file_stamp;
 mod first_pose;

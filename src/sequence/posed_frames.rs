@@ -10,9 +10,8 @@ use crate::error::Result;
 use crate::film::Film;
 use crate::frame::{Frame, PosedCamera};
 use crate::geometry::Triangle;
-use crate::render::{AdjacentFrames, SceneView, render_pixel_centers};
+use crate::render::{AdjacentFrames, SceneView, expected_rays, render_pixel_centers};
 
-use super::expected_rays::{LightSources, expected_rays};
 use super::memory::reference_budget;
 use super::{Phases, SequenceJob};
 
@@ -64,11 +63,11 @@ impl PosedFrames {
             return Ok(true);
         }
         let recycled = self.bvh.take();
-        let Frame { triangles, flags, lights, .. } = &self.current;
-        let sources = LightSources { lights: lights.len(), has_environment: job.environment.is_lit() };
+        let Frame { triangles, flags, .. } = &self.current;
+        let shutter_samples = job.shutter.time_samples;
         let settings = BuildSettings {
             reference_budget: reference_budget(job),
-            expected_rays: expected_rays(&job.render, job.shutter.time_samples, sources),
+            expected_rays: expected_rays(&job.render, shutter_samples, &self.current, &job.environment),
             ..job.build
         };
         let bvh = self.builder.build(triangles, flags, &settings, cancel, recycled)?;

@@ -299,7 +299,7 @@ settings! {
     }
     /// BVH builder; never changes the image
     bvh: OneOf<BuilderKind> = BuilderKind::Auto, Run { value_name: "KIND" }
-    /// Split triangles whose boxes waste much area; never changes the image
+    /// Split triangles whose boxes waste much area, where the rays of the frame save the time; never changes the image
     /// . AREA splits triangles whose boxes exceed this, in square metres
     split: SplitType = Split::Auto, Run { value_name: "auto|off|AREA" }
     /// Boxes that `split` makes for each triangle at most, on average; never changes the image

@@ -76,15 +76,19 @@ fn render(shot: &Shot, folder: &Path, name: &str, options: &[&[&str]]) -> PathBu
 }
 
 /// Asserts that the options of every way in `ways` give the file of the plain render.
-#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn assert_same_files(size: &[&str], ways: &[&[&str]]) {
     for shot in &SHOTS {
-        let folder = tempfile::tempdir().unwrap();
-        let plain = render(shot, folder.path(), "plain.exr", &[size]);
-        for way in ways {
-            let other = render(shot, folder.path(), "other.exr", &[size, way]);
-            assert_same_bytes(&plain, &other, &format!("{} with {way:?}", shot.scene));
-        }
+        assert_same_file(shot, size, ways);
+    }
+}
+
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn assert_same_file(shot: &Shot, size: &[&str], ways: &[&[&str]]) {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = render(shot, folder.path(), "plain.exr", &[size]);
+    for way in ways {
+        let other = render(shot, folder.path(), "other.exr", &[size, way]);
+        assert_same_bytes(&plain, &other, &format!("{} with {way:?}", shot.scene));
     }
 }
 
@@ -151,12 +155,12 @@ fn a_tiny_split_area_reaches_the_reference_budget_with_a_warning() {
     assert!(warnings.len() == 1 && warnings[0].contains("--split"), "{said}");
 }
 
-/// `--split auto` splits one of the scenes, so that the tests above cover it.
+/// `--split auto` splits one of the scenes at this size, so that the tests above cover it.
 #[test]
 fn one_scene_is_split_by_default() {
     let folder = tempfile::tempdir().unwrap();
     let stats = folder.path().join("stats.json");
-    let options = [&["-f", "0", "--stats", stats.to_str().unwrap()], TINY].concat();
+    let options = [&["-f", "0", "--stats", stats.to_str().unwrap()], SIZE].concat();
     let diagonals = SHOTS.iter().find(|shot| shot.scene == "bvh/long_diagonals").unwrap();
     rayframe(diagonals, &folder.path().join("a.exr"), &options);
     let stats: serde_json::Value = serde_json::from_slice(&std::fs::read(stats).unwrap()).unwrap();
@@ -187,6 +191,9 @@ fn simd_levels_do_not_change_the_image() {
 #[test]
 fn the_hierarchy_does_not_change_the_image() {
     assert_same_files(TINY, &[&["--bvh", "brute"], &["--bvh", "lbvh", "--split", "1e-3"]]);
+    // More rays than at that size: enough that triangles are split.
+    let diagonals = SHOTS.iter().find(|shot| shot.scene == "bvh/long_diagonals").unwrap();
+    assert_same_file(diagonals, &["-r", "48x27", "--samples", "2"], &[&["--bvh", "brute"]]);
 }
 
 /// Edges of the crops lie inside tiles and on the edge of the image; a crop of one pixel lies within a single tile.

@@ -16,8 +16,8 @@ use crate::bvh::settings::BuilderKind;
 /// Nanoseconds per reference that clustering takes.
 const NS_PER_REFERENCE: f64 = 60.0;
 /// Nanoseconds per ray that clustering saves where areas are uneven and where they are even: the lower half of what was measured, since a
-/// wrong choice for few rays costs more of the frame than one for many. Where an even mesh saves nothing, a ray costs so much more
-/// at most: about a hundredth of what it takes with its shading.
+/// wrong choice for few rays costs more of the frame than one for many. If an even mesh gains nothing, clustering takes at most as much
+/// longer as 1 ns a ray, about a hundredth of tracing and shading it.
 const SAVED_NS_PER_RAY: [f64; 2] = [3.0, 1.0];
 /// Variance of octaves from which areas are uneven.
 const MIN_OCTAVE_VARIANCE: f64 = 1.0;
@@ -35,7 +35,11 @@ pub(crate) fn choose(references: &Measures, expected_rays: u64) -> BuilderKind {
     let cost = references.count as f64 * NS_PER_REFERENCE;
     let [uneven, even] = SAVED_NS_PER_RAY;
     let saved = if references.octave_variance() >= MIN_OCTAVE_VARIANCE { uneven } else { even };
-    if cost < expected_rays as f64 * saved { BuilderKind::Ploc } else { BuilderKind::Lbvh }
+    if references.count > 0 && cost < expected_rays as f64 * saved {
+        BuilderKind::Ploc
+    } else {
+        BuilderKind::Lbvh
+    }
 }
 
 #[cfg(test)]
@@ -63,5 +67,6 @@ mod tests {
         assert_eq!(choose(&measures(70_000, 0), 9 << 20), BuilderKind::Ploc);
         // A ground of two triangles does not make a mesh uneven.
         assert_eq!(choose(&measures(70_000, 2), 3 << 20), BuilderKind::Lbvh);
+        assert_eq!(choose(&Measures::NONE, 3 << 20), BuilderKind::Lbvh);
     }
 }

@@ -21,6 +21,10 @@
 //! * `Mrays/s`: millions of rays of all kinds (camera, reflection, refraction, shadow) per second of `trace`.
 //!
 //! Times are medians over the frames in milliseconds. Each column has its own median, so they need not add up to `total`.
+//!
+//! `--kinds` compares the kinds of hierarchies instead ([`kinds`]).
+
+mod kinds;
 
 use std::error::Error;
 use std::io::Write as _;
@@ -29,13 +33,13 @@ use std::time::Instant;
 
 use rayframe::bvh::{BuildSettings, BuildStatistics, Builder, Bvh, Refit};
 use rayframe::cancel::CancelFlag;
-use rayframe::film::PixelWindow;
+use rayframe::film::{Film, PixelWindow};
 use rayframe::frame::Frame;
 use rayframe::framing::resolve_camera;
 use rayframe::gltf::{ImportOptions, import};
 use rayframe::image_file::write_atomically;
 use rayframe::output::{exr_file, frame_attributes};
-use rayframe::render::{RenderSettings, RenderStatistics, SceneView, render_frame};
+use rayframe::render::{RenderSettings, RenderStatistics, SceneView, expected_rays, render_frame};
 use rayframe::scene::{BuiltInLight, Environment, Scene, Selection, SelectionRequest, ViewRequest};
 use rayframe::sequence::FrameRate;
 
@@ -53,6 +57,7 @@ struct Options {
     size: (u32, u32),
     frames: usize,
     threads: usize,
+    compares_kinds: bool,
 }
 
 /// Scene with the state kept between frames.
@@ -75,6 +80,9 @@ struct Cost {
 
 fn main() -> Result<()> {
     let options = options(std::env::args().skip(1))?;
+    if options.compares_kinds {
+        return kinds::print_kinds(&options);
+    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build()?;
     let (width, height) = options.size;
     let mut out = std::io::stdout();
@@ -93,7 +101,8 @@ fn main() -> Result<()> {
 }
 
 fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options> {
-    let mut options = Options { scenes: Vec::new(), size: (640, 360), frames: 9, threads: 0 };
+    let mut options =
+        Options { scenes: Vec::new(), size: (640, 360), frames: 9, threads: 0, compares_kinds: false };
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or_else(|| format!("{argument} needs a value"));
         match argument.as_str() {
@@ -105,6 +114,7 @@ fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options> {
                 options.size = (width.parse()?, height.parse()?);
             }
             "--frames" => options.frames = value()?.parse()?,
+            "--kinds" => options.compares_kinds = true,
             "--threads" => options.threads = value()?.parse()?,
             flag if flag.starts_with('-') => return Err(format!("{flag} is not an option").into()),
             scene => options.scenes.push(scene.into()),
@@ -151,24 +161,16 @@ impl Subject {
 
     fn render(&mut self, frame: i64, folder: &Path) -> rayframe::error::Result<Cost> {
         let start = Instant::now();
-        let cancel = CancelFlag::new();
         let time_seconds = FrameRate::FILM.time_seconds(frame);
 
         // Pose.
         self.frame.pose(&self.scene, &self.selection, time_seconds);
         let pose_seconds = start.elapsed().as_secs_f64();
 
-        // Build.
-        let Frame { triangles, flags, lights, .. } = &self.frame;
-        let build = BuildSettings { refit: Refit::Off, ..BuildSettings::default() };
-        let bvh = self.builder.build(triangles, flags, &build, &cancel, self.bvh.take())?;
-
-        // Trace.
-        let environment =
-            if lights.is_empty() { Environment::BuiltIn(BuiltInLight::Studio) } else { Environment::None };
-        let input =
-            SceneView { scene: &self.scene, frame: &self.frame, bvh: &bvh, environment: &environment };
-        let (film, rays) = render_frame(&input, &self.settings, &cancel, &|_| ())?;
+        // Build and trace.
+        let expected_rays = expected_rays(&self.settings, 1, &self.frame, &self.environment());
+        let build = BuildSettings { expected_rays, refit: Refit::Off, ..BuildSettings::default() };
+        let (film, rays) = self.build_and_trace(&build)?;
 
         // Write.
         let writing = Instant::now();
@@ -178,10 +180,30 @@ impl Subject {
         write_atomically(&folder.join(format!("{frame:04}.exr")), &exr_file(&film, &attributes)?)?;
         let write_seconds = writing.elapsed().as_secs_f64();
 
-        let tree = bvh.statistics();
-        self.bvh = Some(bvh);
+        let tree = self.bvh.as_ref().map(Bvh::statistics).unwrap_or_default();
         let total_seconds = start.elapsed().as_secs_f64();
         Ok(Cost::new(tree, &rays, (pose_seconds, write_seconds, total_seconds)))
+    }
+
+    /// The light of the posed scene.
+    fn environment(&self) -> Environment {
+        let is_lit = !self.frame.lights.is_empty();
+        if is_lit { Environment::None } else { Environment::BuiltIn(BuiltInLight::Studio) }
+    }
+
+    /// Builds the hierarchy of the posed scene and traces it.
+    fn build_and_trace(
+        &mut self,
+        build: &BuildSettings,
+    ) -> rayframe::error::Result<(Film, RenderStatistics)> {
+        let cancel = CancelFlag::new();
+        let Frame { triangles, flags, .. } = &self.frame;
+        let bvh = self.builder.build(triangles, flags, build, &cancel, self.bvh.take())?;
+        let environment = self.environment();
+        let view = SceneView { scene: &self.scene, frame: &self.frame, bvh: &bvh, environment: &environment };
+        let traced = render_frame(&view, &self.settings, &cancel, &|_| ())?;
+        self.bvh = Some(bvh);
+        Ok(traced)
     }
 }
 

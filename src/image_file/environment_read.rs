@@ -1,10 +1,10 @@
 //! Decoding of equirectangular environments from Radiance `.hdr` and OpenEXR files.
 
-use std::io::Cursor;
+use std::io::Read;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use image::codecs::hdr::HdrDecoder;
+use image::codecs::hdr::{HdrDecoder, SIGNATURE};
 use image::{DynamicImage, ImageDecoder as _};
 use rayon::prelude::*;
 
@@ -54,7 +54,7 @@ fn from_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Environm
     Ok(EnvironmentPixels {
         width: image.size.0,
         height: image.size.1,
-        pixels: image.pixels.into_par_iter().map(|[r, g, b, _]| [r, g, b]).collect(),
+        pixels: image.pixels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect(),
         warnings: Vec::new(),
     })
 }
@@ -91,9 +91,13 @@ pub(super) fn hdr_bytes(path: &Path, bytes: &[u8]) -> Result<((u32, u32), u64)> 
 }
 
 /// The decoder of a Radiance file. Files begin with `#?RADIANCE` or with `#?RGBE`, the signature of Greg Ward's library, which the decoder takes
-/// only where it is lenient.
-fn hdr_decoder(bytes: &[u8]) -> image::ImageResult<HdrDecoder<Cursor<&[u8]>>> {
-    HdrDecoder::with_strictness(Cursor::new(bytes), !bytes.starts_with(b"#?RGBE"))
+/// only if it is lenient with all of the header. So it gets the other one.
+fn hdr_decoder(bytes: &[u8]) -> image::ImageResult<HdrDecoder<impl Read>> {
+    let (signature, rest): (&[u8], &[u8]) = match bytes.strip_prefix(b"#?RGBE") {
+        Some(rest) => (SIGNATURE, rest),
+        None => (b"", bytes),
+    };
+    HdrDecoder::new(signature.chain(rest))
 }
 
 fn needed_bytes((width, height): (u32, u32)) -> u64 {
@@ -146,8 +150,13 @@ mod tests {
         let renamed = [b"#?RGBE", &TINY_HDR[b"#?RADIANCE".len()..]].concat();
         let environment = read_environment(Path::new("a.hdr"), &renamed, 1 << 20).unwrap();
         assert_eq!(environment.pixels, [[0.5, 0.25, 0.0], [1.0, 0.5, 0.0]]);
-        let unknown = [b"#?XYZ", &TINY_HDR[b"#?RADIANCE".len()..]].concat();
-        assert_eq!(read_environment(Path::new("a.hdr"), &unknown, 1 << 20).unwrap_err().exit_code(), 65);
+        // Neither makes the reader lenient.
+        for damaged in [
+            &b"#?XYZ\n\n-Y 1 +X 2\n\x80\x40\x00\x80\x80\x40\x00\x81"[..],
+            b"#?RGBE\nEXPOSURE=bright\n\n-Y 1 +X 2\n\x80\x40\x00\x80\x80\x40\x00\x81",
+        ] {
+            assert_eq!(read_environment(Path::new("a.hdr"), damaged, 1 << 20).unwrap_err().exit_code(), 65);
+        }
     }
 
     #[test]

@@ -74,9 +74,10 @@ fn ground_without_shadows(values: &SettingValues, job: &SequenceJob) -> Option<W
     let casts_shadows = has_lamps || has_key_light(job) || traces_environment && job.environment.is_lit();
     (values.ground != GroundKind::None && !casts_shadows).then(|| Warning {
         pointer: String::new(),
-        message: "`ground` shows no shadow: no light casts one; add a light to the scene, light it with `env` studio, or leave out \
-                  `env_samples`"
-            .to_owned(),
+        message: format!(
+            "`ground` shows no shadow: no light casts one; add a light to the scene, or light it with `env` studio{}",
+            if job.render.env_samples == EnvSamples::Fixed(0) { " and without `env_samples`" } else { "" }
+        ),
     })
 }
 
@@ -100,15 +101,17 @@ fn is_dark(environment: &Environment) -> bool {
     }
 }
 
-/// Whether anything in use has noise of its own in every frame.
+/// Whether anything has noise of its own in every frame: lenses, sized lights, rough lobes, and paths on demand. Paths have the points of their own
+/// sequence for lights, but not on what only receives shadows.
 fn changes_noise(job: &SequenceJob) -> bool {
     let RenderSettings { integrator, path, lens, light_size, glossy_samples, ground, .. } = &job.render;
-    let of_integrator = match integrator {
-        Integrator::Path => path.seed_per_frame,
-        Integrator::Whitted => *light_size != LightSize::default() || *glossy_samples > 0,
-    };
-    let has_catchers = job.scene.materials.iter().any(|material| material.is_shadow_catcher);
-    of_integrator || lens.is_some() || ground.is_some() || has_catchers
+    let has_sized_lights = *light_size != LightSize::default();
+    let receives_shadows = || ground.is_some() || job.scene.materials.iter().any(|m| m.is_shadow_catcher);
+    lens.is_some()
+        || match integrator {
+            Integrator::Path => path.seed_per_frame || has_sized_lights && receives_shadows(),
+            Integrator::Whitted => has_sized_lights || *glossy_samples > 0,
+        }
 }
 
 /// Whether the camera turns or follows a path, or any selected clip has two keys for anything.

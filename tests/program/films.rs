@@ -121,9 +121,19 @@ fn first_guesses_are_answered() {
         "{}",
         stderr(&still)
     );
-    let lens = ["--aperture", "0.1", "--focus", "2"];
-    let blurred = render(folder.path(), &[&["--animation", "none", "-f", "0-47", "-n"], &lens[..]].concat());
-    assert!(stderr(&blurred).contains("all 48 frames are equal but for noise; "), "{}", stderr(&blurred));
+    for (options, says) in [
+        (&["--aperture", "0.1", "--focus", "2"][..], "equal but for noise; "),
+        (&["--ground", "--sun-angle", "5"], "equal but for noise; "),
+        (&["--ground"], "equal; "),
+        (&["--integrator", "path", "--sun-angle", "5"], "equal; "),
+    ] {
+        let noisy = render(folder.path(), &[&["--animation", "none", "-f", "0-47", "-n"], options].concat());
+        assert!(
+            stderr(&noisy).contains(&format!("all 48 frames are {says}")),
+            "{options:?}: {}",
+            stderr(&noisy)
+        );
+    }
     for (option, hint) in [
         ("--angle", "--orbit AZ,EL"),
         ("--rotate", "--orbit AZ,EL"),

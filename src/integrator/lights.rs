@@ -60,11 +60,6 @@ pub(super) struct LightSample {
 }
 
 impl LightSample {
-    /// Whether the light is beyond all surfaces.
-    pub(super) fn is_distant(&self) -> bool {
-        self.position.is_none()
-    }
-
     /// Vector from the start of a shadow ray to the lit point.
     pub(super) fn span(&self, point: Vec3) -> Vec3 {
         self.position.map_or(Vec3::ZERO, |position| point - position)
@@ -207,6 +202,11 @@ impl PreparedLight {
 
     /// The shadow ray between `end`, just off the surface, and the light with the given index.
     ///
+    /// Whether the light is infinitely far away.
+    pub(super) fn is_distant(&self) -> bool {
+        matches!(self.emitter, Emitter::Distant { .. })
+    }
+
     /// Rays of point and spot lights start at the light, so that rays of many surface points share their origin. On a light that
     /// has a size, each sample takes another point. Irradiance and direction are those of the light's centre.
     #[inline]

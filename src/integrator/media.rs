@@ -163,6 +163,16 @@ impl MediaStack {
         }
     }
 
+    /// The stack without some volumes.
+    pub(super) fn without(&self, volumes: &[VolumeId]) -> Self {
+        if !self.volumes().any(|medium| volumes.contains(&medium.volume)) {
+            return self.clone();
+        }
+        let kept: Vec<Medium> =
+            self.volumes().filter(|medium| !volumes.contains(&medium.volume)).copied().collect();
+        kept.iter().rev().fold(Self::default(), |around, medium| around.entering(*medium))
+    }
+
     /// The stack without the last entered part of `volume`.
     fn left(&self, volume: VolumeId) -> Self {
         let mut kept = Vec::new();
@@ -204,6 +214,16 @@ mod tests {
         stack.cross(glass, Facing::Back, &mut cache);
         assert_eq!(stack, MediaStack::default());
     }
+
+    #[test]
+    fn any_volumes_can_be_left_out() {
+        let volumes = [0, 1, 2].map(|material| medium(material, 1.5));
+        let stack = MediaStack::new(&volumes);
+        assert!(stack.without(&[]).shares(&stack));
+        assert_eq!(stack.without(&[volumes[1].volume]), MediaStack::new(&[volumes[0], volumes[2]]));
+        assert_eq!(stack.without(&volumes.map(|medium| medium.volume)), MediaStack::default());
+    }
+
     #[test]
     fn rays_in_the_same_volumes_share_a_stack() {
         let (glass, water) = (medium(0, 1.5), medium(1, 1.33));

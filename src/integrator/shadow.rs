@@ -69,7 +69,7 @@ pub(super) struct ShadowBatch {
     is_tinted: Vec<Cell<bool>>,
     /// The transparent surfaces of those rays.
     transparent_hits: TransparentHits,
-    /// The volumes in which the rays start.
+    /// The volumes around the surface at one end of each ray.
     media: Vec<MediaStack>,
     cache: RefCell<ShadowCache>,
 }
@@ -105,7 +105,7 @@ impl ShadowBatch {
         Self { glass, ..Self::default() }
     }
 
-    /// Adds a ray that starts in `media` and returns its index.
+    /// Adds a ray and returns its index. `media` are the volumes around the surface, where the ray of a lamp ends and any other starts.
     #[inline]
     pub(super) fn push(&mut self, ray: Ray, media: MediaStack) -> u32 {
         let index = self.rays.len() as u32;
@@ -119,7 +119,7 @@ impl ShadowBatch {
         self.is_occluded[index as usize].then(|| &self.rays[index as usize])
     }
 
-    /// The volumes in which a ray starts.
+    /// The volumes around the surface of a ray.
     pub(super) fn media(&self, index: u32) -> &MediaStack {
         &self.media[index as usize]
     }
@@ -172,13 +172,34 @@ impl ShadowBatch {
         }
     }
 
-    /// The transmittance of a ray that hits nothing: that of the volume in which it starts. Lights that rays cannot hit are taken to be outside.
+    /// The transmittance of a ray that hits nothing: that of the volume around it. Distant lights that rays cannot hit are taken to be outside.
     fn unhindered(&self, index: u32) -> Vec3 {
         let (ray, media) = (&self.rays[index as usize], &self.media[index as usize]);
-        if self.glass == GlassPassage::Straight || media.is_empty() {
+        if media.is_empty() || self.glass == GlassPassage::Straight && !self.glass.ends_at_surface(ray) {
             return Vec3::ONE;
         }
         media.transmittance((ray.t_max - ray.t_min) * libm::sqrtf(ray.direction.dot(ray.direction)))
+    }
+
+    /// The volumes in which a ray starts. One that ends in a volume whose surface it does not cross is inside all the way.
+    fn media_at_start(
+        &self,
+        context: &IntegratorContext<'_>,
+        index: u32,
+        mut next: impl FnMut(Option<HitOrder>) -> Option<Hit>,
+    ) -> MediaStack {
+        let (ray, media) = (&self.rays[index as usize], &self.media[index as usize]);
+        if media.is_empty() || !self.glass.ends_at_surface(ray) {
+            return media.clone();
+        }
+        let (mut crossed, mut after) = (Vec::new(), None);
+        while let Some(hit) = next(after)
+            && crossed.len() < TRANSPARENCY_LIMIT as usize
+        {
+            after = Some(hit.order());
+            crossed.extend(clear_medium(context, &hit, self.glass).map(|medium| medium.volume));
+        }
+        media.without(&crossed)
     }
 
     /// The transmittance of a ray that hits transparent surfaces alone.
@@ -189,12 +210,13 @@ impl ShadowBatch {
         counters: &mut TraversalCounters,
     ) -> ShadowTransmittance {
         let ray = &self.rays[index as usize];
-        let media = self.media[index as usize].clone();
         let mut cache = self.cache.borrow_mut();
         if self.transparent_hits.is_overfull() {
-            let next = |after| next_surface(context, (ray, self.glass), after, counters);
+            let mut next = |after| next_surface(context, (ray, self.glass), after, counters);
+            let media = self.media_at_start(context, index, &mut next);
             through_surfaces(context, (ray, self.glass), (media, &mut *cache), next)
         } else {
+            let media = self.media_at_start(context, index, self.transparent_hits.along(index));
             let next = self.transparent_hits.along(index);
             through_surfaces(context, (ray, self.glass), (media, &mut *cache), next)
         }

@@ -56,7 +56,7 @@ impl Tracer<'_, '_> {
         let Some((light, sample, contribution, importance)) = chosen else { return };
         let wi = shaded.world_from_local.transpose() * sample.wi;
         let end = shaded.shadow_start(wi, sample.span(shaded.point.position));
-        let media = if sample.is_distant() { media_towards(shaded, wi) } else { MediaStack::default() };
+        let media = media_towards(shaded, wi);
         self.push_shadow(
             shaded,
             (light, LightPass::Direct),

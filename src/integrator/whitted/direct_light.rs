@@ -8,8 +8,8 @@ use super::frosted_glass::UnbentLightLobes;
 use super::shading::Shading;
 use super::shadow_queue::{ShadowQueue, ShadowRay, ShadowTask};
 use super::tracer::{MIN_SCATTERED, Tracer, seconds_since};
+use crate::integrator::LightPass;
 use crate::integrator::path::clamped;
-use crate::integrator::{LightPass, MediaStack};
 
 impl Tracer<'_, '_> {
     /// Queues a shadow ray for each light that a surface scatters towards the viewer.
@@ -34,14 +34,14 @@ impl Tracer<'_, '_> {
             let contribution = scattered * incidence.irradiance;
             if scattered.max_element() > MIN_SCATTERED && contribution.max_element() > 0.0 {
                 let span = incidence.span;
-                let end = if wi.z > 0.0 || by_coat > 0.0 {
-                    shading.point.shadow_end_outside(span)
+                let (end, media) = if wi.z > 0.0 || by_coat > 0.0 {
+                    (shading.point.shadow_end_outside(span), &shading.state.media)
+                } else if span == Vec3::ZERO {
+                    // The ray reveals the volume where it leaves.
+                    (shading.point.shadow_end_inside(span), &shading.state.media)
                 } else {
-                    shading.point.shadow_end_inside(span)
+                    (shading.point.shadow_end_inside(span), &shading.transmission_side.media)
                 };
-                // The volumes around the surface are known, those around a light are not.
-                let media =
-                    if span == Vec3::ZERO { shading.state.media.clone() } else { MediaStack::default() };
                 self.shadows.push(ShadowRay {
                     signature: shading.signature,
                     light: index,
@@ -50,7 +50,7 @@ impl Tracer<'_, '_> {
                     light_pass: shading.light_pass.unwrap_or(LightPass::Direct),
                     contribution,
                     environment_clamp: None,
-                    media,
+                    media: media.clone(),
                 });
             }
         }

@@ -99,12 +99,15 @@ impl Tracer<'_, '_> {
             }
             let albedo = reached * (albedo * prefiltered_share);
             let radiance = albedo * seen;
+            let lookup =
+                EnvironmentLookup { radiance, albedo, lobe: LookupLobe::Glossy(lobe), is_outside: false };
             if is_undecided {
                 let light_pass = shading.light_pass.unwrap_or(LightPass::Environment);
-                self.add(shading.state.sample, light_pass, radiance);
+                let media = &shading.transmission_side.media;
+                let through = self.untraced_transmittance(shading.point, &lookup, media);
+                self.add(shading.state.sample, light_pass, radiance * through);
             } else {
-                let lobe = LookupLobe::Glossy(lobe);
-                lookups.push(EnvironmentLookup { radiance, albedo, lobe, is_outside: false });
+                lookups.push(lookup);
             }
         }
     }

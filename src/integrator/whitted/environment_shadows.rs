@@ -63,6 +63,14 @@ impl LookupLobe {
             }
         }
     }
+
+    /// The direction around which it averages.
+    pub(super) fn middle(self) -> Vec3 {
+        match self {
+            Self::Diffuse { normal } => normal,
+            Self::Glossy(PrefilteredLobe { direction, .. }) => direction,
+        }
+    }
 }
 
 /// A lookup of a surface and how its shadow rays are queued.
@@ -114,7 +122,9 @@ impl Tracer<'_, '_> {
         let context = self.context;
         if context.environment_directions.is_none() {
             for lookup in lookups {
-                self.add(state.sample, light_pass, lookup.radiance);
+                let media = if lookup.is_outside { &state.media } else { beyond };
+                let through = self.untraced_transmittance(arrival.point, lookup, media);
+                self.add(state.sample, light_pass, lookup.radiance * through);
             }
             return;
         }
@@ -129,9 +139,9 @@ impl Tracer<'_, '_> {
             if lookup.albedo.max_element() <= 0.0 {
                 continue;
             }
+            let media = if lookup.is_outside { &state.media } else { beyond };
             // The far side of glass that casts full shadows would hide everything.
             if has_rays(lookup) {
-                let media = if lookup.is_outside { &state.media } else { beyond };
                 let queued = QueuedLookup {
                     lookup,
                     light_pass,
@@ -140,7 +150,8 @@ impl Tracer<'_, '_> {
                 };
                 self.add_lookup(arrival, &queued, media, color);
             } else {
-                self.add(state.sample, light_pass, lookup.radiance);
+                let through = self.untraced_transmittance(arrival.point, lookup, media);
+                self.add(state.sample, light_pass, lookup.radiance * through);
             }
             index += 1;
         }
@@ -160,13 +171,13 @@ impl Tracer<'_, '_> {
         let context = self.context;
         let Some(directions) = &context.environment_directions else { return };
         let sequence = self.sequences[state.sample as usize];
-        let Some(first) = self.first_point(&sequence, number) else {
-            return self.add(state.sample, light_pass, radiance);
-        };
-        let share = context.occluded_share / context.traced_samples;
+        let first = self.first_point(&sequence, number);
+        let share = first.map_or(0.0, |_| context.occluded_share / context.traced_samples);
         if share < 1.0 {
-            self.add(state.sample, light_pass, radiance * (1.0 - share));
+            let through = self.untraced_transmittance(point, lookup, media);
+            self.add(state.sample, light_pass, radiance * (1.0 - share) * through);
         }
+        let Some(first) = first else { return };
         // What hides the environment reflects its light; a ray that arrives adds what is more, or takes away what is less.
         let reflected = albedo * context.mean_radiance * surrounding_light(color);
         if reflected != Vec3::ZERO {

@@ -38,6 +38,7 @@ mod traced_share;
 mod tracer;
 mod transmission_probes;
 mod transmission_side;
+mod untraced_transmittance;
 mod visibility;
 mod wavefront;
 

@@ -190,3 +190,42 @@ impl Tracer<'_, '_> {
         self.children.push(arrival.signature.then(kind), ray, state);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+
+    use super::*;
+    use crate::bvh::TraversalCounters;
+    use crate::integrator::CameraSamples;
+    use crate::integrator::whitted::tests::with_context;
+    use crate::scene::{BuiltInLight, Environment};
+
+    #[test]
+    fn rays_through_thin_frosted_walls_are_as_wide_as_those_that_arrive() {
+        let studio = Environment::BuiltIn(BuiltInLight::Studio);
+        with_context("environment/frosted_glass", &studio, |context, camera| {
+            let pixels: Vec<(u32, u32)> = (0..16 * 12).map(|pixel| (pixel % 16, pixel / 16)).collect();
+            let offsets = [Vec2::splat(0.5)];
+            let samples = CameraSamples { pixels: &pixels, offsets: &offsets, first_index: 0, may_hit: true };
+            let mut tracer = Tracer::new(context);
+            let wavefront = tracer.trace_camera(camera, &samples);
+            let arriving: Vec<_> = tracer.surface_hits.iter().map(|hit| wavefront.ray(hit.slot)).collect();
+            tracer.shade_surface_hits(&wavefront);
+            tracer.children.find_hits(context.view.bvh, |_| true, &mut TraversalCounters::default());
+            let mut scattered = 0;
+            for &slot in tracer.children.in_order() {
+                let (ray, state) = tracer.children.ray(slot);
+                // The ball's rays are within its volume.
+                if state.environment_lobe.is_none() || !state.media.is_empty() {
+                    continue;
+                }
+                let of_sample = |(_, parent): &&(&Ray, &RayState)| parent.sample == state.sample;
+                let (arrived, parent) = arriving.iter().find(of_sample).unwrap();
+                assert_eq!(state.differential.direction, parent.differential.direction);
+                scattered += u32::from(ray.direction.dot(arrived.direction) < 0.999);
+            }
+            assert!(scattered > 5, "{scattered}");
+        });
+    }
+}

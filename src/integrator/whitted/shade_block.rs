@@ -42,15 +42,18 @@ impl Tracer<'_, '_> {
             let contribution = direct.contribution.get(lane);
             if contribution.max_element() > 0.0 {
                 let end = direct.shadow_end.get(lane);
+                let light = &self.context.lights[index];
+                // The ray of a distant light reveals the volume where it leaves.
+                let media = if light.is_distant() { MediaStack::default() } else { state.media.clone() };
                 self.shadows.push(ShadowRay {
                     signature: slot.signature,
                     light: index,
-                    ray: self.context.lights[index].shadow_ray(end, state.seed, index),
+                    ray: light.shadow_ray(end, state.seed, index),
                     sample: state.sample,
                     light_pass: light_pass.unwrap_or(LightPass::Direct),
                     contribution,
                     environment_clamp: None,
-                    media: MediaStack::default(),
+                    media,
                 });
             }
         }

@@ -51,7 +51,7 @@ pub(in crate::integrator) struct ShadowRay {
     /// Where the contribution lacks the factor of the environment's radiance along the ray, which only rays that arrive look up: the
     /// largest component of the product.
     pub(in crate::integrator) environment_clamp: Option<f32>,
-    /// The volumes in which the ray starts, as far as they are known.
+    /// The volumes around the surface: the ray of a lamp ends there, any other starts there.
     pub(in crate::integrator) media: MediaStack,
 }
 

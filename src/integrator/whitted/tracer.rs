@@ -164,6 +164,13 @@ impl<'w, 'a> Tracer<'w, 'a> {
 
     /// Traces the camera rays of a batch of samples and all their descendants, and returns the values of the samples.
     pub fn trace(&mut self, camera: &CameraRays, samples: &CameraSamples<'_>) -> &[SampleValue] {
+        let wavefront = self.trace_camera(camera, samples);
+        self.trace_wavefronts(wavefront);
+        &self.values
+    }
+
+    /// Begins a batch: traces its camera rays.
+    pub(super) fn trace_camera(&mut self, camera: &CameraRays, samples: &CameraSamples<'_>) -> Wavefront {
         self.values.clear();
         self.values.resize(samples.len(), SampleValue::default());
         self.aovs.clear(samples.len());
@@ -172,8 +179,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
         }
         let mut wavefront = std::mem::take(&mut self.wavefront);
         self.find_camera_hits(camera, samples, &mut wavefront);
-        self.trace_wavefronts(wavefront);
-        &self.values
+        wavefront
     }
 
     /// Traces the rays of the next depth, one for each sample, and all their descendants.

@@ -135,6 +135,28 @@ fn frosted_slabs_blur_the_environment_as_paths_do() {
 }
 
 #[test]
+fn frosted_volumes_colour_what_no_shadow_ray_follows() {
+    // The colour after the thickness of the slab, which a lookup without shadow rays crosses nearly straight.
+    let color = Vec3::new(0.9, 0.5, 0.2);
+    let volume = Volume { thickness: 0.1, attenuation_distance: 0.1, attenuation_color: color };
+    let material = Material { volume: Some(volume), ..frosted(0.6) };
+    let see = |integrator, volume: Volume| {
+        let mut stage = super::path::stage(1024);
+        (stage.settings.integrator, stage.settings.max_depth) = (integrator, 12);
+        stage.settings.env_samples = EnvSamples::Fixed(0);
+        stage.environment = Environment::Constant(Vec3::ONE);
+        let material = Material { volume: Some(volume), ..material.clone() };
+        stage.add(cuboid(Vec3::ZERO, Vec3::new(2.0, 0.05, 2.0)), material);
+        stage.look(Vec3::new(0.0, 1.0, 0.01), Vec3::ZERO)
+    };
+    let clear = see(Integrator::Whitted, Volume::CLEAR);
+    assert_close(clear, Vec3::ONE, 0.01);
+    let seen = see(Integrator::Whitted, volume);
+    assert_close(seen, 0.04 + 0.96 * color, 0.02);
+    assert_close(seen, see(Integrator::Path, volume).truncate(), 0.1);
+}
+
+#[test]
 fn the_deepest_frosted_glass_looks_the_environment_up() {
     let mut stage = super::path::stage(16);
     (stage.settings.integrator, stage.settings.max_depth) = (Integrator::Whitted, 0);

@@ -1,5 +1,8 @@
 //! How light passes glass along shadow rays.
 
+use glam::Vec3;
+
+use super::MediaStack;
 use crate::geometry::Ray;
 
 /// What light passes glass along a straight shadow ray.
@@ -13,8 +16,15 @@ pub(super) enum GlassPassage {
 }
 
 impl GlassPassage {
-    /// Whether a shadow ray ends at the surface that it is for: those of lamps that rays cannot hit do. Other rays start there.
-    pub(super) fn ends_at_surface(self, ray: &Ray) -> bool {
-        self == Self::Straight && ray.t_max < f32::INFINITY
+    /// Transmittance of the last stretch of a ray: from its start, or from the last hit, given by its `t` with the length of the direction. Distant
+    /// lights that rays cannot hit are taken to be outside of all volumes that the ray does not leave.
+    pub(super) fn last_stretch(self, media: &MediaStack, ray: &Ray, hit: Option<(f32, f32)>) -> Vec3 {
+        let is_outside = self == Self::Straight && ray.t_max == f32::INFINITY;
+        if is_outside || media.is_empty() {
+            return Vec3::ONE;
+        }
+        let from_start = || (ray.t_min, libm::sqrtf(ray.direction.dot(ray.direction)));
+        let (t, length) = hit.unwrap_or_else(from_start);
+        media.transmittance((ray.t_max - t) * length)
     }
 }

@@ -202,11 +202,6 @@ impl PreparedLight {
 
     /// The shadow ray between `end`, just off the surface, and the light with the given index.
     ///
-    /// Whether the light is infinitely far away.
-    pub(super) fn is_distant(&self) -> bool {
-        matches!(self.emitter, Emitter::Distant { .. })
-    }
-
     /// Rays of point and spot lights start at the light, so that rays of many surface points share their origin. On a light that
     /// has a size, each sample takes another point. Irradiance and direction are those of the light's centre.
     #[inline]

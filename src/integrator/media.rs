@@ -73,6 +73,30 @@ impl Drop for Entered {
     }
 }
 
+/// The volumes around the surface of a shadow ray.
+#[derive(Clone, Debug)]
+pub(super) enum SurfaceMedia {
+    /// The ray starts at the surface.
+    AtStart(MediaStack),
+    /// It ends there, as those of lamps that rays cannot hit.
+    AtEnd(MediaStack),
+}
+
+impl Default for SurfaceMedia {
+    fn default() -> Self {
+        Self::AtStart(MediaStack::default())
+    }
+}
+
+impl SurfaceMedia {
+    /// The volumes, whichever end they are at.
+    pub(super) fn stack(&self) -> &MediaStack {
+        match self {
+            Self::AtStart(media) | Self::AtEnd(media) => media,
+        }
+    }
+}
+
 /// The stacks that were made last, for all rays that enter the same volumes.
 #[derive(Debug, Default)]
 pub(super) struct MediaCache {
@@ -163,14 +187,13 @@ impl MediaStack {
         }
     }
 
-    /// The stack without some volumes.
-    pub(super) fn without(&self, volumes: &[VolumeId]) -> Self {
-        if !self.volumes().any(|medium| volumes.contains(&medium.volume)) {
-            return self.clone();
-        }
-        let kept: Vec<Medium> =
-            self.volumes().filter(|medium| !volumes.contains(&medium.volume)).copied().collect();
-        kept.iter().rev().fold(Self::default(), |around, medium| around.entering(*medium))
+    /// Crosses the surface of `medium` against the direction in which it was hit.
+    pub(super) fn cross_back(&mut self, medium: Medium, facing: Facing, cache: &mut MediaCache) {
+        let opposite = match facing {
+            Facing::Front => Facing::Back,
+            Facing::Back => Facing::Front,
+        };
+        self.cross(medium, opposite, cache);
     }
 
     /// The stack without the last entered part of `volume`.
@@ -213,15 +236,6 @@ mod tests {
         assert_eq!(stack.ior(ColorChannels::White), 1.5);
         stack.cross(glass, Facing::Back, &mut cache);
         assert_eq!(stack, MediaStack::default());
-    }
-
-    #[test]
-    fn any_volumes_can_be_left_out() {
-        let volumes = [0, 1, 2].map(|material| medium(material, 1.5));
-        let stack = MediaStack::new(&volumes);
-        assert!(stack.without(&[]).shares(&stack));
-        assert_eq!(stack.without(&[volumes[1].volume]), MediaStack::new(&[volumes[0], volumes[2]]));
-        assert_eq!(stack.without(&volumes.map(|medium| medium.volume)), MediaStack::default());
     }
 
     #[test]

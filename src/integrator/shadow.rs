@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::albedo_slices::AlbedoSlices;
 use super::glass_passage::GlassPassage;
-use super::media::MediaCache;
+use super::media::{MediaCache, SurfaceMedia};
 use super::transparent_hits::TransparentHits;
 use super::{GlassShadows, IntegratorContext, MediaStack, Medium};
 use crate::bsdf::{Bsdf, Coat};
@@ -69,8 +69,7 @@ pub(super) struct ShadowBatch {
     is_tinted: Vec<Cell<bool>>,
     /// The transparent surfaces of those rays.
     transparent_hits: TransparentHits,
-    /// The volumes around the surface at one end of each ray.
-    media: Vec<MediaStack>,
+    media: Vec<SurfaceMedia>,
     cache: RefCell<ShadowCache>,
 }
 
@@ -105,9 +104,9 @@ impl ShadowBatch {
         Self { glass, ..Self::default() }
     }
 
-    /// Adds a ray and returns its index. `media` are the volumes around the surface, where the ray of a lamp ends and any other starts.
+    /// Adds a ray and returns its index.
     #[inline]
-    pub(super) fn push(&mut self, ray: Ray, media: MediaStack) -> u32 {
+    pub(super) fn push(&mut self, ray: Ray, media: SurfaceMedia) -> u32 {
         let index = self.rays.len() as u32;
         self.rays.push(ray);
         self.media.push(media);
@@ -120,7 +119,7 @@ impl ShadowBatch {
     }
 
     /// The volumes around the surface of a ray.
-    pub(super) fn media(&self, index: u32) -> &MediaStack {
+    pub(super) fn media(&self, index: u32) -> &SurfaceMedia {
         &self.media[index as usize]
     }
 
@@ -172,34 +171,32 @@ impl ShadowBatch {
         }
     }
 
-    /// The transmittance of a ray that hits nothing: that of the volume around it. Distant lights that rays cannot hit are taken to be outside.
+    /// The transmittance of a ray that hits nothing: that of the volume around it.
     fn unhindered(&self, index: u32) -> Vec3 {
-        let (ray, media) = (&self.rays[index as usize], &self.media[index as usize]);
-        if media.is_empty() || self.glass == GlassPassage::Straight && !self.glass.ends_at_surface(ray) {
-            return Vec3::ONE;
-        }
-        media.transmittance((ray.t_max - ray.t_min) * libm::sqrtf(ray.direction.dot(ray.direction)))
+        self.glass.last_stretch(self.media[index as usize].stack(), &self.rays[index as usize], None)
     }
 
-    /// The volumes in which a ray starts. One that ends in a volume whose surface it does not cross is inside all the way.
+    /// The volumes in which a ray starts; found from where it ends, by what it hits before.
     fn media_at_start(
         &self,
         context: &IntegratorContext<'_>,
-        index: u32,
+        (index, cache): (u32, &mut MediaCache),
         mut next: impl FnMut(Option<HitOrder>) -> Option<Hit>,
     ) -> MediaStack {
-        let (ray, media) = (&self.rays[index as usize], &self.media[index as usize]);
-        if media.is_empty() || !self.glass.ends_at_surface(ray) {
-            return media.clone();
-        }
+        let mut media = match &self.media[index as usize] {
+            SurfaceMedia::AtEnd(media) if !media.is_empty() => media.clone(),
+            at_start => return at_start.stack().clone(),
+        };
         let (mut crossed, mut after) = (Vec::new(), None);
-        while let Some(hit) = next(after)
-            && crossed.len() < TRANSPARENCY_LIMIT as usize
-        {
+        for _ in 0..TRANSPARENCY_LIMIT {
+            let Some(hit) = next(after) else { break };
             after = Some(hit.order());
-            crossed.extend(clear_medium(context, &hit, self.glass).map(|medium| medium.volume));
+            crossed.extend(clear_medium(context, &hit, self.glass).map(|medium| (medium, hit.facing)));
         }
-        media.without(&crossed)
+        for (medium, facing) in crossed.into_iter().rev() {
+            media.cross_back(medium, facing, cache);
+        }
+        media
     }
 
     /// The transmittance of a ray that hits transparent surfaces alone.
@@ -213,10 +210,11 @@ impl ShadowBatch {
         let mut cache = self.cache.borrow_mut();
         if self.transparent_hits.is_overfull() {
             let mut next = |after| next_surface(context, (ray, self.glass), after, counters);
-            let media = self.media_at_start(context, index, &mut next);
+            let media = self.media_at_start(context, (index, &mut cache.media), &mut next);
             through_surfaces(context, (ray, self.glass), (media, &mut *cache), next)
         } else {
-            let media = self.media_at_start(context, index, self.transparent_hits.along(index));
+            let media =
+                self.media_at_start(context, (index, &mut cache.media), self.transparent_hits.along(index));
             let next = self.transparent_hits.along(index);
             through_surfaces(context, (ray, self.glass), (media, &mut *cache), next)
         }
@@ -271,7 +269,7 @@ fn through_surfaces(
     let mut after = None;
     for _ in 0..TRANSPARENCY_LIMIT {
         let Some(hit) = next(after) else {
-            transmittance *= media.transmittance((ray.t_max - reached_t) * length);
+            transmittance *= glass.last_stretch(&media, ray, Some((reached_t, length)));
             return ShadowTransmittance { transmittance, limit_reached: false };
         };
         after = Some(hit.order());
@@ -371,7 +369,7 @@ mod tests {
                 for index in 0..768_u32 {
                     let pixel = Vec2::new((index % 32) as f32 * 0.5, (index / 32) as f32 * 0.5);
                     let ray = camera.ray(pixel, Seed::default());
-                    batch.push(Ray { t_max: 1.0 + (index % 7) as f32, ..ray }, MediaStack::default());
+                    batch.push(Ray { t_max: 1.0 + (index % 7) as f32, ..ray }, SurfaceMedia::default());
                 }
                 batch.trace(context, &mut counters);
                 let (mut tinted, mut cache) = (0, ShadowCache::default());

@@ -32,7 +32,8 @@ pub fn expected_rays(
 
 /// Samples of a pixel that are rendered.
 fn samples(settings: &RenderSettings) -> u32 {
-    let of_range = settings.path.sample_range.map(|range| (range.last - range.first).saturating_add(1));
+    let of_range =
+        settings.path.sample_range.map(|range| range.last.saturating_sub(range.first).saturating_add(1));
     of_range.map_or(settings.samples, |of_range| of_range.min(settings.samples))
 }
 

@@ -2,7 +2,7 @@
 
 use crate::error::Warning;
 use crate::image::PlateFit;
-use crate::render::{EnvSamples, Integrator, LightSize, RenderSettings};
+use crate::render::{EnvSamples, Integrator, LightSize};
 use crate::scene::{Environment, LightKind, SelectedCamera};
 use crate::sequence::{Exposure, OutputFormat, SequenceJob};
 
@@ -101,16 +101,21 @@ fn is_dark(environment: &Environment) -> bool {
     }
 }
 
-/// Whether anything has noise of its own in every frame: lenses, sized lights, rough lobes, and paths on demand. Paths have the points of their own
-/// sequence for lights, but not on what only receives shadows.
+/// Whether anything has noise of its own in every frame: lenses, sized lights, rough lobes, what only receives shadows and is seen in a mirror, and
+/// paths on demand. Paths have the points of their own sequence for lights, but not on what only receives shadows.
 fn changes_noise(job: &SequenceJob) -> bool {
-    let RenderSettings { integrator, path, lens, light_size, glossy_samples, ground, .. } = &job.render;
-    let has_sized_lights = *light_size != LightSize::default();
-    let receives_shadows = || ground.is_some() || job.scene.materials.iter().any(|m| m.is_shadow_catcher);
-    lens.is_some()
-        || match integrator {
-            Integrator::Path => path.seed_per_frame || has_sized_lights && receives_shadows(),
-            Integrator::Whitted => has_sized_lights || *glossy_samples > 0,
+    let settings = &job.render;
+    let has_sized_lights = settings.light_size != LightSize::default();
+    let has_catchers = || job.scene.materials.iter().any(|material| material.is_shadow_catcher);
+    let has_receivers = settings.ground.is_some() || has_catchers();
+    let traces_environment = settings.env_samples != EnvSamples::Fixed(0) && job.environment.is_lit();
+    settings.lens.is_some()
+        || match settings.integrator {
+            Integrator::Path => settings.path.seed_per_frame || has_sized_lights && has_receivers,
+            Integrator::Whitted => {
+                let is_mirrored = has_receivers && traces_environment && settings.max_depth > 0;
+                has_sized_lights || settings.glossy_samples > 0 || is_mirrored
+            }
         }
 }
 

@@ -9,6 +9,7 @@ use super::shaded_point::ShadedPoint;
 use crate::color::luminance;
 use crate::geometry::Ray;
 use crate::integrator::lights::LightSample;
+use crate::integrator::media::SurfaceMedia;
 use crate::integrator::whitted::{ShadowRay, Tracer};
 use crate::integrator::{GlassShadows, LightPass, MediaStack};
 
@@ -56,7 +57,9 @@ impl Tracer<'_, '_> {
         let Some((light, sample, contribution, importance)) = chosen else { return };
         let wi = shaded.world_from_local.transpose() * sample.wi;
         let end = shaded.shadow_start(wi, sample.span(shaded.point.position));
-        let media = media_towards(shaded, wi);
+        let is_distant = sample.span(shaded.point.position) == Vec3::ZERO;
+        let at = if is_distant { SurfaceMedia::AtStart } else { SurfaceMedia::AtEnd };
+        let media = at(media_towards(shaded, wi));
         self.push_shadow(
             shaded,
             (light, LightPass::Direct),
@@ -78,7 +81,7 @@ impl Tracer<'_, '_> {
         }
         let share = power_heuristic(pdf, shaded.direction_pdf(wi, scattered_pdf)) / pdf;
         let ray = Ray::new(shaded.shadow_start(local, Vec3::ZERO), wi);
-        let media = media_towards(shaded, local);
+        let media = SurfaceMedia::AtStart(media_towards(shaded, local));
         let queue = self.context.lights.len();
         self.push_shadow(
             shaded,
@@ -104,7 +107,7 @@ impl Tracer<'_, '_> {
         let share = power_heuristic(sample.pdf, own_pdf) / sample.pdf;
         let start = shaded.shadow_start(local, Vec3::ZERO);
         let ray = Ray { t_max: 1.0, ..Ray::new(start, sample.end - start) };
-        let media = media_towards(shaded, local);
+        let media = SurfaceMedia::AtStart(media_towards(shaded, local));
         let queue = self.context.lights.len() + 1;
         self.push_shadow(
             shaded,
@@ -118,7 +121,7 @@ impl Tracer<'_, '_> {
         &mut self,
         shaded: &ShadedPoint<'_, '_>,
         (light, own_pass): (usize, LightPass),
-        (ray, media): (Ray, MediaStack),
+        (ray, media): (Ray, SurfaceMedia),
         contribution: Vec3,
     ) {
         let clamp = self.clamp_at(shaded.state.depth);

@@ -9,6 +9,7 @@ use super::shading::Shading;
 use super::shadow_queue::{ShadowQueue, ShadowRay, ShadowTask};
 use super::tracer::{MIN_SCATTERED, Tracer, seconds_since};
 use crate::integrator::LightPass;
+use crate::integrator::media::SurfaceMedia;
 use crate::integrator::path::clamped;
 
 impl Tracer<'_, '_> {
@@ -36,12 +37,11 @@ impl Tracer<'_, '_> {
                 let span = incidence.span;
                 let (end, media) = if wi.z > 0.0 || by_coat > 0.0 {
                     (shading.point.shadow_end_outside(span), &shading.state.media)
-                } else if span == Vec3::ZERO {
-                    // The ray reveals the volume where it leaves.
-                    (shading.point.shadow_end_inside(span), &shading.state.media)
                 } else {
                     (shading.point.shadow_end_inside(span), &shading.transmission_side.media)
                 };
+                let is_distant = span == Vec3::ZERO;
+                let at = if is_distant { SurfaceMedia::AtStart } else { SurfaceMedia::AtEnd };
                 self.shadows.push(ShadowRay {
                     signature: shading.signature,
                     light: index,
@@ -50,7 +50,7 @@ impl Tracer<'_, '_> {
                     light_pass: shading.light_pass.unwrap_or(LightPass::Direct),
                     contribution,
                     environment_clamp: None,
-                    media: media.clone(),
+                    media: at(media.clone()),
                 });
             }
         }

@@ -12,6 +12,7 @@ use super::wavefront::RaySignature;
 use crate::color::luminance;
 use crate::geometry::Ray;
 use crate::integrator::environment_directions::EnvironmentDirections;
+use crate::integrator::media::SurfaceMedia;
 use crate::integrator::zsobol::{DimensionKeys, SampleSequence};
 use crate::integrator::{EnvSamples, GlassShadows, LightPass, MediaStack};
 
@@ -208,7 +209,7 @@ impl Tracer<'_, '_> {
                 light_pass,
                 contribution: radiance * share,
                 environment_clamp: None,
-                media: media.clone(),
+                media: SurfaceMedia::AtStart(media.clone()),
             });
             if traces_occluder {
                 self.shadows.occluder_tasks.push(OccluderTask {

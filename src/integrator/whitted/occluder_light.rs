@@ -18,8 +18,9 @@ use crate::color::luminance;
 use crate::frame::transmits;
 use crate::geometry::{Facing, Ray};
 use crate::integrator::glass_passage::GlassPassage;
+use crate::integrator::media::SurfaceMedia;
 use crate::integrator::shadow::{ShadowBatch, stops_light};
-use crate::integrator::{IntegratorContext, LightPass, MediaStack};
+use crate::integrator::{IntegratorContext, LightPass};
 use crate::interaction::{SurfacePoint, blurred_color_at};
 use crate::scene::{AlphaMode, Material};
 
@@ -167,7 +168,7 @@ impl Tracer<'_, '_> {
             };
             let occluder = FoundOccluder { ray, hit, transmittance };
             for (occluder, to_light) in self.lit_occluder(&occluder, task).into_iter().flatten() {
-                shadows.push(to_light, MediaStack::default());
+                shadows.push(to_light, SurfaceMedia::default());
                 lit.push(occluder);
             }
         }

@@ -13,10 +13,11 @@ use crate::bvh::Hit;
 use crate::color::luminance;
 use crate::geometry::Ray;
 use crate::integrator::environment_directions::{EnvironmentDirections, GOLDEN_SHARE};
+use crate::integrator::media::SurfaceMedia;
 use crate::integrator::random::{Purpose, r2_moved};
 use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::zsobol::SampleSequence;
-use crate::integrator::{EnvSamples, MediaStack, RayState, Seed};
+use crate::integrator::{EnvSamples, RayState, Seed};
 use crate::interaction::catches_shadows;
 use crate::scene::Environment;
 
@@ -125,7 +126,7 @@ impl ReceiverShadows {
         if batch >= self.batches.len() {
             self.batches.resize_with(batch + 1, ShadowBatch::default);
         }
-        let index = self.batches[batch].push(ray, MediaStack::default());
+        let index = self.batches[batch].push(ray, SurfaceMedia::default());
         self.rays.push(ReceiverRay { batch, index, irradiance });
     }
 }

@@ -7,6 +7,7 @@ use super::shadow_queue::ShadowRay;
 use super::surface_hit::SurfaceHit;
 use super::tracer::Tracer;
 use super::wavefront::Wavefront;
+use crate::integrator::media::SurfaceMedia;
 use crate::integrator::{LightPass, MediaStack};
 use crate::scene::Material;
 
@@ -42,18 +43,16 @@ impl Tracer<'_, '_> {
             let contribution = direct.contribution.get(lane);
             if contribution.max_element() > 0.0 {
                 let end = direct.shadow_end.get(lane);
-                let light = &self.context.lights[index];
-                // The ray of a distant light reveals the volume where it leaves.
-                let media = if light.is_distant() { MediaStack::default() } else { state.media.clone() };
                 self.shadows.push(ShadowRay {
                     signature: slot.signature,
                     light: index,
-                    ray: light.shadow_ray(end, state.seed, index),
+                    ray: self.context.lights[index].shadow_ray(end, state.seed, index),
                     sample: state.sample,
                     light_pass: light_pass.unwrap_or(LightPass::Direct),
                     contribution,
                     environment_clamp: None,
-                    media,
+                    // Blocks are in vacuum.
+                    media: SurfaceMedia::default(),
                 });
             }
         }

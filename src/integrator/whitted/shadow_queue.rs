@@ -5,9 +5,10 @@ use glam::Vec3;
 use super::occluder_light::OccluderTask;
 use super::wavefront::RaySignature;
 use crate::geometry::Ray;
+use crate::integrator::LightPass;
 use crate::integrator::glass_passage::GlassPassage;
+use crate::integrator::media::SurfaceMedia;
 use crate::integrator::shadow::ShadowBatch;
-use crate::integrator::{LightPass, MediaStack};
 
 /// The shadow rays of a wavefront.
 #[derive(Debug)]
@@ -51,8 +52,7 @@ pub(in crate::integrator) struct ShadowRay {
     /// Where the contribution lacks the factor of the environment's radiance along the ray, which only rays that arrive look up: the
     /// largest component of the product.
     pub(in crate::integrator) environment_clamp: Option<f32>,
-    /// The volumes around the surface: the ray of a lamp ends there, any other starts there.
-    pub(in crate::integrator) media: MediaStack,
+    pub(in crate::integrator) media: SurfaceMedia,
 }
 
 impl ShadowQueue {

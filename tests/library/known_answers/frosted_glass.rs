@@ -157,6 +157,28 @@ fn frosted_volumes_colour_what_no_shadow_ray_follows() {
 }
 
 #[test]
+fn looked_up_light_inside_a_volume_crosses_it() {
+    // Camera and wall in water that is open or two metres deep before the wall, in light that is looked up without shadow rays.
+    let color = Vec3::new(0.9, 0.5, 0.2);
+    let volume = Volume { thickness: 1.0, attenuation_distance: 2.0, attenuation_color: color };
+    let water = Material { volume: Some(volume), ior: 1.0, roughness: 0.0, ..frosted(0.0) };
+    let see = |is_closed: bool| {
+        let mut stage = super::path::stage(4);
+        stage.settings.integrator = Integrator::Whitted;
+        stage.settings.env_samples = EnvSamples::Fixed(0);
+        stage.environment = Environment::Constant(Vec3::ONE);
+        stage.add(rectangle(Vec3::ZERO, Vec3::X * 0.5, Vec3::Y * 0.5), lambert(Vec3::ONE));
+        if is_closed {
+            stage.add(cuboid(Vec3::Z * 0.5, Vec3::new(4.0, 4.0, 1.5)), water.clone());
+        }
+        stage.look(Vec3::new(0.0, 0.01, 1.0), Vec3::ZERO)
+    };
+    assert_close(see(false), Vec3::ONE, 0.01);
+    // One metre to the camera.
+    assert_close(see(true), color * color.powf(0.5), 0.01);
+}
+
+#[test]
 fn the_deepest_frosted_glass_looks_the_environment_up() {
     let mut stage = super::path::stage(16);
     (stage.settings.integrator, stage.settings.max_depth) = (Integrator::Whitted, 0);

@@ -124,8 +124,8 @@ fn first_guesses_are_answered() {
     for (options, says) in [
         (&["--aperture", "0.1", "--focus", "2"][..], "equal but for noise; "),
         (&["--ground", "--sun-angle", "5"], "equal but for noise; "),
-        (&["--ground"], "equal but for noise; "),
-        (&["--ground", "--env-samples", "0"], "equal; "),
+        (&["--ground", "--env", "studio"], "equal but for noise; "),
+        (&["--ground"], "equal; "),
         (&["--integrator", "path", "--sun-angle", "5"], "equal; "),
     ] {
         let noisy = render(folder.path(), &[&["--animation", "none", "-f", "0-47", "-n"], options].concat());

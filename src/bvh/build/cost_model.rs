@@ -16,8 +16,8 @@ use crate::bvh::settings::BuilderKind;
 /// Nanoseconds per reference that clustering takes.
 const NS_PER_REFERENCE: f64 = 60.0;
 /// Nanoseconds per expected ray that clustering saves where areas are uneven and where they are even: the lower half of what was measured, since
-/// a wrong choice for few rays costs more of the frame than one for many, and more rays are expected than pixels that see surfaces send. If an even mesh gains nothing, clustering takes at most as much
-/// longer as 1 ns a ray, about a hundredth of tracing and shading it.
+/// a wrong choice for few rays costs more of the frame than one for many, and more rays are expected than pixels that see surfaces send.
+/// If an even mesh gains nothing, clustering takes at most 1 ns a ray longer, about a hundredth of tracing and shading it.
 const SAVED_NS_PER_RAY: [f64; 2] = [2.0, 1.0];
 /// Variance of octaves from which areas are uneven.
 const MIN_OCTAVE_VARIANCE: f64 = 1.0;

@@ -60,6 +60,11 @@ pub(super) struct LightSample {
 }
 
 impl LightSample {
+    /// Whether the light is beyond all surfaces.
+    pub(super) fn is_distant(&self) -> bool {
+        self.position.is_none()
+    }
+
     /// Vector from the start of a shadow ray to the lit point.
     pub(super) fn span(&self, point: Vec3) -> Vec3 {
         self.position.map_or(Vec3::ZERO, |position| point - position)

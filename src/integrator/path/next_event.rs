@@ -57,8 +57,7 @@ impl Tracer<'_, '_> {
         let Some((light, sample, contribution, importance)) = chosen else { return };
         let wi = shaded.world_from_local.transpose() * sample.wi;
         let end = shaded.shadow_start(wi, sample.span(shaded.point.position));
-        let is_distant = sample.span(shaded.point.position) == Vec3::ZERO;
-        let at = if is_distant { SurfaceMedia::AtStart } else { SurfaceMedia::AtEnd };
+        let at = if sample.is_distant() { SurfaceMedia::AtStart } else { SurfaceMedia::AtEnd };
         let media = at(media_towards(shaded, wi));
         self.push_shadow(
             shaded,

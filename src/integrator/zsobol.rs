@@ -90,8 +90,7 @@ impl SampleSequence {
     /// that the coordinates use, on which their scrambling depends.
     pub(crate) fn point_and_random_by(&self, keys: &DimensionKeys) -> (Vec2, f32) {
         let index = self.shuffled_index(keys.shuffle);
-        let x = scramble(bits_of_first_dimension(index), keys.x);
-        let y = scramble(bits_of_second_dimension(index), keys.y);
+        let [x, y] = scrambled_bits(index, [keys.x, keys.y]);
         let left = (x & 0xFF) << 8 | y & 0xFF;
         (Vec2::new(to_unit_interval(x), to_unit_interval(y)), left as f32 / (1 << 16) as f32)
     }
@@ -169,10 +168,20 @@ fn bits_of_second_dimension(mut index: u64) -> u32 {
     (index ^ index >> 32) as u32
 }
 
+/// A point in the unit square of Sobol's first two dimensions, scrambled by a key for each.
+pub(super) fn scrambled_point(index: u64, keys: [u32; 2]) -> Vec2 {
+    let [x, y] = scrambled_bits(index, keys);
+    Vec2::new(to_unit_interval(x), to_unit_interval(y))
+}
+
+fn scrambled_bits(index: u64, keys: [u32; 2]) -> [u32; 2] {
+    [scramble(bits_of_first_dimension(index), keys[0]), scramble(bits_of_second_dimension(index), keys[1])]
+}
+
 /// Nested uniform scrambling (Owen, "Randomly Permuted (t,m,s)-Nets and (t,s)-Sequences", 1995) by a hash in which no bit depends
 /// on higher ones (Laine and Karras, "Stratified Sampling for Stochastic Transparency", 2011), with the constants of Vegdahl
 /// ("Building a Better LK Hash", 2021). The most significant bit of the coordinate is bit 0 before and bit 31 after.
-fn scramble(mut bits: u32, key: u32) -> u32 {
+pub(super) fn scramble(mut bits: u32, key: u32) -> u32 {
     bits ^= bits.wrapping_mul(0x3D20_ADEA);
     bits = bits.wrapping_add(key);
     bits = bits.wrapping_mul((key >> 16) | 1);

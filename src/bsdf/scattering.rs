@@ -11,7 +11,6 @@ use std::f32::consts::FRAC_1_PI;
 use glam::{Mat3, Vec3};
 
 use super::multiple_scattering::Compensation;
-use super::rough_transmission::{self, RefractingFacet};
 use super::rough_volume_albedo;
 use super::thin_film::FilmReflectances;
 use super::{AlbedoTerms, Albedos, Bsdf, Coat, fresnel, ggx, isotropic_albedo, share_below};
@@ -282,13 +281,10 @@ impl Scattering {
         }
         let is_smooth = bsdf.lobe.is_smooth();
         if !is_smooth || smooth == SmoothLobes::Sharpest {
-            let half = normalized_or(*wo + wi, Vec3::Z);
-            let facet_cosine = wo.dot(half);
-            let factor = self.reflected_at(facet_cosine);
-            value += factor * (bsdf.lobe.eval(*wo, wi, half) * wi.z);
+            let (reflected, reflected_pdf) = self.reflected_by_facets(wi);
+            value += reflected;
             if !is_smooth {
-                let reflects = self.reflection_probability(factor, facet_cosine);
-                pdf += probabilities.specular * reflects * bsdf.lobe.reflection_pdf(*wo, half);
+                pdf += probabilities.specular * reflected_pdf;
             }
         }
         (value, pdf)
@@ -313,22 +309,16 @@ impl Scattering {
                 pdf += probabilities.transmission * lobe.reflection_pdf(*wo, half);
             }
             TransmissionLobe::Refracted { scale } => {
-                let relative_ior = bsdf.dielectric.relative_ior;
-                let facet = rough_transmission::refracting_facet(&bsdf.lobe, (*wo, wi), relative_ior);
-                if let Some(RefractingFacet { facet_cosine, pdf: refracted_pdf, .. }) = facet {
-                    let transmitted = share_below(self.facet_reflectances(facet_cosine).0);
-                    value += scale * (transmitted * bsdf.lobe.masking(wi) * refracted_pdf);
-                    let factor = self.reflected_at(facet_cosine);
-                    let refracts = 1.0 - self.reflection_probability(factor, facet_cosine);
-                    pdf += probabilities.specular * refracts * refracted_pdf;
-                }
+                let (refracted, refracted_pdf) = self.refracted_by_facets(wi, scale);
+                value += refracted;
+                pdf += probabilities.specular * refracted_pdf;
             }
         }
         (value, pdf)
     }
 
     /// Fresnel factors of the dielectric and of the metal at a facet.
-    fn facet_reflectances(&self, facet_cosine: f32) -> (Vec3, Vec3) {
+    pub(super) fn facet_reflectances(&self, facet_cosine: f32) -> (Vec3, Vec3) {
         self.bsdf.reflectances(self.film.as_ref(), facet_cosine)
     }
 

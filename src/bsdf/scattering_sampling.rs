@@ -9,9 +9,10 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
+use super::ggx;
+use super::rough_transmission::refracted_at;
 use super::scattering::{LobeProbabilities, Scattering, TransmissionLobe};
 use super::specular_lobe::SpecularLobe;
-use super::{ggx, rough_transmission};
 use crate::geometry::sin_cos_of_turn;
 
 /// The lobe that a direction was sampled by.
@@ -42,6 +43,16 @@ pub struct ScatterSample {
     pub is_smooth: bool,
     /// Whether light passes in exactly its direction, `wi = -wo`.
     pub is_unbent: bool,
+}
+
+/// Directions of light that one sampled facet reflects and refracts, each with `f · |cos θ_i|` of its lobe over the density of the facet: the mean of
+/// the weights is the albedo of the lobe. `None` where light is masked.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct FacetSample {
+    /// Probability with which a ray that follows one of both is reflected.
+    pub(crate) reflects: f32,
+    pub(crate) reflected: Option<(Vec3, Vec3)>,
+    pub(crate) refracted: Option<(Vec3, Vec3)>,
 }
 
 /// The lobes that are chosen by their probability.
@@ -99,6 +110,27 @@ impl Scattering {
         Some(ScatterSample { wi, weight: value / pdf, pdf, lobe, is_smooth: false, is_unbent: false })
     }
 
+    /// Samples a facet of the rough specular lobe, and both directions in which it sends light.
+    pub(crate) fn sample_both_at_facet(&self, u: Vec2) -> FacetSample {
+        if self.wo.z <= 0.0 {
+            return FacetSample::default();
+        }
+        let half = self.bsdf.lobe.visible_normal(self.wo, ggx::disk_point(u));
+        let facet_cosine = self.wo.dot(half);
+        let reflects = self.reflection_probability(self.reflected_at(facet_cosine), facet_cosine);
+        let weighted = |wi: Option<Vec3>, probability: f32| {
+            let wi = wi?;
+            let (value, pdf) = self.by_facets(wi);
+            (pdf > 0.0).then(|| (wi, value * (probability / pdf)))
+        };
+        let refracted = || refracted_at(half, self.wo, self.bsdf.dielectric.relative_ior);
+        FacetSample {
+            reflects,
+            reflected: weighted(reflected_at(half, self.wo), reflects),
+            refracted: if reflects < 1.0 { weighted(refracted(), 1.0 - reflects) } else { None },
+        }
+    }
+
     /// Samples a facet that the view sees; where the lobe transmits, too, `u_facet` decides between both.
     fn sample_facet(&self, u_facet: f32, u: Vec2) -> Option<(Vec3, ScatterLobe)> {
         let Self { bsdf, wo, .. } = self;
@@ -107,7 +139,7 @@ impl Scattering {
         if u_facet < self.reflection_probability(self.reflected_at(facet_cosine), facet_cosine) {
             return Some((reflected_at(half, *wo)?, ScatterLobe::SpecularReflection));
         }
-        let wi = rough_transmission::refracted_at(half, *wo, bsdf.dielectric.relative_ior)?;
+        let wi = refracted_at(half, *wo, bsdf.dielectric.relative_ior)?;
         Some((wi, ScatterLobe::Transmission))
     }
 

@@ -11,7 +11,7 @@ use super::shading::Shading;
 use super::tracer::Tracer;
 use crate::bsdf::Bsdf;
 use crate::geometry::Ray;
-use crate::integrator::{LightPass, RayState};
+use crate::integrator::{LightPass, MediaStack, RayState};
 use crate::scene::KeyLight;
 
 /// α of the narrowest prefiltered lobe, of roughness 1/8.
@@ -63,12 +63,28 @@ impl Tracer<'_, '_> {
     }
 
     /// The reflected specular lobe.
-    fn look_up_specular(&self, shading: &Shading<'_, '_>, reached: Vec3, lookups: &mut EnvironmentLookups) {
+    fn look_up_specular(
+        &mut self,
+        shading: &Shading<'_, '_>,
+        reached: Vec3,
+        lookups: &mut EnvironmentLookups,
+    ) {
         let prefiltered_share = 1.0 - shading.traced_share;
-        if prefiltered_share > 0.0 {
-            let (seen, lobe) = self.prefiltered_reflection(shading);
-            let albedo = reached * (shading.albedos.specular * prefiltered_share);
-            lookups.push(EnvironmentLookup { radiance: albedo * seen, albedo, lobe, is_outside: true });
+        if prefiltered_share == 0.0 {
+            return;
+        }
+        let (seen, lobe) = self.prefiltered_reflection(shading);
+        let lookup = |reached: Vec3, share: f32| {
+            let albedo = reached * (shading.albedos.specular * (share * prefiltered_share));
+            EnvironmentLookup { radiance: albedo * seen, albedo, lobe, is_outside: true }
+        };
+        if shading.facet_share < 1.0 {
+            lookups.push(lookup(reached, 1.0 - shading.facet_share));
+        }
+        let undecided_share = shading.facet_share * (1.0 - shading.sampled_transmission_share);
+        if undecided_share > 0.0 {
+            let lookup = lookup(shading.weight_below * shading.material.occlusion, undecided_share);
+            self.add_undecided(shading, &lookup, &shading.state.media);
         }
     }
 
@@ -102,14 +118,18 @@ impl Tracer<'_, '_> {
             let lookup =
                 EnvironmentLookup { radiance, albedo, lobe: LookupLobe::Glossy(lobe), is_outside: false };
             if is_undecided {
-                let light_pass = shading.light_pass.unwrap_or(LightPass::Environment);
-                let media = &shading.transmission_side.media;
-                let through = self.untraced_transmittance(shading.point, &lookup, media);
-                self.add(shading.state.sample, light_pass, radiance * through);
+                self.add_undecided(shading, &lookup, &shading.transmission_side.media);
             } else {
                 lookups.push(lookup);
             }
         }
+    }
+
+    /// Adds looked-up light about which no shadow ray decides. `media` are the volumes where it arrives.
+    fn add_undecided(&mut self, shading: &Shading<'_, '_>, lookup: &EnvironmentLookup, media: &MediaStack) {
+        let light_pass = shading.light_pass.unwrap_or(LightPass::Environment);
+        let through = self.untraced_transmittance(shading.point, lookup, media);
+        self.add(shading.state.sample, light_pass, lookup.radiance * through);
     }
 
     /// Radiance of the environment that a mirror or refraction ray sees, blurred by the rough lobes that it stands for.

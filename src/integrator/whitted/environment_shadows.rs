@@ -5,10 +5,10 @@ use glam::{Vec2, Vec3};
 
 use super::occluder_light::OccluderTask;
 use super::prefiltered_lobe::PrefilteredLobe;
-use super::shading::Arrival;
+use super::shading::{Arrival, Shading};
 use super::shadow_queue::ShadowRay;
 use super::tracer::Tracer;
-use super::wavefront::RaySignature;
+use super::wavefront::BOUNCES;
 use crate::color::luminance;
 use crate::geometry::Ray;
 use crate::integrator::environment_directions::EnvironmentDirections;
@@ -225,15 +225,13 @@ impl Tracer<'_, '_> {
 }
 
 impl Tracer<'_, '_> {
-    /// The sample point of a ray through frosted glass, by the number of its lobe. The lookups of such glass have no more numbers than are left.
-    pub(super) fn point_of_frosted_glass(
-        &mut self,
-        sequence: &SampleSequence,
-        signature: RaySignature,
-        lobe: usize,
-    ) -> Vec2 {
+    /// The sample point of a ray through frosted glass, by the number of its lobe, and a random number. The lookups of such glass have no more numbers than are left.
+    pub(super) fn point_of_frosted_glass(&mut self, shading: &Shading<'_, '_>, lobe: usize) -> (Vec2, f32) {
+        let Shading { signature, state, .. } = shading;
+        let sequence = self.sequences[state.sample as usize];
         let number = signature.index() * MAX_LOOKUPS + MAX_LOOKUPS - 1 - lobe;
-        self.point_of_ray(sequence, number, 0).0
+        // Bounces that the signature forgets would repeat each other's choices.
+        self.point_of_ray(&sequence, number, state.depth.saturating_sub(u32::from(BOUNCES)))
     }
 
     /// The sample point of the first ray of a lookup, and a random number; `None` where the lookup sends no ray.

@@ -3,19 +3,26 @@
 //! So what stands behind the glass is seen, blurred and bent by both of its surfaces; a lookup knows only one of them. Where the ray reaches the environment
 //! it finds the prefiltered lobe, which has no noise.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::environment::transmitted_lobe;
 use super::environment_shadows::on_side;
+use super::glossy::seeds;
 use super::prefiltered_lobe::PrefilteredLobe;
 use super::secondary_rays::ChildRay;
 use super::shading::Shading;
-use super::traced_share::traced_share;
+use super::traced_share::{smoothstep, traced_share};
 use super::tracer::Tracer;
-use crate::bsdf::{AlbedoTerms, Bsdf};
+use crate::bsdf::{AlbedoTerms, Bsdf, FacetSample, Scattering};
 use crate::geometry::Ray;
 use crate::integrator::random::Purpose;
-use crate::integrator::{RayKind, RayState};
+use crate::integrator::{ColorChannels, RayKind, RayState, Seed};
+
+/// The deepest surface within frosted glass that sends a reflected and a refracted ray: the first one behind the surface that the camera sees.
+const DEPTH_OF_BOTH: u32 = 1;
+
+/// From the first roughness to the second, rays follow facets more and more.
+const FACET_ROUGHNESS: [f32; 2] = [0.4, 0.8];
 
 impl Tracer<'_, '_> {
     /// Share of a transmitted lobe that a sampled ray follows: that of the environment's light that shadow rays decide about. The deepest surfaces
@@ -29,17 +36,16 @@ impl Tracer<'_, '_> {
 
     /// Sends one sampled ray along each transmitted lobe.
     pub(super) fn sample_frosted_glass(&mut self, shading: &Shading<'_, '_>) {
-        if shading.sampled_transmission_share == 0.0 {
+        let share = shading.sampled_transmission_share * (1.0 - shading.facet_share);
+        if share == 0.0 {
             return;
         }
-        let sequence = self.sequences[shading.state.sample as usize];
         for (index, (channels, bsdf)) in shading.transmission_lobes().enumerate() {
-            let share = shading.sampled_transmission_share;
             let weight = shading.weight_below * shading.albedos.transmission * channels.mask() * share;
             if !self.may_send(shading.state, weight) {
                 continue;
             }
-            let u = self.point_of_frosted_glass(&sequence, shading.signature, index);
+            let (u, _) = self.point_of_frosted_glass(shading, index);
             let Some(wi) = bsdf.sample_transmission(shading.wo, u) else { continue };
             let direction = (shading.world_from_local * wi).normalize();
             let direction = on_side(direction, shading.point.geometric_normal, false);
@@ -49,6 +55,94 @@ impl Tracer<'_, '_> {
             let child = ChildRay::sampled(ray, weight, RayKind::Refraction, (channels, seed));
             self.send(shading, ChildRay { environment_lobe, ..child });
         }
+    }
+
+    /// Share of the sampled rays that follow facets, seen from within a volume: each facet that a ray is sampled by reflects or refracts it. What is
+    /// reflected there stays in the volume until it leaves, as light that is reflected totally does.
+    ///
+    /// Smoother surfaces lose little of the light by lookups, which have no noise.
+    pub(super) fn facet_share(&self, shading: &Shading<'_, '_>) -> f32 {
+        let material = shading.material;
+        if material.thin || material.transmission == 0.0 || shading.relative_ior() >= 1.0 {
+            0.0
+        } else if self.context.settings.glossy_samples > 0 {
+            f32::from(!shading.bsdf.is_transmission_smooth())
+        } else if shading.sampled_transmission_share == 0.0 {
+            0.0
+        } else {
+            smoothstep(FACET_ROUGHNESS, shading.bsdf.widest_roughness())
+        }
+    }
+
+    /// Sends the rays of [`Tracer::facet_share`] for each transmitted lobe: one, or glossy samples. The first surface within a volume sends what its
+    /// facets reflect and what they refract, since light of both is seen next to each other; later ones send either.
+    pub(super) fn follow_facets(&mut self, shading: &Shading<'_, '_>) {
+        let rays = self.glossy_rays(shading.state);
+        if rays > 0 {
+            for (lobe, seed) in shading.transmission_lobes().flat_map(|lobe| {
+                seeds(shading.state, Purpose::Refraction, rays).map(move |seed| (lobe, seed))
+            }) {
+                let (u, u_facet) = (seed.point(Purpose::Refraction), seed.random(Purpose::Facet));
+                self.follow_facet(shading, lobe, (u, u_facet), (1.0 / rays as f32, seed));
+            }
+            return;
+        }
+        let share = shading.sampled_transmission_share * shading.facet_share;
+        for (index, lobe) in shading.transmission_lobes().enumerate() {
+            let point = self.point_of_frosted_glass(shading, index);
+            let seed = shading.state.seed.child(Purpose::Refraction, 0, 1);
+            self.follow_facet(shading, lobe, point, (share, seed));
+        }
+    }
+
+    /// Sends rays from the facet of a sample point and a random number, with a share of the light.
+    fn follow_facet(
+        &mut self,
+        shading: &Shading<'_, '_>,
+        (channels, bsdf): (ColorChannels, &Bsdf),
+        (u, u_facet): (Vec2, f32),
+        (share, seed): (f32, Seed),
+    ) {
+        let sampled = Scattering::new(*bsdf, shading.wo, None).sample_both_at_facet(u);
+        let FacetSample { reflects, reflected, refracted } = sampled;
+        let weight = shading.weight_below * channels.mask() * share;
+        if shading.state.depth <= DEPTH_OF_BOTH {
+            let reflected_seed = seed.child(Purpose::Reflection, 0, 1);
+            self.send_from_facet(shading, None, reflected, (weight, channels, reflected_seed));
+            self.send_from_facet(shading, Some(bsdf), refracted, (weight, channels, seed));
+        } else if u_facet < reflects {
+            self.send_from_facet(shading, None, reflected, (weight / reflects, channels, seed));
+        } else {
+            self.send_from_facet(shading, Some(bsdf), refracted, (weight / (1.0 - reflects), channels, seed));
+        }
+    }
+
+    /// Sends a ray in a local direction with its weight: refracted by lobes, or reflected.
+    fn send_from_facet(
+        &mut self,
+        shading: &Shading<'_, '_>,
+        refracting: Option<&Bsdf>,
+        sampled: Option<(Vec3, Vec3)>,
+        (weight, channels, seed): (Vec3, ColorChannels, Seed),
+    ) {
+        let Some((wi, lobe_weight)) = sampled else { return };
+        let weight = weight * lobe_weight;
+        if !self.may_send(shading.state, weight) {
+            return;
+        }
+        let point = shading.point;
+        let (kind, origin) = match refracting {
+            Some(_) => (RayKind::Refraction, point.origin_inside()),
+            None => (RayKind::Reflection, point.origin_outside()),
+        };
+        let direction = (shading.world_from_local * wi).normalize();
+        let direction = on_side(direction, point.geometric_normal, refracting.is_none());
+        // With glossy samples the environment is seen in the sampled direction, and where the smooth surface would reflect totally, around it.
+        let looked_up = refracting.filter(|_| self.context.settings.glossy_samples == 0);
+        let around = PrefilteredLobe { direction, roughness: shading.material.roughness };
+        let environment_lobe = looked_up.map(|bsdf| refracted_lobe(shading, bsdf).unwrap_or(around));
+        let child = ChildRay::sampled(Ray::new(origin, direction), weight, kind, (channels, seed));
+        self.send(shading, ChildRay { environment_lobe, ..child });
     }
 }
 

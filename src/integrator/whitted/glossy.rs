@@ -12,7 +12,7 @@ use crate::integrator::{RayKind, RayState, Seed};
 
 impl Tracer<'_, '_> {
     /// Number of rays that follow a rough lobe of a surface; 0 where the prefiltered environment is looked up instead.
-    fn glossy_rays(&self, state: &RayState) -> u32 {
+    pub(super) fn glossy_rays(&self, state: &RayState) -> u32 {
         match self.context.settings.glossy_samples {
             0 => 0,
             samples if state.depth == 0 => samples,
@@ -25,6 +25,9 @@ impl Tracer<'_, '_> {
         let rays = self.glossy_rays(shading.state);
         if rays == 0 || shading.bsdf.is_smooth() {
             return false;
+        }
+        if shading.facet_share > 0.0 {
+            return true;
         }
         for seed in seeds(shading.state, Purpose::Reflection, rays) {
             let u = seed.point(Purpose::Reflection);
@@ -66,6 +69,9 @@ impl Tracer<'_, '_> {
         if rays == 0 || shading.bsdf.is_transmission_smooth() {
             return false;
         }
+        if shading.facet_share > 0.0 {
+            return true;
+        }
         for (channels, bsdf) in shading.transmission_lobes() {
             let weight = shading.weight_below * shading.albedos.transmission * channels.mask() / rays as f32;
             for seed in seeds(shading.state, Purpose::Refraction, rays) {
@@ -84,7 +90,7 @@ impl Tracer<'_, '_> {
 }
 
 /// The seeds of `rays` child rays for a purpose.
-fn seeds(state: &RayState, purpose: Purpose, rays: u32) -> impl Iterator<Item = Seed> + use<> {
+pub(super) fn seeds(state: &RayState, purpose: Purpose, rays: u32) -> impl Iterator<Item = Seed> + use<> {
     let seed = state.seed;
     (0..rays).map(move |number| seed.child(purpose, number, rays))
 }

@@ -47,7 +47,8 @@ impl Tracer<'_, '_> {
         let mirrored = mirror_direction(shading.point.wo, shading.point.shading_normal);
         let (mut roughness, mut weight) = (shading.bsdf.widest_roughness(), Vec3::ZERO);
         if !is_scattered {
-            weight = shading.weight_below * shading.albedos.specular * shading.traced_share;
+            let share = 1.0 - shading.sampled_transmission_share * shading.facet_share;
+            weight = shading.weight_below * shading.albedos.specular * (share * shading.traced_share);
         }
         if let Some(coat) = &shading.coat
             && !coat_is_scattered
@@ -84,6 +85,9 @@ impl Tracer<'_, '_> {
 
     /// Sends refraction rays and sampled rays for each transmitting lobe.
     pub(super) fn refract(&mut self, shading: &Shading<'_, '_>) {
+        if shading.facet_share > 0.0 {
+            self.follow_facets(shading);
+        }
         if shading.albedos.transmission == Vec3::ZERO || self.scatter_transmission(shading) {
             return;
         }

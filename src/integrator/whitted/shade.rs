@@ -112,12 +112,12 @@ impl<'a> Tracer<'_, 'a> {
         (index, point): (usize, &SurfacePoint<'_>),
         material: &MaterialSample,
     ) {
-        let SurfaceHit { slot, hit, share, light_pass } = surface_hit;
-        let (_, state) = wavefront.ray(*slot);
+        let &SurfaceHit { slot, hit, share, light_pass } = surface_hit;
+        let (_, state) = wavefront.ray(slot);
 
         // Emission
         let emission_pass = light_pass.unwrap_or(LightPass::Emission);
-        let weight = state.weight * state.media.transmittance(hit.t) * *share;
+        let weight = state.weight * state.media.transmittance(hit.t) * share;
         if material.unlit {
             self.add(state.sample, emission_pass, weight * material.base_color);
             return;
@@ -134,15 +134,13 @@ impl<'a> Tracer<'_, 'a> {
             let outside = ior_outside(state, own_medium, point.facing, channels);
             (outside, ior_transmission_side(material, &transmission_side.media, channels))
         };
-        let lobes_of = |channels| {
-            let (outside, inside) = iors(channels);
-            Bsdf::new(material, outside, inside)
-        };
+        let lobes_between = |(outside, inside)| Bsdf::new(material, outside, inside);
         let (outside, inside) = iors(state.channels);
         let albedo_slice = self.albedo_slices.between(outside, inside);
         let bsdf = Bsdf::with_albedos(material, outside, inside, albedo_slice);
         let is_dispersive = transmission_side.disperses(state, own_medium, material);
-        let dispersed = is_dispersive.then(|| ColorChannels::SINGLE.map(lobes_of));
+        let single_channels = || ColorChannels::SINGLE.map(|channels| lobes_between(iors(channels)));
+        let dispersed = is_dispersive.then(single_channels);
 
         // Local frame
         let world_from_local = shading_frame(point.shading_normal, material.anisotropy.as_ref());
@@ -152,7 +150,7 @@ impl<'a> Tracer<'_, 'a> {
         let shading = Shading {
             signature: slot.signature,
             state,
-            light_pass: *light_pass,
+            light_pass,
             index,
             point,
             albedos: dispersed
@@ -172,8 +170,9 @@ impl<'a> Tracer<'_, 'a> {
             traced_share: traced_share_of(bsdf.widest_roughness()),
             sampled_transmission_share: self.sampled_transmission_share(&bsdf, state),
             traced_share_transmitted: traced_share_of(bsdf.widest_transmission_roughness()),
+            facet_share: 0.0,
         };
-        self.scatter(&shading);
+        self.scatter(&Shading { facet_share: self.facet_share(&shading), ..shading });
     }
 
     /// Adds the light that a surface scatters towards the viewer, and sends the rays that find the rest of it.

@@ -57,6 +57,8 @@ pub(super) struct Shading<'p, 'a> {
     pub(super) sampled_transmission_share: f32,
     /// Share of the rest of the transmitted lobe that the refraction ray follows.
     pub(super) traced_share_transmitted: f32,
+    /// Share of the sampled rays that follow facets, see [`super::tracer::Tracer::facet_share`].
+    pub(super) facet_share: f32,
 }
 
 impl<'p, 'a> Shading<'p, 'a> {

@@ -8,11 +8,11 @@ const PREFILTERED_ROUGHNESS: f32 = 0.4;
 /// Share of a lobe that rays follow; the prefiltered environment has the rest.
 #[inline(always)]
 pub(super) fn traced_share(roughness: f32) -> f32 {
-    1.0 - smoothstep(TRACED_ROUGHNESS, PREFILTERED_ROUGHNESS, roughness)
+    1.0 - smoothstep([TRACED_ROUGHNESS, PREFILTERED_ROUGHNESS], roughness)
 }
 
 #[inline(always)]
-fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
+pub(super) fn smoothstep([low, high]: [f32; 2], x: f32) -> f32 {
     let s = ((x - low) / (high - low)).clamp(0.0, 1.0);
     s * s * (3.0 - 2.0 * s)
 }

@@ -13,7 +13,7 @@ use crate::integrator::{RayKind, RayState};
 pub(in crate::integrator) struct RaySignature(u8);
 
 /// Bounces that a signature keeps.
-const BOUNCES: u8 = 5;
+pub(super) const BOUNCES: u8 = 5;
 
 impl RaySignature {
     /// The signature of camera rays.

@@ -5,6 +5,7 @@ use rayframe::render::{EnvSamples, Integrator};
 use rayframe::scene::{
     AlphaMode, ClearCoat, DiffuseTransmission, Environment, Material, Primitive, Transmission, Volume,
 };
+use scene_builder::shapes::TriangleMesh;
 
 use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle};
 
@@ -24,6 +25,12 @@ fn before_a_wall(color: Vec3, seen: (Primitive, Material), edit: impl Fn(&mut St
 
 fn sheet() -> Primitive {
     rectangle(Vec3::ZERO, Vec3::X * HALF_WIDTH, Vec3::Y * HALF_WIDTH)
+}
+
+fn sphere(radius: f32) -> Primitive {
+    let TriangleMesh { positions, normals, indices, .. } = scene_builder::shapes::ico_sphere(radius, 3);
+    let triangles = indices.chunks(3).map(|corners| [corners[0], corners[1], corners[2]]).collect();
+    Primitive { positions, triangles, normals: Some(normals), ..sheet() }
 }
 
 fn frosted(roughness: f32) -> Material {
@@ -185,4 +192,28 @@ fn the_deepest_frosted_glass_looks_the_environment_up() {
     stage.environment = Environment::Constant(Vec3::ONE);
     stage.add(sheet(), frosted(0.5));
     assert_close(stage.look(Vec3::Z, Vec3::ZERO), Vec3::ONE, 0.01);
+}
+
+#[test]
+fn lossless_frosted_volumes_are_invisible_in_uniform_light() {
+    // Light that facets reflect within stays there until it leaves.
+    let volume = Some(Volume { thickness: 2.0, ..Volume::CLEAR });
+    for (roughness, glossy_samples, tolerance) in [
+        (0.3, 0, 0.02),
+        (0.6, 0, 0.06),
+        (0.8, 0, 0.015),
+        (1.0, 0, 0.015),
+        (0.3, 1, 0.015),
+        (0.6, 1, 0.015),
+        (1.0, 1, 0.015),
+    ] {
+        for shape in [cuboid(Vec3::ZERO, Vec3::splat(0.5)), sphere(0.5)] {
+            let mut stage = super::path::stage(4096);
+            (stage.settings.integrator, stage.settings.max_depth) = (Integrator::Whitted, 32);
+            stage.settings.glossy_samples = glossy_samples;
+            stage.environment = Environment::Constant(Vec3::ONE);
+            stage.add(shape, Material { volume, ..frosted(roughness) });
+            assert_close(stage.look(Vec3::new(0.3, 0.5, 1.0), Vec3::ZERO), Vec3::ONE, tolerance);
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! Furnace tests: what white surfaces return of uniform light.
 
 use super::*;
+use crate::bsdf::FacetSample;
 
 const ROUGHNESSES: [f32; 7] = [0.0, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0];
 const COSINES: [f32; 5] = [0.05, 0.2, 0.5, 0.8, 1.0];
@@ -27,4 +28,34 @@ fn white_surfaces_return_what_they_receive() {
         }
     }
     assert!(failures.is_empty(), "{failures:#?}");
+}
+
+#[test]
+fn facets_reflect_and_refract_the_albedos_of_their_lobes() {
+    let mut volumes = 0;
+    for roughness in [0.3, 0.6, 1.0] {
+        for surface in white_surfaces(roughness) {
+            if surface.material.transmission == 0.0 || surface.material.thin || surface.ior_inside == 1.1 {
+                continue;
+            }
+            volumes += 1;
+            for cosine in COSINES {
+                let scattering = surface.scattering(direction(cosine, 0.3));
+                let mut sums = [glam::DVec3::ZERO; 2];
+                for (_, u) in points(SAMPLES) {
+                    let FacetSample { reflected, refracted, .. } = scattering.sample_both_at_facet(u);
+                    for (side, sampled) in [reflected, refracted].into_iter().enumerate() {
+                        let Some((wi, weight)) = sampled else { continue };
+                        assert!(weight.min_element() >= 0.0 && (wi.z < 0.0) == (side == 1));
+                        sums[side] += weight.as_dvec3();
+                    }
+                }
+                let [reflected, refracted] = sums.map(|sum| (sum / f64::from(SAMPLES)).as_vec3());
+                let Albedos { specular, transmission, .. } = scattering.albedos();
+                let error = (reflected - specular).abs().max((refracted - transmission).abs()).max_element();
+                assert!(error < TOLERANCE, "{} {roughness} {cosine}: {error}", surface.name);
+            }
+        }
+    }
+    assert_eq!(volumes, 15);
 }

@@ -281,10 +281,13 @@ impl Scattering {
         }
         let is_smooth = bsdf.lobe.is_smooth();
         if !is_smooth || smooth == SmoothLobes::Sharpest {
-            let (reflected, reflected_pdf) = self.reflected_by_facets(wi);
-            value += reflected;
+            let half = normalized_or(*wo + wi, Vec3::Z);
+            let facet_cosine = wo.dot(half);
+            let factor = self.reflected_at(facet_cosine);
+            value += factor * (bsdf.lobe.eval(*wo, wi, half) * wi.z);
             if !is_smooth {
-                pdf += probabilities.specular * reflected_pdf;
+                let reflects = self.reflection_probability(factor, facet_cosine);
+                pdf += probabilities.specular * reflects * bsdf.lobe.reflection_pdf(*wo, half);
             }
         }
         (value, pdf)
@@ -357,7 +360,7 @@ impl Bsdf {
     }
 
     /// Whether facets of a volume hardly change the refracted direction: they are smooth or bend too little.
-    fn is_refraction_smooth(&self) -> bool {
+    pub(crate) fn is_refraction_smooth(&self) -> bool {
         let bent = super::transmission_roughness_scale(self.dielectric.relative_ior);
         let roughness = bent * self.lobe.widest_roughness();
         self.lobe.is_smooth() || roughness * roughness <= ggx::MIN_ALPHA

@@ -110,7 +110,7 @@ impl Scattering {
         Some(ScatterSample { wi, weight: value / pdf, pdf, lobe, is_smooth: false, is_unbent: false })
     }
 
-    /// Samples a facet of the rough specular lobe, and both directions in which it sends light.
+    /// Samples a facet of the surface of a volume of which [`Bsdf::is_refraction_smooth`] is false, and both directions in which it sends light.
     pub(crate) fn sample_both_at_facet(&self, u: Vec2) -> FacetSample {
         if self.wo.z <= 0.0 {
             return FacetSample::default();

@@ -225,7 +225,8 @@ impl Tracer<'_, '_> {
 }
 
 impl Tracer<'_, '_> {
-    /// The sample point of a ray through frosted glass, by the number of its lobe, and a random number. The lookups of such glass have no more numbers than are left.
+    /// The sample point of a ray through frosted glass, by the number of its lobe, and a random number. The lookups of such glass have no more
+    /// numbers than are left.
     pub(super) fn point_of_frosted_glass(&mut self, shading: &Shading<'_, '_>, lobe: usize) -> (Vec2, f32) {
         let Shading { signature, state, .. } = shading;
         let sequence = self.sequences[state.sample as usize];

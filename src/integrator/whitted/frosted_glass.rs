@@ -11,18 +11,26 @@ use super::glossy::seeds;
 use super::prefiltered_lobe::PrefilteredLobe;
 use super::secondary_rays::ChildRay;
 use super::shading::Shading;
-use super::traced_share::{smoothstep, traced_share};
+use super::traced_share::{PREFILTERED_ROUGHNESS, smoothstep, traced_share};
 use super::tracer::Tracer;
 use crate::bsdf::{AlbedoTerms, Bsdf, FacetSample, Scattering};
 use crate::geometry::Ray;
 use crate::integrator::random::Purpose;
 use crate::integrator::{ColorChannels, RayKind, RayState, Seed};
 
-/// The deepest surface within frosted glass that sends a reflected and a refracted ray: the first one behind the surface that the camera sees.
+/// The deepest bounce at which a facet sends a reflected and a refracted ray; deeper ones send either.
 const DEPTH_OF_BOTH: u32 = 1;
 
-/// From the first roughness to the second, rays follow facets more and more.
-const FACET_ROUGHNESS: [f32; 2] = [0.4, 0.8];
+/// From the first roughness to the second, rays follow facets more and more. They are no narrower than lobes that are looked up without mirror rays.
+const FACET_ROUGHNESS: [f32; 2] = [PREFILTERED_ROUGHNESS, 0.8];
+
+/// A ray of a facet: the facet's sample point, the number that decides between reflection and refraction, and the ray's share of the light.
+struct FacetRay {
+    u: Vec2,
+    u_facet: f32,
+    share: f32,
+    seed: Seed,
+}
 
 impl Tracer<'_, '_> {
     /// Share of a transmitted lobe that a sampled ray follows: that of the environment's light that shadow rays decide about. The deepest surfaces
@@ -57,71 +65,74 @@ impl Tracer<'_, '_> {
         }
     }
 
-    /// Share of the sampled rays that follow facets, seen from within a volume: each facet that a ray is sampled by reflects or refracts it. What is
-    /// reflected there stays in the volume until it leaves, as light that is reflected totally does.
+    /// Share of the sampled rays that follow facets, from the denser side of a frosted volume: each facet that a ray is sampled by reflects or refracts
+    /// it. What is reflected there stays in the volume until it leaves, as light that is reflected totally does.
     ///
     /// Smoother surfaces lose little of the light by lookups, which have no noise.
     pub(super) fn facet_share(&self, shading: &Shading<'_, '_>) -> f32 {
-        let material = shading.material;
-        if material.thin || material.transmission == 0.0 || shading.relative_ior() >= 1.0 {
-            0.0
-        } else if self.context.settings.glossy_samples > 0 {
-            f32::from(!shading.bsdf.is_transmission_smooth())
-        } else if shading.sampled_transmission_share == 0.0 {
-            0.0
-        } else {
-            smoothstep(FACET_ROUGHNESS, shading.bsdf.widest_roughness())
+        let is_glossy = self.context.settings.glossy_samples > 0;
+        let is_followed = is_glossy || shading.sampled_transmission_share > 0.0;
+        let is_rough = || shading.transmission_lobes().all(|(_, bsdf)| !bsdf.is_refraction_smooth());
+        if !is_followed || !shading.is_on_denser_side() || !is_rough() {
+            return 0.0;
         }
+        if is_glossy { 1.0 } else { smoothstep(FACET_ROUGHNESS, shading.bsdf.widest_roughness()) }
     }
 
-    /// Sends the rays of [`Tracer::facet_share`] for each transmitted lobe: one, or glossy samples. The first surface within a volume sends what its
-    /// facets reflect and what they refract, since light of both is seen next to each other; later ones send either.
+    /// Share of all light of the lobes that rays by facets follow.
+    pub(super) fn followed_by_facets(&self, shading: &Shading<'_, '_>) -> f32 {
+        let is_glossy = self.context.settings.glossy_samples > 0;
+        if is_glossy { shading.facet_share } else { shading.sampled_transmission_share * shading.facet_share }
+    }
+
+    /// Sends the rays of [`Tracer::facet_share`] for each transmitted lobe: one sampled ray, or glossy samples.
     pub(super) fn follow_facets(&mut self, shading: &Shading<'_, '_>) {
         let rays = self.glossy_rays(shading.state);
-        if rays > 0 {
-            for (lobe, seed) in shading.transmission_lobes().flat_map(|lobe| {
-                seeds(shading.state, Purpose::Refraction, rays).map(move |seed| (lobe, seed))
-            }) {
-                let (u, u_facet) = (seed.point(Purpose::Refraction), seed.random(Purpose::Facet));
-                self.follow_facet(shading, lobe, (u, u_facet), (1.0 / rays as f32, seed));
+        let share = self.followed_by_facets(shading);
+        for (index, (channels, bsdf)) in shading.transmission_lobes().enumerate() {
+            let scattering = Scattering::new(*bsdf, shading.wo, None);
+            if rays == 0 {
+                let (u, u_facet) = self.point_of_frosted_glass(shading, index);
+                let seed = shading.state.seed.child(Purpose::Refraction, 0, 1);
+                let ray = FacetRay { u, u_facet, share, seed };
+                self.follow_facet(shading, channels, &scattering, &ray);
             }
-            return;
-        }
-        let share = shading.sampled_transmission_share * shading.facet_share;
-        for (index, lobe) in shading.transmission_lobes().enumerate() {
-            let point = self.point_of_frosted_glass(shading, index);
-            let seed = shading.state.seed.child(Purpose::Refraction, 0, 1);
-            self.follow_facet(shading, lobe, point, (share, seed));
+            for seed in seeds(shading.state, Purpose::Refraction, rays) {
+                let (u, u_facet) = (seed.point(Purpose::Refraction), seed.random(Purpose::Facet));
+                let ray = FacetRay { u, u_facet, share: share / rays as f32, seed };
+                self.follow_facet(shading, channels, &scattering, &ray);
+            }
         }
     }
 
-    /// Sends rays from the facet of a sample point and a random number, with a share of the light.
+    /// Sends the rays of one facet.
     fn follow_facet(
         &mut self,
         shading: &Shading<'_, '_>,
-        (channels, bsdf): (ColorChannels, &Bsdf),
-        (u, u_facet): (Vec2, f32),
-        (share, seed): (f32, Seed),
+        channels: ColorChannels,
+        scattering: &Scattering,
+        &FacetRay { u, u_facet, share, seed }: &FacetRay,
     ) {
-        let sampled = Scattering::new(*bsdf, shading.wo, None).sample_both_at_facet(u);
-        let FacetSample { reflects, reflected, refracted } = sampled;
+        let FacetSample { reflects, reflected, refracted } = scattering.sample_both_at_facet(u);
         let weight = shading.weight_below * channels.mask() * share;
         if shading.state.depth <= DEPTH_OF_BOTH {
             let reflected_seed = seed.child(Purpose::Reflection, 0, 1);
-            self.send_from_facet(shading, None, reflected, (weight, channels, reflected_seed));
-            self.send_from_facet(shading, Some(bsdf), refracted, (weight, channels, seed));
+            self.send_from_facet(shading, RayKind::Reflection, reflected, (weight, channels, reflected_seed));
+            self.send_from_facet(shading, RayKind::Refraction, refracted, (weight, channels, seed));
         } else if u_facet < reflects {
-            self.send_from_facet(shading, None, reflected, (weight / reflects, channels, seed));
+            let weight = weight / reflects;
+            self.send_from_facet(shading, RayKind::Reflection, reflected, (weight, channels, seed));
         } else {
-            self.send_from_facet(shading, Some(bsdf), refracted, (weight / (1.0 - reflects), channels, seed));
+            let weight = weight / (1.0 - reflects);
+            self.send_from_facet(shading, RayKind::Refraction, refracted, (weight, channels, seed));
         }
     }
 
-    /// Sends a ray in a local direction with its weight: refracted by lobes, or reflected.
+    /// Sends a ray in a local direction with the weight of its lobe there.
     fn send_from_facet(
         &mut self,
         shading: &Shading<'_, '_>,
-        refracting: Option<&Bsdf>,
+        kind: RayKind,
         sampled: Option<(Vec3, Vec3)>,
         (weight, channels, seed): (Vec3, ColorChannels, Seed),
     ) {
@@ -130,17 +141,17 @@ impl Tracer<'_, '_> {
         if !self.may_send(shading.state, weight) {
             return;
         }
-        let point = shading.point;
-        let (kind, origin) = match refracting {
-            Some(_) => (RayKind::Refraction, point.origin_inside()),
-            None => (RayKind::Reflection, point.origin_outside()),
-        };
+        let (point, is_refracted) = (shading.point, kind == RayKind::Refraction);
+        let origin = if is_refracted { point.origin_inside() } else { point.origin_outside() };
         let direction = (shading.world_from_local * wi).normalize();
-        let direction = on_side(direction, point.geometric_normal, refracting.is_none());
-        // With glossy samples the environment is seen in the sampled direction, and where the smooth surface would reflect totally, around it.
-        let looked_up = refracting.filter(|_| self.context.settings.glossy_samples == 0);
-        let around = PrefilteredLobe { direction, roughness: shading.material.roughness };
-        let environment_lobe = looked_up.map(|bsdf| refracted_lobe(shading, bsdf).unwrap_or(around));
+        let direction = on_side(direction, point.geometric_normal, !is_refracted);
+        // With glossy samples the environment is seen in the sampled direction.
+        let is_looked_up = is_refracted && self.context.settings.glossy_samples == 0;
+        let environment_lobe = is_looked_up.then(|| {
+            // Where the smooth surface would reflect totally, it is seen around that direction: small bright lights would be specks.
+            let around = PrefilteredLobe { direction, roughness: 0.5 * shading.material.roughness };
+            refracted_lobe(shading, shading.bsdf).unwrap_or(around)
+        });
         let child = ChildRay::sampled(Ray::new(origin, direction), weight, kind, (channels, seed));
         self.send(shading, ChildRay { environment_lobe, ..child });
     }
@@ -158,13 +169,11 @@ impl UnbentLightLobes {
     /// The lobes, and their share; `None` on other surfaces.
     pub(super) fn of(shading: &Shading<'_, '_>) -> Option<(Self, f32)> {
         let share = shading.sampled_transmission_share * (1.0 - shading.traced_share_transmitted);
-        let material = shading.material;
-        let is_within = !material.thin && material.transmission > 0.0 && shading.relative_ior() < 1.0;
-        if !is_within || share == 0.0 {
+        if !shading.is_on_denser_side() || share == 0.0 {
             return None;
         }
         let [outside, inside] = shading.iors;
-        let bsdf = Bsdf::new(material, inside, outside);
+        let bsdf = Bsdf::new(shading.material, inside, outside);
         Some((Self { terms: bsdf.albedo_terms(shading.wo), bsdf }, share))
     }
 

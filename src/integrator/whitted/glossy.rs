@@ -26,9 +26,6 @@ impl Tracer<'_, '_> {
         if rays == 0 || shading.bsdf.is_smooth() {
             return false;
         }
-        if shading.facet_share > 0.0 {
-            return true;
-        }
         for seed in seeds(shading.state, Purpose::Reflection, rays) {
             let u = seed.point(Purpose::Reflection);
             let sampled = shading.bsdf.sample_reflection(shading.wo, shading.terms, u);
@@ -68,9 +65,6 @@ impl Tracer<'_, '_> {
         let rays = self.glossy_rays(shading.state);
         if rays == 0 || shading.bsdf.is_transmission_smooth() {
             return false;
-        }
-        if shading.facet_share > 0.0 {
-            return true;
         }
         for (channels, bsdf) in shading.transmission_lobes() {
             let weight = shading.weight_below * shading.albedos.transmission * channels.mask() / rays as f32;

@@ -43,12 +43,12 @@ impl Tracer<'_, '_> {
     /// Sends mirror rays for the specular lobe and for the coat; a single one where both have the same direction and roughness.
     pub(super) fn reflect(&mut self, shading: &Shading<'_, '_>) {
         let coat_is_scattered = self.scatter_coat(shading);
-        let is_scattered = self.scatter_reflection(shading);
+        // Facets send their reflected rays with the refracted ones; what they leave of the lobe is wide enough to be looked up.
+        let is_scattered = shading.facet_share > 0.0 || self.scatter_reflection(shading);
         let mirrored = mirror_direction(shading.point.wo, shading.point.shading_normal);
         let (mut roughness, mut weight) = (shading.bsdf.widest_roughness(), Vec3::ZERO);
         if !is_scattered {
-            let share = 1.0 - shading.sampled_transmission_share * shading.facet_share;
-            weight = shading.weight_below * shading.albedos.specular * (share * shading.traced_share);
+            weight = shading.weight_below * shading.albedos.specular * shading.traced_share;
         }
         if let Some(coat) = &shading.coat
             && !coat_is_scattered
@@ -87,6 +87,9 @@ impl Tracer<'_, '_> {
     pub(super) fn refract(&mut self, shading: &Shading<'_, '_>) {
         if shading.facet_share > 0.0 {
             self.follow_facets(shading);
+            if self.context.settings.glossy_samples > 0 {
+                return;
+            }
         }
         if shading.albedos.transmission == Vec3::ZERO || self.scatter_transmission(shading) {
             return;

@@ -74,6 +74,11 @@ impl<'p, 'a> Shading<'p, 'a> {
         if outside > 0.0 && inside > 0.0 { inside / outside } else { 1.0 }
     }
 
+    /// Whether the surface of a volume is seen from the side of higher index, where light is reflected totally.
+    pub(super) fn is_on_denser_side(&self) -> bool {
+        !self.material.thin && self.material.transmission > 0.0 && self.relative_ior() < 1.0
+    }
+
     /// The lobes that transmit light, each with its colour channels.
     pub(super) fn transmission_lobes(&self) -> impl Iterator<Item = (ColorChannels, &Bsdf)> {
         let together = self.dispersed.is_none().then_some((self.state.channels, self.bsdf));

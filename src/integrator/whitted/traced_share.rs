@@ -3,7 +3,7 @@
 /// Lobes of a lower roughness are traced.
 const TRACED_ROUGHNESS: f32 = 0.1;
 /// Lobes of a higher roughness look up the prefiltered environment.
-const PREFILTERED_ROUGHNESS: f32 = 0.4;
+pub(super) const PREFILTERED_ROUGHNESS: f32 = 0.4;
 
 /// Share of a lobe that rays follow; the prefiltered environment has the rest.
 #[inline(always)]

@@ -3,7 +3,8 @@
 use glam::{Vec3, Vec4};
 use rayframe::render::{EnvSamples, Integrator};
 use rayframe::scene::{
-    AlphaMode, ClearCoat, DiffuseTransmission, Environment, Material, Primitive, Transmission, Volume,
+    AlphaMode, Anisotropy, ClearCoat, DiffuseTransmission, Environment, Material, Primitive, Transmission,
+    Volume,
 };
 use scene_builder::shapes::TriangleMesh;
 
@@ -194,10 +195,19 @@ fn the_deepest_frosted_glass_looks_the_environment_up() {
     assert_close(stage.look(Vec3::Z, Vec3::ZERO), Vec3::ONE, 0.01);
 }
 
+/// A frosted volume in `environment`, seen by Whitted's tree, with glossy samples or none.
+fn volume(shape: Primitive, material: Material, environment: &Environment, glossy_samples: u32) -> Stage {
+    let mut stage = super::path::stage(4096);
+    (stage.settings.integrator, stage.settings.max_depth) = (Integrator::Whitted, 32);
+    stage.settings.glossy_samples = glossy_samples;
+    stage.environment = environment.clone();
+    stage.add(shape, Material { volume: Some(Volume { thickness: 1.0, ..Volume::CLEAR }), ..material });
+    stage
+}
+
 #[test]
 fn lossless_frosted_volumes_are_invisible_in_uniform_light() {
     // Light that facets reflect within stays there until it leaves.
-    let volume = Some(Volume { thickness: 2.0, ..Volume::CLEAR });
     for (roughness, glossy_samples, tolerance) in [
         (0.3, 0, 0.02),
         (0.6, 0, 0.06),
@@ -208,12 +218,39 @@ fn lossless_frosted_volumes_are_invisible_in_uniform_light() {
         (1.0, 1, 0.015),
     ] {
         for shape in [cuboid(Vec3::ZERO, Vec3::splat(0.5)), sphere(0.5)] {
-            let mut stage = super::path::stage(4096);
-            (stage.settings.integrator, stage.settings.max_depth) = (Integrator::Whitted, 32);
-            stage.settings.glossy_samples = glossy_samples;
-            stage.environment = Environment::Constant(Vec3::ONE);
-            stage.add(shape, Material { volume, ..frosted(roughness) });
+            let uniform = Environment::Constant(Vec3::ONE);
+            let stage = volume(shape, frosted(roughness), &uniform, glossy_samples);
             assert_close(stage.look(Vec3::new(0.3, 0.5, 1.0), Vec3::ZERO), Vec3::ONE, tolerance);
+        }
+    }
+}
+
+#[test]
+fn facets_that_hardly_bend_light_let_it_pass() {
+    let anisotropy = Some(Anisotropy { strength: 0.5, rotation_radians: 0.0, texture: None });
+    for (ior, anisotropy) in [(1.015, None), (1.015, anisotropy), (1.5, anisotropy)] {
+        for glossy_samples in [0, 1] {
+            let (uniform, material) =
+                (Environment::Constant(Vec3::ONE), Material { ior, anisotropy, ..frosted(0.9) });
+            let stage = volume(sphere(0.5), material, &uniform, glossy_samples);
+            assert_close(stage.look(Vec3::new(0.3, 0.5, 1.0), Vec3::ZERO), Vec3::ONE, 0.02);
+        }
+    }
+}
+
+#[test]
+fn rough_volumes_show_the_side_of_the_light_as_paths_do() {
+    let light = super::reflection::slanted_light().unwrap();
+    for roughness in [0.7, 1.0] {
+        for side in [-1.0, 1.0] {
+            let look = |stage: &Stage| stage.look(Vec3::new(side, 0.1, 0.0), Vec3::ZERO);
+            let [plain, glossy] =
+                [0, 1].map(|samples| volume(sphere(0.5), frosted(roughness), &light, samples));
+            let mut paths = volume(sphere(0.5), frosted(roughness), &light, 0);
+            paths.settings.integrator = Integrator::Path;
+            let by_paths = look(&paths).truncate();
+            assert_close(look(&plain), by_paths, 0.09);
+            assert_close(look(&glossy), by_paths, 0.02);
         }
     }
 }

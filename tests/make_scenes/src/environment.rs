@@ -177,7 +177,8 @@ fn frosted_glass() -> Built {
     gltf.node(Node::mesh(wall).at(0.0, 0.0, -0.9).scaled(1.0, 4.0, 1.0));
     let glass = |name| Material { roughness: 0.35, ..Material::glass(name, 1.5) };
     let pane = Material { volume: None, ..glass("frosted pane") }.two_sided().add_to(&mut gltf);
-    let solid = glass("frosted ball").add_to(&mut gltf);
+    // Of a roughness at which lookups and rays by facets have half of the light each
+    let solid = Material { roughness: 0.6, ..glass("frosted ball") }.add_to(&mut gltf);
     let through = DiffuseTransmission { factor: 0.9, color: [1.0; 3] };
     let paper = Material { diffuse_transmission: Some(through), ..Material::matte("paper", [0.9; 3]) };
     let paper = paper.two_sided().add_to(&mut gltf);

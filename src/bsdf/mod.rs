@@ -29,7 +29,6 @@ mod multiple_scattering;
 mod rough_transmission;
 mod rough_volume_albedo;
 mod scattering;
-mod scattering_facets;
 mod scattering_sampling;
 mod sheen;
 mod specular_lobe;

@@ -11,6 +11,7 @@ use std::f32::consts::FRAC_1_PI;
 use glam::{Mat3, Vec3};
 
 use super::multiple_scattering::Compensation;
+use super::rough_transmission::{self, RefractingFacet};
 use super::rough_volume_albedo;
 use super::thin_film::FilmReflectances;
 use super::{AlbedoTerms, Albedos, Bsdf, Coat, fresnel, ggx, isotropic_albedo, share_below};
@@ -312,9 +313,15 @@ impl Scattering {
                 pdf += probabilities.transmission * lobe.reflection_pdf(*wo, half);
             }
             TransmissionLobe::Refracted { scale } => {
-                let (refracted, refracted_pdf) = self.refracted_by_facets(wi, scale);
-                value += refracted;
-                pdf += probabilities.specular * refracted_pdf;
+                let relative_ior = bsdf.dielectric.relative_ior;
+                let facet = rough_transmission::refracting_facet(&bsdf.lobe, (*wo, wi), relative_ior);
+                if let Some(RefractingFacet { facet_cosine, pdf: refracted_pdf, .. }) = facet {
+                    let transmitted = share_below(self.facet_reflectances(facet_cosine).0);
+                    value += scale * (transmitted * bsdf.lobe.masking(wi) * refracted_pdf);
+                    let factor = self.reflected_at(facet_cosine);
+                    let refracts = 1.0 - self.reflection_probability(factor, facet_cosine);
+                    pdf += probabilities.specular * refracts * refracted_pdf;
+                }
             }
         }
         (value, pdf)

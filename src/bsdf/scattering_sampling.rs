@@ -9,10 +9,10 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::ggx;
 use super::rough_transmission::refracted_at;
 use super::scattering::{LobeProbabilities, Scattering, TransmissionLobe};
 use super::specular_lobe::SpecularLobe;
+use super::{ggx, share_below};
 use crate::geometry::sin_cos_of_turn;
 
 /// The lobe that a direction was sampled by.
@@ -50,7 +50,7 @@ pub struct ScatterSample {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct FacetSample {
     /// Probability with which a ray that follows one of both is reflected.
-    pub(crate) reflects: f32,
+    pub(crate) reflection_probability: f32,
     pub(crate) reflected: Option<(Vec3, Vec3)>,
     pub(crate) refracted: Option<(Vec3, Vec3)>,
 }
@@ -112,23 +112,28 @@ impl Scattering {
 
     /// Samples a facet of the surface of a volume of which [`Bsdf::is_refraction_smooth`] is false, and both directions in which it sends light.
     pub(crate) fn sample_both_at_facet(&self, u: Vec2) -> FacetSample {
-        if self.wo.z <= 0.0 {
+        let Self { bsdf, wo, .. } = self;
+        if wo.z <= 0.0 {
             return FacetSample::default();
         }
-        let half = self.bsdf.lobe.visible_normal(self.wo, ggx::disk_point(u));
-        let facet_cosine = self.wo.dot(half);
-        let reflects = self.reflection_probability(self.reflected_at(facet_cosine), facet_cosine);
-        let weighted = |wi: Option<Vec3>, probability: f32| {
-            let wi = wi?;
-            let (value, pdf) = self.by_facets(wi);
-            (pdf > 0.0).then(|| (wi, value * (probability / pdf)))
+        let lobe = &bsdf.lobe;
+        let half = lobe.visible_normal(*wo, ggx::disk_point(u));
+        let facet_cosine = wo.dot(half);
+        let factor = self.reflected_at(facet_cosine);
+        let reflected = reflected_at(half, *wo).and_then(|wi| {
+            let pdf = lobe.reflection_pdf(*wo, half);
+            (pdf > 0.0).then(|| (wi, factor * (lobe.eval(*wo, wi, half) * wi.z / pdf)))
+        });
+        let refracted = match self.transmission {
+            TransmissionLobe::Refracted { scale } => refracted_at(half, *wo, bsdf.dielectric.relative_ior)
+                .map(|wi| {
+                    let transmitted = share_below(self.facet_reflectances(facet_cosine).0);
+                    (wi, scale * (transmitted * lobe.masking(wi)))
+                }),
+            _ => None,
         };
-        let refracted = || refracted_at(half, self.wo, self.bsdf.dielectric.relative_ior);
-        FacetSample {
-            reflects,
-            reflected: weighted(reflected_at(half, self.wo), reflects),
-            refracted: if reflects < 1.0 { weighted(refracted(), 1.0 - reflects) } else { None },
-        }
+        let reflection_probability = self.reflection_probability(factor, facet_cosine);
+        FacetSample { reflection_probability, reflected, refracted }
     }
 
     /// Samples a facet that the view sees; where the lobe transmits, too, `u_facet` decides between both.

@@ -16,7 +16,6 @@ impl Tracer<'_, '_> {
     /// Queues a shadow ray for each light that a surface scatters towards the viewer.
     pub(super) fn queue_direct_light(&mut self, shading: &Shading<'_, '_>) {
         let mut unbent_light = None;
-        let first_peak = self.context.lights.len() - self.context.peaks.len();
         for (index, light) in self.context.lights.iter().enumerate() {
             let incidence = self.block_incidences[index].get(shading.index);
             let is_reached = incidence.irradiance.max_element() > 0.0;
@@ -27,10 +26,6 @@ impl Tracer<'_, '_> {
             let mut scattered = shading.bsdf.eval_by(shading.wo, wi, shading.terms);
             if let Some((lobes, share)) = unbent_light.get_or_insert_with(|| UnbentLightLobes::of(shading)) {
                 scattered += (lobes.eval(shading.wo, wi) - scattered) * *share;
-            }
-            // Rays by facets find the peaks of the environment where they leave the volume.
-            if index >= first_peak && shading.facet_share > 0.0 {
-                scattered *= 1.0 - self.followed_by_facets(shading);
             }
             let mut scattered = shading.weight_below * (scattered * wi.z.abs());
             let by_coat = shading.coat.map_or(0.0, |coat| coat.scattered(incidence.wi));

@@ -1,4 +1,5 @@
-//! Frosted glass without glossy samples: one sampled ray follows the transmitted lobe where shadow rays decide about the environment's light.
+//! Frosted glass. Without glossy samples, one sampled ray follows the transmitted lobe where shadow rays decide about the environment's light. From the
+//! denser side of volumes, rays follow facets, which reflect and refract; those of glossy samples do, too.
 //!
 //! So what stands behind the glass is seen, blurred and bent by both of its surfaces; a lookup knows only one of them. Where the ray reaches the environment
 //! it finds the prefiltered lobe, which has no noise.
@@ -19,13 +20,21 @@ use crate::integrator::random::Purpose;
 use crate::integrator::{ColorChannels, RayKind, RayState, Seed};
 
 /// The deepest bounce at which a facet sends a reflected and a refracted ray; deeper ones send either.
-const DEPTH_OF_BOTH: u32 = 1;
+const MAX_SPLIT_DEPTH: u32 = 1;
 
 /// From the first roughness to the second, rays follow facets more and more. They are no narrower than lobes that are looked up without mirror rays.
 const FACET_ROUGHNESS: [f32; 2] = [PREFILTERED_ROUGHNESS, 0.8];
 
-/// A ray of a facet: the facet's sample point, the number that decides between reflection and refraction, and the ray's share of the light.
-struct FacetRay {
+/// The lobes of one or of all colour channels.
+struct FacetLobes<'b> {
+    channels: ColorChannels,
+    bsdf: &'b Bsdf,
+    scattering: Scattering,
+}
+
+/// A sampled facet: its point, the number that decides between reflection and refraction, and the share of the light that it stands for.
+#[derive(Clone, Copy)]
+struct FacetPoint {
     u: Vec2,
     u_facet: f32,
     share: f32,
@@ -79,68 +88,57 @@ impl Tracer<'_, '_> {
         if is_glossy { 1.0 } else { smoothstep(FACET_ROUGHNESS, shading.bsdf.widest_roughness()) }
     }
 
-    /// Share of all light of the lobes that rays by facets follow.
-    pub(super) fn followed_by_facets(&self, shading: &Shading<'_, '_>) -> f32 {
-        let is_glossy = self.context.settings.glossy_samples > 0;
-        if is_glossy { shading.facet_share } else { shading.sampled_transmission_share * shading.facet_share }
-    }
-
     /// Sends the rays of [`Tracer::facet_share`] for each transmitted lobe: one sampled ray, or glossy samples.
     pub(super) fn follow_facets(&mut self, shading: &Shading<'_, '_>) {
         let rays = self.glossy_rays(shading.state);
-        let share = self.followed_by_facets(shading);
+        let share = match rays {
+            0 => shading.sampled_transmission_share * shading.facet_share,
+            _ => shading.facet_share / rays as f32,
+        };
         for (index, (channels, bsdf)) in shading.transmission_lobes().enumerate() {
-            let scattering = Scattering::new(*bsdf, shading.wo, None);
+            let lobes = FacetLobes { channels, bsdf, scattering: Scattering::new(*bsdf, shading.wo, None) };
             if rays == 0 {
                 let (u, u_facet) = self.point_of_frosted_glass(shading, index);
                 let seed = shading.state.seed.child(Purpose::Refraction, 0, 1);
-                let ray = FacetRay { u, u_facet, share, seed };
-                self.follow_facet(shading, channels, &scattering, &ray);
+                self.follow_facet(shading, &lobes, FacetPoint { u, u_facet, share, seed });
             }
             for seed in seeds(shading.state, Purpose::Refraction, rays) {
                 let (u, u_facet) = (seed.point(Purpose::Refraction), seed.random(Purpose::Facet));
-                let ray = FacetRay { u, u_facet, share: share / rays as f32, seed };
-                self.follow_facet(shading, channels, &scattering, &ray);
+                self.follow_facet(shading, &lobes, FacetPoint { u, u_facet, share, seed });
             }
         }
     }
 
     /// Sends the rays of one facet.
-    fn follow_facet(
-        &mut self,
-        shading: &Shading<'_, '_>,
-        channels: ColorChannels,
-        scattering: &Scattering,
-        &FacetRay { u, u_facet, share, seed }: &FacetRay,
-    ) {
-        let FacetSample { reflects, reflected, refracted } = scattering.sample_both_at_facet(u);
-        let weight = shading.weight_below * channels.mask() * share;
-        if shading.state.depth <= DEPTH_OF_BOTH {
-            let reflected_seed = seed.child(Purpose::Reflection, 0, 1);
-            self.send_from_facet(shading, RayKind::Reflection, reflected, (weight, channels, reflected_seed));
-            self.send_from_facet(shading, RayKind::Refraction, refracted, (weight, channels, seed));
-        } else if u_facet < reflects {
-            let weight = weight / reflects;
-            self.send_from_facet(shading, RayKind::Reflection, reflected, (weight, channels, seed));
+    fn follow_facet(&mut self, shading: &Shading<'_, '_>, lobes: &FacetLobes<'_>, point: FacetPoint) {
+        let FacetPoint { u, u_facet, share, seed } = point;
+        let FacetSample { reflection_probability, reflected, refracted } =
+            lobes.scattering.sample_both_at_facet(u);
+        let mut send = |kind, sampled: Option<(Vec3, Vec3)>, probability: f32, seed| {
+            let Some((wi, lobe_weight)) = sampled else { return };
+            let weight = shading.weight_below * lobe_weight * lobes.channels.mask() * (share / probability);
+            if self.may_send(shading.state, weight) {
+                self.send_from_facet(shading, lobes, (kind, wi), (weight, seed));
+            }
+        };
+        if shading.state.depth <= MAX_SPLIT_DEPTH {
+            send(RayKind::Reflection, reflected, 1.0, seed.child(Purpose::Reflection, 0, 1));
+            send(RayKind::Refraction, refracted, 1.0, seed);
+        } else if u_facet < reflection_probability {
+            send(RayKind::Reflection, reflected, reflection_probability, seed);
         } else {
-            let weight = weight / (1.0 - reflects);
-            self.send_from_facet(shading, RayKind::Refraction, refracted, (weight, channels, seed));
+            send(RayKind::Refraction, refracted, 1.0 - reflection_probability, seed);
         }
     }
 
-    /// Sends a ray in a local direction with the weight of its lobe there.
+    /// Sends a ray in the local direction `wi`.
     fn send_from_facet(
         &mut self,
         shading: &Shading<'_, '_>,
-        kind: RayKind,
-        sampled: Option<(Vec3, Vec3)>,
-        (weight, channels, seed): (Vec3, ColorChannels, Seed),
+        lobes: &FacetLobes<'_>,
+        (kind, wi): (RayKind, Vec3),
+        (weight, seed): (Vec3, Seed),
     ) {
-        let Some((wi, lobe_weight)) = sampled else { return };
-        let weight = weight * lobe_weight;
-        if !self.may_send(shading.state, weight) {
-            return;
-        }
         let (point, is_refracted) = (shading.point, kind == RayKind::Refraction);
         let origin = if is_refracted { point.origin_inside() } else { point.origin_outside() };
         let direction = (shading.world_from_local * wi).normalize();
@@ -150,9 +148,10 @@ impl Tracer<'_, '_> {
         let environment_lobe = is_looked_up.then(|| {
             // Where the smooth surface would reflect totally, it is seen around that direction: small bright lights would be specks.
             let around = PrefilteredLobe { direction, roughness: 0.5 * shading.material.roughness };
-            refracted_lobe(shading, shading.bsdf).unwrap_or(around)
+            refracted_lobe(shading, lobes.bsdf).unwrap_or(around)
         });
-        let child = ChildRay::sampled(Ray::new(origin, direction), weight, kind, (channels, seed));
+        let ray = Ray::new(origin, direction);
+        let child = ChildRay::sampled(ray, weight, kind, (lobes.channels, seed));
         self.send(shading, ChildRay { environment_lobe, ..child });
     }
 }

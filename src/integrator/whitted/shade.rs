@@ -147,7 +147,7 @@ impl<'a> Tracer<'_, 'a> {
         let wo = world_from_local.transpose() * point.wo;
         let terms = bsdf.albedo_terms(wo);
         let traced_share_of = |roughness| if traces_lobes { 1.0 } else { traced_share(roughness) };
-        let shading = Shading {
+        let mut shading = Shading {
             signature: slot.signature,
             state,
             light_pass,
@@ -172,7 +172,8 @@ impl<'a> Tracer<'_, 'a> {
             traced_share_transmitted: traced_share_of(bsdf.widest_transmission_roughness()),
             facet_share: 0.0,
         };
-        self.scatter(&Shading { facet_share: self.facet_share(&shading), ..shading });
+        shading.facet_share = self.facet_share(&shading);
+        self.scatter(&shading);
     }
 
     /// Adds the light that a surface scatters towards the viewer, and sends the rays that find the rest of it.

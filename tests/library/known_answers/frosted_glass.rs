@@ -239,6 +239,15 @@ fn facets_that_hardly_bend_light_let_it_pass() {
 }
 
 #[test]
+fn dispersive_frosted_volumes_are_invisible_in_uniform_light() {
+    for glossy_samples in [0, 1] {
+        let material = Material { dispersion: 5.0, ..frosted(0.9) };
+        let stage = volume(sphere(0.5), material, &Environment::Constant(Vec3::ONE), glossy_samples);
+        assert_close(stage.look(Vec3::new(0.3, 0.5, 1.0), Vec3::ZERO), Vec3::ONE, 0.03);
+    }
+}
+
+#[test]
 fn rough_volumes_show_the_side_of_the_light_as_paths_do() {
     let light = super::reflection::slanted_light().unwrap();
     for roughness in [0.7, 1.0] {

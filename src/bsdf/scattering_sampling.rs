@@ -110,7 +110,7 @@ impl Scattering {
         Some(ScatterSample { wi, weight: value / pdf, pdf, lobe, is_smooth: false, is_unbent: false })
     }
 
-    /// Samples a facet of the surface of a volume of which [`Bsdf::is_refraction_smooth`] is false, and both directions in which it sends light.
+    /// Samples a facet of a volume's surface, and both directions in which it sends light. [`super::Bsdf::is_refraction_smooth`] is false there.
     pub(crate) fn sample_both_at_facet(&self, u: Vec2) -> FacetSample {
         let Self { bsdf, wo, .. } = self;
         if wo.z <= 0.0 {

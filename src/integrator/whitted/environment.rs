@@ -109,8 +109,7 @@ impl Tracer<'_, '_> {
                 continue;
             };
             let mut seen = environment.prefiltered(lobe.direction, lobe.roughness);
-            // Thin walls show the peaks as highlights, volumes do not.
-            if !shading.material.thin {
+            if shading.transmits_peaks() {
                 seen += self.peaks_in_lobe(lobe);
             }
             let albedo = reached * (albedo * prefiltered_share);

@@ -22,7 +22,7 @@ use crate::integrator::{ColorChannels, RayKind, RayState, Seed};
 /// The deepest bounce at which a facet sends a reflected and a refracted ray; deeper ones send either.
 const MAX_SPLIT_DEPTH: u32 = 1;
 
-/// From the first roughness to the second, rays follow facets more and more. They are no narrower than lobes that are looked up without mirror rays.
+/// Between these roughnesses the share of facets rises from 0 to 1. Below, mirror rays may follow the reflected lobe.
 const FACET_ROUGHNESS: [f32; 2] = [PREFILTERED_ROUGHNESS, 0.8];
 
 /// The lobes of one or of all colour channels.
@@ -74,10 +74,10 @@ impl Tracer<'_, '_> {
         }
     }
 
-    /// Share of the sampled rays that follow facets, from the denser side of a frosted volume: each facet that a ray is sampled by reflects or refracts
-    /// it. What is reflected there stays in the volume until it leaves, as light that is reflected totally does.
+    /// Share of the light of sampled rays that is sent by facets instead: by a sampled facet, which reflects and refracts it, on the denser side of a
+    /// frosted volume. What facets reflect stays in the volume until it leaves.
     ///
-    /// Smoother surfaces lose little of the light by lookups, which have no noise.
+    /// Smoother surfaces are left to lookups, which lose little of the light and have no noise.
     pub(super) fn facet_share(&self, shading: &Shading<'_, '_>) -> f32 {
         let is_glossy = self.context.settings.glossy_samples > 0;
         let is_followed = is_glossy || shading.sampled_transmission_share > 0.0;

@@ -1,7 +1,8 @@
 //! Several rays for a rough mirror, coat or frosted glass (Cook, Porter, Carpenter, "Distributed Ray Tracing", SIGGRAPH 1984).
 //!
 //! With glossy samples, sampled rays follow the whole lobe and the prefiltered environment is not looked up. The first surface of
-//! a path sends that many rays, later surfaces one each: the rays from the first surface average what later ones reflect.
+//! a path sends that many rays, later surfaces one each: the rays from the first surface average what later ones reflect. On the denser side
+//! of frosted volumes, `frosted_glass` sends them by facets.
 
 use super::secondary_rays::ChildRay;
 use super::shading::Shading;

@@ -152,10 +152,7 @@ impl Tracer<'_, '_> {
             let (frame, direction) = (self.context.view.frame, child.ray.direction);
             shading.point.refracted_differential(frame, arriving, direction, shading.relative_ior())
         };
-        // Thin walls show the peaks as highlights, volumes do not, but for what facets reflected within: it was added there.
-        let was_reflected = shading.facet_share > 0.0 && shading.state.kind == RayKind::Reflection;
-        let sees_peaks = !shading.material.thin && !was_reflected;
-        let beyond = (side.media.clone(), side.touching.map(Box::new), sees_peaks);
+        let beyond = (side.media.clone(), side.touching.map(Box::new), shading.transmits_peaks());
         self.push_child(&arrival, child, differential, beyond);
     }
 

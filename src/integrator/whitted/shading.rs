@@ -6,7 +6,7 @@ use super::coat::CoatShading;
 use super::transmission_side::TransmissionSide;
 use super::wavefront::RaySignature;
 use crate::bsdf::{AlbedoTerms, Albedos, Bsdf};
-use crate::integrator::{ColorChannels, LightPass, RayState};
+use crate::integrator::{ColorChannels, LightPass, RayKind, RayState};
 use crate::interaction::{MaterialSample, SurfacePoint};
 
 /// A surface where a ray arrives.
@@ -77,6 +77,13 @@ impl<'p, 'a> Shading<'p, 'a> {
     /// Whether the surface of a volume is seen from the side of higher index, where light is reflected totally.
     pub(super) fn is_on_denser_side(&self) -> bool {
         !self.material.thin && self.material.transmission > 0.0 && self.relative_ior() < 1.0
+    }
+
+    /// Whether light that arrives through the surface brings the environment's peaks. Thin walls show these as highlights, and what facets
+    /// reflected within a volume had them as highlights there.
+    pub(super) fn transmits_peaks(&self) -> bool {
+        let was_reflected = self.facet_share > 0.0 && self.state.kind == RayKind::Reflection;
+        !self.material.thin && !was_reflected
     }
 
     /// The lobes that transmit light, each with its colour channels.

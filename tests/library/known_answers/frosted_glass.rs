@@ -1,10 +1,11 @@
 //! What stands behind frosted glass and paper, in the environment's light.
 
 use glam::{Vec3, Vec4};
+use rayframe::film::PixelWindow;
 use rayframe::render::{EnvSamples, Integrator};
 use rayframe::scene::{
-    AlphaMode, Anisotropy, ClearCoat, DiffuseTransmission, Environment, Material, Primitive, Transmission,
-    Volume,
+    AlphaMode, Anisotropy, ClearCoat, DiffuseTransmission, Environment, Material, Primitive, Projection,
+    Transmission, Volume,
 };
 use scene_builder::shapes::TriangleMesh;
 
@@ -222,6 +223,27 @@ fn lossless_frosted_volumes_are_invisible_in_uniform_light() {
             let stage = volume(shape, frosted(roughness), &uniform, glossy_samples);
             assert_close(stage.look(Vec3::new(0.3, 0.5, 1.0), Vec3::ZERO), Vec3::ONE, tolerance);
         }
+    }
+}
+
+#[test]
+fn smoother_volumes_lose_little_light_and_lookups_without_shadows_none() {
+    // `docs/shading.md` has the first two numbers.
+    for (roughness, env_samples, expected) in [
+        (0.5, EnvSamples::Auto, 0.98),
+        (0.6, EnvSamples::Auto, 0.96),
+        (0.6, EnvSamples::Fixed(0), 1.0),
+        (1.0, EnvSamples::Fixed(0), 1.0),
+    ] {
+        let mut stage = volume(sphere(0.5), frosted(roughness), &Environment::Constant(Vec3::ONE), 0);
+        stage.settings.env_samples = env_samples;
+        stage.settings.resolution = (24, 24);
+        stage.settings.window = PixelWindow::full(24, 24);
+        stage.settings.samples = 64;
+        stage.projection = Projection::Orthographic { x_mag: 0.35, y_mag: 0.35, z_near: 0.01, z_far: 10.0 };
+        let film = stage.render(Vec3::new(0.3, 0.5, 2.0), Vec3::ZERO);
+        let mean = film.pixels.iter().map(|pixel| pixel[0]).sum::<f32>() / film.pixels.len() as f32;
+        assert!((mean - expected).abs() < 0.01, "{roughness}: {mean} instead of {expected}");
     }
 }
 

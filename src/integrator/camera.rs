@@ -203,6 +203,7 @@ impl CameraRays {
             guide_share: 1.0,
             unguided_ratio: 1.0,
             sees_peaks: true,
+            lamps_are_shown: false,
             blur: 0.0,
             environment_lobe: None,
             depth: 0,

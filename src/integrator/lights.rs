@@ -6,7 +6,7 @@ use super::random::{Purpose, Seed};
 use super::settings::{Integrator, IntegratorSettings, LightSize};
 use crate::frame::{Frame, PosedLight};
 use crate::geometry::{LANES, Ray, Vec3Lanes, concentric_disk_point, sin_cos_of_turn};
-use crate::scene::{Environment, LightKind};
+use crate::scene::{Environment, KeyLight, LightKind};
 
 /// A light with everything precomputed that does not depend on the lit point.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +15,8 @@ pub(super) struct PreparedLight {
     intensity: f32,
     emitter: Emitter,
     size: LightSize,
+    /// Whether the light is a peak of the environment, which rays see, too.
+    is_peak: bool,
 }
 
 /// Geometry of a light.
@@ -114,14 +116,15 @@ pub(super) fn gather(
         Integrator::Whitted => environment.peaks(),
         Integrator::Path => Vec::new(),
     };
-    let keys = environment.key_light().into_iter().chain(peaks);
-    let keys = keys.map(|key| PreparedLight {
+    let distant = |key: KeyLight, is_peak| PreparedLight {
         color: key.irradiance,
         intensity: 1.0,
         emitter: Emitter::Distant { wi: key.direction_to_light },
         size: settings.light_size,
-    });
-    scaled.chain(keys).collect()
+        is_peak,
+    };
+    let key = environment.key_light().map(|key| distant(key, false));
+    scaled.chain(key).chain(peaks.into_iter().map(|peak| distant(peak, true))).collect()
 }
 
 impl PreparedLight {
@@ -137,7 +140,12 @@ impl PreparedLight {
             }
         };
         let intensity = light.intensity * settings.light_scale;
-        Self { color: light.color, intensity, emitter, size: settings.light_size }
+        Self { color: light.color, intensity, emitter, size: settings.light_size, is_peak: false }
+    }
+
+    /// Whether the light is a peak of the environment, which rays see, too.
+    pub(super) fn is_peak(&self) -> bool {
+        self.is_peak
     }
 
     /// Unoccluded light at `point`; `None` where it is zero.

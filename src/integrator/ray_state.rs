@@ -33,6 +33,9 @@ pub struct RayState {
     pub unguided_ratio: f32,
     /// Whether a ray of Whitted's tree sees the peaks of the environment: not where its last surface shows them as highlights.
     pub sees_peaks: bool,
+    /// Whether frosted glass before the ray of Whitted's tree showed the lamps beyond. Their light passes glass straight, so frosted glass that the ray
+    /// finds does not show it once more.
+    pub lamps_are_shown: bool,
     /// Sum of α² of the rough lobes that the ray stands for in Whitted's tree: they blur the environment that it sees.
     pub blur: f32,
     /// The prefiltered lobe that a ray of Whitted's tree finds where it reaches the environment, instead of its direction.

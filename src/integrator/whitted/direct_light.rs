@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 
-use super::frosted_glass::UnbentLightLobes;
+use super::frosted_glass::{TransmittedLampLight, UnbentLightLobes};
 use super::shading::Shading;
 use super::shadow_queue::{ShadowQueue, ShadowRay, ShadowTask};
 use super::tracer::{MIN_SCATTERED, Tracer, seconds_since};
@@ -15,7 +15,8 @@ use crate::integrator::path::clamped;
 impl Tracer<'_, '_> {
     /// Queues a shadow ray for each light that a surface scatters towards the viewer.
     pub(super) fn queue_direct_light(&mut self, shading: &Shading<'_, '_>) {
-        let mut unbent_light = None;
+        let glass_shadows = self.context.settings.glass_shadows;
+        let (mut unbent_light, mut transmitted) = (None, None);
         for (index, light) in self.context.lights.iter().enumerate() {
             let incidence = self.block_incidences[index].get(shading.index);
             let is_reached = incidence.irradiance.max_element() > 0.0;
@@ -27,7 +28,13 @@ impl Tracer<'_, '_> {
             if let Some((lobes, share)) = unbent_light.get_or_insert_with(|| UnbentLightLobes::of(shading)) {
                 scattered += (lobes.eval(shading.wo, wi) - scattered) * *share;
             }
-            let mut scattered = shading.weight_below * (scattered * wi.z.abs());
+            scattered *= wi.z.abs();
+            if wi.z < 0.0 {
+                let transmitted =
+                    transmitted.get_or_insert_with(|| TransmittedLampLight::of(shading, glass_shadows));
+                scattered = transmitted.scattered(wi, scattered, light.is_peak());
+            }
+            let mut scattered = shading.weight_below * scattered;
             let by_coat = shading.coat.map_or(0.0, |coat| coat.scattered(incidence.wi));
             if by_coat > 0.0 {
                 scattered += shading.weight * by_coat;

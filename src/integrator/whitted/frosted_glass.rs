@@ -17,7 +17,7 @@ use super::tracer::Tracer;
 use crate::bsdf::{AlbedoTerms, Bsdf, FacetSample, Scattering};
 use crate::geometry::Ray;
 use crate::integrator::random::Purpose;
-use crate::integrator::{ColorChannels, RayKind, RayState, Seed};
+use crate::integrator::{ColorChannels, GlassShadows, RayKind, RayState, Seed};
 
 /// The deepest bounce at which a facet sends a reflected and a refracted ray; deeper ones send either.
 const MAX_SPLIT_DEPTH: u32 = 1;
@@ -179,6 +179,36 @@ impl UnbentLightLobes {
     /// Value of the lobes for a local direction of light.
     pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         self.bsdf.eval_by(wo, wi, self.terms)
+    }
+}
+
+/// The light of lamps that frosted glass transmits.
+pub(super) struct TransmittedLampLight {
+    /// The lobe of a volume's surface; thin walls and clear glass have none here.
+    refracted: Option<Scattering>,
+    /// Whether the lamps beyond the surface reached an earlier one straight through it.
+    was_shown: bool,
+}
+
+impl TransmittedLampLight {
+    /// The light that a surface transmits.
+    pub(super) fn of(shading: &Shading<'_, '_>, glass_shadows: GlassShadows) -> Self {
+        let passes_straight = glass_shadows == GlassShadows::Straight;
+        let was_shown =
+            passes_straight && shading.state.lamps_are_shown && shading.material.transmission > 0.0;
+        let is_refracted = !was_shown && !shading.material.thin && shading.is_frosted();
+        let refracted = is_refracted.then(|| Scattering::new(*shading.bsdf, shading.wo, None));
+        Self { refracted, was_shown }
+    }
+
+    /// f · |cos θ_i| of all transmitted light from a lamp in the local direction `wi`; `unrefracted` is its part without the lobe of a volume.
+    /// Refracted rays see the peaks of the environment.
+    pub(super) fn scattered(&self, wi: Vec3, unrefracted: Vec3, is_peak: bool) -> Vec3 {
+        match &self.refracted {
+            _ if self.was_shown => Vec3::ZERO,
+            Some(scattering) if !is_peak => unrefracted + scattering.eval_refracted(wi),
+            _ => unrefracted,
+        }
     }
 }
 

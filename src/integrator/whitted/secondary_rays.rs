@@ -27,6 +27,18 @@ pub(super) struct ChildRay {
     pub(super) seed: Seed,
 }
 
+/// Where a child ray goes on.
+struct Beyond {
+    /// See [`RayState::media`].
+    media: MediaStack,
+    /// See [`RayState::touching`].
+    touching: Option<Box<Hit>>,
+    /// See [`RayState::sees_peaks`].
+    sees_peaks: bool,
+    /// See [`RayState::lamps_are_shown`].
+    lamps_are_shown: bool,
+}
+
 impl ChildRay {
     /// A ray along a sampled direction.
     pub(super) fn sampled(
@@ -152,7 +164,12 @@ impl Tracer<'_, '_> {
             let (frame, direction) = (self.context.view.frame, child.ray.direction);
             shading.point.refracted_differential(frame, arriving, direction, shading.relative_ior())
         };
-        let beyond = (side.media.clone(), side.touching.map(Box::new), shading.transmits_peaks());
+        let beyond = Beyond {
+            media: side.media.clone(),
+            touching: side.touching.map(Box::new),
+            sees_peaks: shading.transmits_peaks(),
+            lamps_are_shown: shading.state.lamps_are_shown || shading.is_frosted(),
+        };
         self.push_child(&arrival, child, differential, beyond);
     }
 
@@ -160,7 +177,11 @@ impl Tracer<'_, '_> {
     pub(super) fn send_reflected(&mut self, arrival: &Arrival<'_, '_>, child: ChildRay) {
         let state = arrival.state;
         let differential = arrival.point.reflected_differential(self.context.view.frame, &state.differential);
-        self.push_child(arrival, child, differential, (state.media.clone(), None, false));
+        // Outside of volumes, a mirror shows what no ray before it did.
+        let lamps_are_shown = state.lamps_are_shown && !state.media.is_empty();
+        let beyond =
+            Beyond { media: state.media.clone(), touching: None, sees_peaks: false, lamps_are_shown };
+        self.push_child(arrival, child, differential, beyond);
     }
 
     fn push_child(
@@ -168,8 +189,9 @@ impl Tracer<'_, '_> {
         arrival: &Arrival<'_, '_>,
         child: ChildRay,
         differential: RayDifferential,
-        (media, touching, sees_peaks): (MediaStack, Option<Box<Hit>>, bool),
+        beyond: Beyond,
     ) {
+        let Beyond { media, touching, sees_peaks, lamps_are_shown } = beyond;
         let ChildRay { ray, weight, roughness, environment_lobe, kind, channels, seed } = child;
         let light_pass = arrival.light_pass.or(match kind {
             RayKind::Camera => None,
@@ -186,6 +208,7 @@ impl Tracer<'_, '_> {
             channels,
             light_pass,
             sees_peaks,
+            lamps_are_shown,
             blur: arrival.state.blur + (roughness * roughness) * (roughness * roughness),
             environment_lobe,
             depth,

@@ -3,6 +3,7 @@
 use glam::{Mat3, Vec3};
 
 use super::coat::CoatShading;
+use super::traced_share::traced_share;
 use super::transmission_side::TransmissionSide;
 use super::wavefront::RaySignature;
 use crate::bsdf::{AlbedoTerms, Albedos, Bsdf};
@@ -84,6 +85,13 @@ impl<'p, 'a> Shading<'p, 'a> {
     pub(super) fn transmits_peaks(&self) -> bool {
         let was_reflected = self.facet_share > 0.0 && self.state.kind == RayKind::Reflection;
         !self.material.thin && !was_reflected
+    }
+
+    /// Whether the surface is glass that scatters what it transmits, and so shows the lamps beyond.
+    pub(super) fn is_frosted(&self) -> bool {
+        self.material.transmission > 0.0
+            && traced_share(self.bsdf.widest_transmission_roughness()) < 1.0
+            && (self.material.thin || !self.bsdf.is_refraction_smooth())
     }
 
     /// The lobes that transmit light, each with its colour channels.

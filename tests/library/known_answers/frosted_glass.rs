@@ -4,8 +4,8 @@ use glam::{Vec3, Vec4};
 use rayframe::film::PixelWindow;
 use rayframe::render::{EnvSamples, Integrator};
 use rayframe::scene::{
-    AlphaMode, Anisotropy, ClearCoat, DiffuseTransmission, Environment, Material, Primitive, Projection,
-    Transmission, Volume,
+    AlphaMode, Anisotropy, ClearCoat, DiffuseTransmission, Environment, LightKind, Material, Primitive,
+    Projection, Transmission, Volume,
 };
 use scene_builder::shapes::TriangleMesh;
 
@@ -284,4 +284,74 @@ fn rough_volumes_show_the_side_of_the_light_as_paths_do() {
             assert_close(look(&glossy), by_paths, 0.02);
         }
     }
+}
+
+/// What a camera sees of frosted glass in the light of one lamp, without bounces.
+fn by_a_lamp(
+    integrator: Integrator,
+    seen: &[(Primitive, Material)],
+    lamp: Vec3,
+    edit: impl Fn(&mut Stage),
+) -> Vec3 {
+    let mut stage = super::path::stage(4096);
+    (stage.settings.integrator, stage.settings.max_depth) = (integrator, 0);
+    for (primitive, material) in seen {
+        stage.add(primitive.clone(), material.clone());
+    }
+    stage.add_light(LightKind::Point, 10.0, lamp, Vec3::NEG_Z);
+    edit(&mut stage);
+    stage.look(Vec3::new(0.3, 0.2, 4.0), Vec3::new(0.3, 0.2, 0.0)).truncate()
+}
+
+#[test]
+fn volumes_glow_by_lamps_in_and_behind_them_as_paths_see_them() {
+    let amber =
+        Volume { thickness: 1.0, attenuation_distance: 2.0, attenuation_color: WALL.max(Vec3::splat(0.1)) };
+    for roughness in [0.2, 0.5, 1.0] {
+        let glass = Material { volume: Some(amber), ..frosted(roughness) };
+        let air = Material { volume: Some(Volume::CLEAR), ior: 1.0, ..frosted(0.0) };
+        let ball = [(sphere(1.0), glass.clone())];
+        let shell = [(sphere(1.0), glass), (sphere(0.9), air)];
+        for (seen, lamp) in
+            [(&ball[..], Vec3::ZERO), (&shell[..], Vec3::ZERO), (&ball[..], Vec3::NEG_Z * 3.0)]
+        {
+            let see = |integrator| by_a_lamp(integrator, seen, lamp, |_| ());
+            let (whitted, path) = (see(Integrator::Whitted), see(Integrator::Path));
+            assert!(path.min_element() > 0.0);
+            let off = (whitted / path - Vec3::ONE).abs().max_element();
+            assert!(off < 1e-4, "{roughness}, lamp at {lamp}: {whitted} instead of {path}");
+        }
+    }
+}
+
+#[test]
+fn lamps_show_once_through_several_frosted_surfaces() {
+    // A volume in uniform light has shadow rays, so that a sampled ray finds its far side.
+    let volume = Material { volume: Some(Volume { thickness: 1.0, ..Volume::CLEAR }), ..frosted(0.6) };
+    let pane = |z: f32| (rectangle(Vec3::Z * z, Vec3::X * 9.0, Vec3::Y * 9.0), frosted(0.6));
+    for seen in [vec![(sphere(1.0), volume)], vec![pane(1.0), pane(0.0)]] {
+        let lit = |integrator, light: f32, max_depth| {
+            by_a_lamp(integrator, &seen, Vec3::NEG_Z * 3.0, |stage| {
+                stage.environment = Environment::Constant(Vec3::splat(light));
+                stage.settings.max_depth = max_depth;
+            })
+        };
+        let expected = lit(Integrator::Whitted, 0.0, 0);
+        let by_lamp = lit(Integrator::Whitted, 1e-6, 12);
+        println!("{expected} {by_lamp} {} {}", lit(Integrator::Path, 0.0, 0), lit(Integrator::Path, 0.0, 12));
+    }
+}
+
+#[test]
+fn frosted_lamps_show_in_mirrors_and_behind_clear_glass() {
+    let glass = Material { volume: Some(Volume { thickness: 1.0, ..Volume::CLEAR }), ..frosted(0.6) };
+    let lamp = (sphere(1.0), glass);
+    let see = |seen: &[(Primitive, Material)], lamp| {
+        by_a_lamp(Integrator::Whitted, seen, lamp, |stage| stage.settings.max_depth = 8)
+    };
+    let alone = see(&[lamp.clone()], Vec3::ZERO);
+    let window = cuboid(Vec3::Z * 2.0, Vec3::new(9.0, 9.0, 0.01));
+    let clear = Material { volume: Some(Volume::CLEAR), ..frosted(0.0) };
+    let behind = see(&[lamp, (window, clear)], Vec3::ZERO);
+    println!("{alone} {behind} {}", behind / alone);
 }

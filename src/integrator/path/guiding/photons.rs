@@ -144,6 +144,7 @@ impl<'c, 'a> PhotonTracing<'c, 'a> {
                 guide_share: 1.0,
                 unguided_ratio: 1.0,
                 sees_peaks: true,
+                lamps_are_shown: false,
                 blur: 0.0,
                 environment_lobe: None,
                 depth: 0,

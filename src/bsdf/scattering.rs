@@ -313,36 +313,18 @@ impl Scattering {
                 pdf += probabilities.transmission * lobe.reflection_pdf(*wo, half);
             }
             TransmissionLobe::Refracted { scale } => {
-                if let Some(facet) = self.refracting_facet(wi) {
-                    value += scale * self.refracted(&facet, wi);
-                    let factor = self.reflected_at(facet.facet_cosine);
-                    let refracts = 1.0 - self.reflection_probability(factor, facet.facet_cosine);
-                    pdf += probabilities.specular * refracts * facet.pdf;
+                let relative_ior = bsdf.dielectric.relative_ior;
+                let facet = rough_transmission::refracting_facet(&bsdf.lobe, (*wo, wi), relative_ior);
+                if let Some(RefractingFacet { facet_cosine, pdf: refracted_pdf, .. }) = facet {
+                    let transmitted = share_below(self.facet_reflectances(facet_cosine).0);
+                    value += scale * (transmitted * bsdf.lobe.masking(wi) * refracted_pdf);
+                    let factor = self.reflected_at(facet_cosine);
+                    let refracts = 1.0 - self.reflection_probability(factor, facet_cosine);
+                    pdf += probabilities.specular * refracts * refracted_pdf;
                 }
             }
         }
         (value, pdf)
-    }
-
-    /// f · |cos θ_i| of refracting facets alone, for light from the other side of a rough volume's surface; 0 for all other light.
-    pub(crate) fn eval_refracted(&self, wi: Vec3) -> Vec3 {
-        match self.transmission {
-            TransmissionLobe::Refracted { scale } if wi.z < 0.0 => {
-                self.refracting_facet(wi).map_or(Vec3::ZERO, |facet| scale * self.refracted(&facet, wi))
-            }
-            _ => Vec3::ZERO,
-        }
-    }
-
-    fn refracting_facet(&self, wi: Vec3) -> Option<RefractingFacet> {
-        let relative_ior = self.bsdf.dielectric.relative_ior;
-        rough_transmission::refracting_facet(&self.bsdf.lobe, (self.wo, wi), relative_ior)
-    }
-
-    /// f · |cos θ_i| of a facet, unscaled.
-    fn refracted(&self, facet: &RefractingFacet, wi: Vec3) -> f32 {
-        let transmitted = share_below(self.facet_reflectances(facet.facet_cosine).0);
-        transmitted * self.bsdf.lobe.masking(wi) * facet.pdf
     }
 
     /// Fresnel factors of the dielectric and of the metal at a facet.

@@ -19,7 +19,7 @@ use super::walls::is_wall;
 use super::zsobol::ZSobol;
 use crate::bvh::{Hit, TraversalCounters};
 use crate::color::luminance;
-use crate::frame::Frame;
+use crate::frame::{Frame, transmits};
 use crate::geometry::{Aabb, Ray, spiral_direction};
 use crate::interaction::is_constant;
 use crate::scene::{Environment, KeyLight, Projection};
@@ -101,6 +101,8 @@ impl<'a> IntegratorContext<'a> {
             Integrator::Whitted => [0.0; 2],
         };
         let traces_environment = !is_path && occluded_share > 0.0;
+        let has_frosted_glass =
+            follows_frosted_glass(view, &settings) && view.frame.materials.iter().any(transmits);
         // Shadow rays find the rest of the light of the environment on the ground.
         let on_ground =
             settings.ground.map_or(0.0, |ground| luminance(view.environment.irradiance(ground.up)));
@@ -126,7 +128,8 @@ impl<'a> IntegratorContext<'a> {
             occluded_share,
             traced_samples: traced_samples(occluded_share, &settings),
             bounce_share,
-            sample_points: (is_path || traces_environment).then(|| sample_points(view.frame, &settings)),
+            sample_points: (is_path || traces_environment || has_frosted_glass)
+                .then(|| sample_points(view.frame, &settings)),
             uses_seeds: uses_seeds(view.frame, &settings),
             peaks: view.environment.peaks(),
             mean_radiance: if traces_environment { mean_radiance(view.environment) } else { Vec3::ZERO },
@@ -161,6 +164,12 @@ impl<'a> IntegratorContext<'a> {
     #[inline]
     pub(super) fn untraced_occlusion(&self, occlusion: f32) -> f32 {
         1.0 + (occlusion - 1.0) * (1.0 - self.occluded_share)
+    }
+
+    /// Whether a sampled ray of Whitted's tree follows what frosted glass transmits. Glossy samples do so on their own, and an environment without shadow
+    /// rays is looked up by the user's choice.
+    pub(super) fn follows_frosted_glass(&self) -> bool {
+        follows_frosted_glass(self.view, &self.settings)
     }
 
     /// Whether [`IntegratorContext::sample_environment`] samples a direction.
@@ -222,6 +231,12 @@ fn traced_shares(view: SceneView<'_>, env_samples: EnvSamples) -> [f32; 2] {
             })
         }
     }
+}
+
+/// See [`IntegratorContext::follows_frosted_glass`].
+fn follows_frosted_glass(view: SceneView<'_>, settings: &IntegratorSettings) -> bool {
+    let is_looked_up = view.environment.is_lit() && settings.env_samples == EnvSamples::Fixed(0);
+    settings.glossy_samples == 0 && !is_looked_up
 }
 
 /// The share of the samples that trace shadow rays to the environment where these decide about a share of its light: 1/4, 1/2 or all. They are as few only

@@ -11,7 +11,7 @@ use super::shading::Shading;
 use super::tracer::Tracer;
 use crate::bsdf::Bsdf;
 use crate::geometry::Ray;
-use crate::integrator::{LightPass, MediaStack, RayState};
+use crate::integrator::RayState;
 use crate::scene::KeyLight;
 
 /// α of the narrowest prefiltered lobe, of roughness 1/8.
@@ -69,26 +69,17 @@ impl Tracer<'_, '_> {
         reached: Vec3,
         lookups: &mut EnvironmentLookups,
     ) {
-        let prefiltered_share = 1.0 - shading.traced_share;
+        // Facets follow the rest.
+        let prefiltered_share = (1.0 - shading.traced_share) * (1.0 - shading.facet_share);
         if prefiltered_share == 0.0 {
             return;
         }
         let (seen, lobe) = self.prefiltered_reflection(shading);
-        let lookup = |reached: Vec3, share: f32| {
-            let albedo = reached * (shading.albedos.specular * (share * prefiltered_share));
-            EnvironmentLookup { radiance: albedo * seen, albedo, lobe, is_outside: true }
-        };
-        if shading.facet_share < 1.0 {
-            lookups.push(lookup(reached, 1.0 - shading.facet_share));
-        }
-        let undecided_share = shading.facet_share * (1.0 - shading.sampled_transmission_share);
-        if undecided_share > 0.0 {
-            let lookup = lookup(shading.weight_below * shading.material.occlusion, undecided_share);
-            self.add_undecided(shading, &lookup, &shading.state.media);
-        }
+        let albedo = reached * (shading.albedos.specular * prefiltered_share);
+        lookups.push(EnvironmentLookup { radiance: albedo * seen, albedo, lobe, is_outside: true });
     }
 
-    /// Transmitted specular lobes. What a sampled ray leaves of them arrives at once: shadow rays have decided about none of it.
+    /// Transmitted specular lobes that no sampled ray follows.
     fn look_up_transmitted(
         &mut self,
         shading: &Shading<'_, '_>,
@@ -96,13 +87,10 @@ impl Tracer<'_, '_> {
         lookups: &mut EnvironmentLookups,
     ) {
         let (environment, albedos) = (self.context.view.environment, &shading.albedos);
-        let sampled_share = shading.sampled_transmission_share;
-        let prefiltered_share = (1.0 - sampled_share) * (1.0 - shading.traced_share_transmitted);
-        if prefiltered_share == 0.0 || albedos.transmission == Vec3::ZERO {
+        let prefiltered_share = 1.0 - shading.traced_share_transmitted;
+        if shading.follows_transmission || prefiltered_share == 0.0 || albedos.transmission == Vec3::ZERO {
             return;
         }
-        let is_undecided = sampled_share > 0.0;
-        let reached = if is_undecided { shading.weight_below * shading.material.occlusion } else { reached };
         for (channels, bsdf) in shading.transmission_lobes() {
             let albedo = albedos.transmission * channels.mask();
             let Some(lobe) = transmitted_lobe(shading, bsdf).filter(|_| albedo != Vec3::ZERO) else {
@@ -114,21 +102,13 @@ impl Tracer<'_, '_> {
             }
             let albedo = reached * (albedo * prefiltered_share);
             let radiance = albedo * seen;
-            let lookup =
-                EnvironmentLookup { radiance, albedo, lobe: LookupLobe::Glossy(lobe), is_outside: false };
-            if is_undecided {
-                self.add_undecided(shading, &lookup, &shading.transmission_side.media);
-            } else {
-                lookups.push(lookup);
-            }
+            lookups.push(EnvironmentLookup {
+                radiance,
+                albedo,
+                lobe: LookupLobe::Glossy(lobe),
+                is_outside: false,
+            });
         }
-    }
-
-    /// Adds looked-up light about which no shadow ray decides. `media` are the volumes where it arrives.
-    fn add_undecided(&mut self, shading: &Shading<'_, '_>, lookup: &EnvironmentLookup, media: &MediaStack) {
-        let light_pass = shading.light_pass.unwrap_or(LightPass::Environment);
-        let through = self.untraced_transmittance(shading.point, lookup, media);
-        self.add(shading.state.sample, light_pass, lookup.radiance * through);
     }
 
     /// Radiance of the environment that a mirror or refraction ray sees, blurred by the rough lobes that it stands for.

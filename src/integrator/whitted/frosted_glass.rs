@@ -42,18 +42,15 @@ struct FacetPoint {
 }
 
 impl Tracer<'_, '_> {
-    /// Share of a transmitted lobe that a sampled ray follows: that of the environment's light that shadow rays decide about. The deepest surfaces
-    /// look the environment up, as narrow lobes and glossy samples do without.
-    pub(super) fn sampled_transmission_share(&self, bsdf: &Bsdf, state: &RayState) -> f32 {
-        let settings = &self.context.settings;
-        let is_followed = settings.glossy_samples == 0 && state.depth < settings.max_depth;
+    /// Whether sampled rays follow the transmitted lobe of a surface. The deepest surfaces look the environment up.
+    pub(super) fn follows_transmission(&self, bsdf: &Bsdf, state: &RayState) -> bool {
         let is_wide = traced_share(bsdf.widest_transmission_roughness()) < 1.0;
-        if is_followed && is_wide { self.context.occluded_share } else { 0.0 }
+        is_wide && state.depth < self.context.settings.max_depth && self.context.follows_frosted_glass()
     }
 
     /// Sends one sampled ray along each transmitted lobe.
     pub(super) fn sample_frosted_glass(&mut self, shading: &Shading<'_, '_>) {
-        let share = shading.sampled_transmission_share * (1.0 - shading.facet_share);
+        let share = 1.0 - shading.facet_share;
         if share == 0.0 {
             return;
         }
@@ -80,7 +77,7 @@ impl Tracer<'_, '_> {
     /// Smoother surfaces are left to lookups, which lose little of the light and have no noise.
     pub(super) fn facet_share(&self, shading: &Shading<'_, '_>) -> f32 {
         let is_glossy = self.context.settings.glossy_samples > 0;
-        let is_followed = is_glossy || shading.sampled_transmission_share > 0.0;
+        let is_followed = is_glossy || shading.follows_transmission;
         let is_rough = || shading.transmission_lobes().all(|(_, bsdf)| !bsdf.is_refraction_smooth());
         if !is_followed || !shading.is_on_denser_side() || !is_rough() {
             return 0.0;
@@ -91,10 +88,7 @@ impl Tracer<'_, '_> {
     /// Sends the rays of [`Tracer::facet_share`] for each transmitted lobe: one sampled ray, or glossy samples.
     pub(super) fn follow_facets(&mut self, shading: &Shading<'_, '_>) {
         let rays = self.glossy_rays(shading.state);
-        let share = match rays {
-            0 => shading.sampled_transmission_share * shading.facet_share,
-            _ => shading.facet_share / rays as f32,
-        };
+        let share = shading.facet_share / rays.max(1) as f32;
         for (index, (channels, bsdf)) in shading.transmission_lobes().enumerate() {
             let lobes = FacetLobes { channels, bsdf, scattering: Scattering::new(*bsdf, shading.wo, None) };
             if rays == 0 {
@@ -167,8 +161,8 @@ pub(super) struct UnbentLightLobes {
 impl UnbentLightLobes {
     /// The lobes, and their share; `None` on other surfaces.
     pub(super) fn of(shading: &Shading<'_, '_>) -> Option<(Self, f32)> {
-        let share = shading.sampled_transmission_share * (1.0 - shading.traced_share_transmitted);
-        if !shading.is_on_denser_side() || share == 0.0 {
+        let share = 1.0 - shading.traced_share_transmitted;
+        if !shading.is_on_denser_side() || !shading.follows_transmission || share == 0.0 {
             return None;
         }
         let [outside, inside] = shading.iors;
@@ -182,10 +176,11 @@ impl UnbentLightLobes {
     }
 }
 
-/// The light of lamps that frosted glass transmits.
+/// The light of lamps that a surface transmits.
 pub(super) struct TransmittedLampLight {
-    /// The lobe of a volume's surface; thin walls and clear glass have none here.
-    refracted: Option<Scattering>,
+    /// The lobes of frosted glass.
+    frosted: Option<Scattering>,
+    is_thin: bool,
     /// Whether the lamps beyond the surface reached an earlier one straight through it.
     was_shown: bool,
 }
@@ -196,18 +191,18 @@ impl TransmittedLampLight {
         let passes_straight = glass_shadows == GlassShadows::Straight;
         let was_shown =
             passes_straight && shading.state.lamps_are_shown && shading.material.transmission > 0.0;
-        let is_refracted = !was_shown && !shading.material.thin && shading.is_frosted();
-        let refracted = is_refracted.then(|| Scattering::new(*shading.bsdf, shading.wo, None));
-        Self { refracted, was_shown }
+        let is_frosted = !was_shown && shading.is_frosted();
+        let frosted = is_frosted.then(|| Scattering::new(*shading.bsdf, shading.wo, None));
+        Self { frosted, is_thin: shading.material.thin, was_shown }
     }
 
-    /// f · |cos θ_i| of all transmitted light from a lamp in the local direction `wi`; `unrefracted` is its part without the lobe of a volume.
-    /// Refracted rays see the peaks of the environment.
-    pub(super) fn scattered(&self, wi: Vec3, unrefracted: Vec3, is_peak: bool) -> Vec3 {
-        match &self.refracted {
+    /// f · |cos θ_i| for a lamp in the local direction `wi`, which is `unfrosted` on all other surfaces. A volume sends rays that see the peaks of the
+    /// environment.
+    pub(super) fn scattered(&self, wi: Vec3, unfrosted: Vec3, is_peak: bool) -> Vec3 {
+        match &self.frosted {
             _ if self.was_shown => Vec3::ZERO,
-            Some(scattering) if !is_peak => unrefracted + scattering.eval_refracted(wi),
-            _ => unrefracted,
+            Some(frosted) if self.is_thin || !is_peak => frosted.eval(wi),
+            _ => unfrosted,
         }
     }
 }

@@ -106,10 +106,12 @@ impl Tracer<'_, '_> {
         if shading.albedos.transmission == Vec3::ZERO || self.scatter_transmission(shading) {
             return;
         }
-        self.sample_frosted_glass(shading);
-        let traced_share = (1.0 - shading.sampled_transmission_share) * shading.traced_share_transmitted;
+        if shading.follows_transmission {
+            return self.sample_frosted_glass(shading);
+        }
         for (channels, bsdf) in shading.transmission_lobes() {
-            let weight = shading.weight_below * shading.albedos.transmission * traced_share * channels.mask();
+            let transmitted = shading.albedos.transmission * shading.traced_share_transmitted;
+            let weight = shading.weight_below * transmitted * channels.mask();
             if weight == Vec3::ZERO {
                 continue;
             }

@@ -168,7 +168,7 @@ impl<'a> Tracer<'_, 'a> {
             transmission_side: &transmission_side,
             iors: [outside, inside],
             traced_share: traced_share_of(bsdf.widest_roughness()),
-            sampled_transmission_share: self.sampled_transmission_share(&bsdf, state),
+            follows_transmission: self.follows_transmission(&bsdf, state),
             traced_share_transmitted: traced_share_of(bsdf.widest_transmission_roughness()),
             facet_share: 0.0,
         };

@@ -54,9 +54,9 @@ pub(super) struct Shading<'p, 'a> {
     pub(super) iors: [f32; 2],
     /// Share of the reflected lobe that rays follow; the prefiltered environment has the rest.
     pub(super) traced_share: f32,
-    /// Share of the transmitted lobe that a sampled ray follows.
-    pub(super) sampled_transmission_share: f32,
-    /// Share of the rest of the transmitted lobe that the refraction ray follows.
+    /// Whether sampled rays follow the transmitted lobe.
+    pub(super) follows_transmission: bool,
+    /// Share of the transmitted lobe that the refraction ray follows where sampled rays do not.
     pub(super) traced_share_transmitted: f32,
     /// Share of the sampled rays that follow facets, see [`super::tracer::Tracer::facet_share`].
     pub(super) facet_share: f32,

@@ -9,7 +9,7 @@ use rayframe::scene::{
 };
 use scene_builder::shapes::TriangleMesh;
 
-use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle};
+use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
 
 /// Half the width of what is seen: it hides next to nothing of the environment from the wall.
 const HALF_WIDTH: f32 = 0.02;
@@ -336,22 +336,67 @@ fn lamps_show_once_through_several_frosted_surfaces() {
                 stage.settings.max_depth = max_depth;
             })
         };
-        let expected = lit(Integrator::Whitted, 0.0, 0);
-        let by_lamp = lit(Integrator::Whitted, 1e-6, 12);
-        println!("{expected} {by_lamp} {} {}", lit(Integrator::Path, 0.0, 0), lit(Integrator::Path, 0.0, 12));
+        let expected = lit(Integrator::Path, 0.0, 0);
+        for (light, max_depth) in [(0.0, 0), (0.0, 12), (1e-6, 12)] {
+            let seen = lit(Integrator::Whitted, light, max_depth);
+            assert!((seen / expected - Vec3::ONE).abs().max_element() < 2e-3, "{seen} instead of {expected}");
+        }
     }
 }
 
 #[test]
 fn frosted_lamps_show_in_mirrors_and_behind_clear_glass() {
     let glass = Material { volume: Some(Volume { thickness: 1.0, ..Volume::CLEAR }), ..frosted(0.6) };
-    let lamp = (sphere(1.0), glass);
+    let globe = |z: f32| {
+        let mut sphere = sphere(1.0);
+        sphere.positions.iter_mut().for_each(|position| position.z += z);
+        (sphere, glass.clone())
+    };
     let see = |seen: &[(Primitive, Material)], lamp| {
         by_a_lamp(Integrator::Whitted, seen, lamp, |stage| stage.settings.max_depth = 8)
     };
-    let alone = see(&[lamp.clone()], Vec3::ZERO);
-    let window = cuboid(Vec3::Z * 2.0, Vec3::new(9.0, 9.0, 0.01));
+    let alone = see(&[globe(0.0)], Vec3::ZERO);
+
+    // A lossless slab transmits (1 - R) / (1 + R), with all reflections between its sides.
+    let slab = cuboid(Vec3::Z * 2.0, Vec3::new(9.0, 9.0, 0.01));
     let clear = Material { volume: Some(Volume::CLEAR), ..frosted(0.0) };
-    let behind = see(&[lamp, (window, clear)], Vec3::ZERO);
-    println!("{alone} {behind} {}", behind / alone);
+    let behind = see(&[globe(0.0), (slab, clear)], Vec3::ZERO);
+    assert!((behind / alone - 0.96 / 1.04).abs().max_element() < 1e-3, "{behind} of {alone}");
+
+    // The mirror has the highlight of the lamp, too, which light reaches straight.
+    let mirror = Material { metallic: 1.0, roughness: 0.0, ..lambert(Vec3::ONE) };
+    let wall = (rectangle(Vec3::ZERO, Vec3::X * 9.0, Vec3::Y * 9.0), mirror);
+    let mirrored = see(&[globe(8.0), wall], Vec3::Z * 8.0);
+    assert!((mirrored / alone - Vec3::ONE).abs().max_element() < 0.05, "{mirrored} instead of {alone}");
+}
+
+#[test]
+fn what_stands_behind_frosted_glass_shows_in_the_dark_and_in_closed_rooms() {
+    for volume in [None, Some(Volume { thickness: 1.0, ..Volume::CLEAR })] {
+        let pane = match volume {
+            None => rectangle(Vec3::ZERO, Vec3::X * 9.0, Vec3::Y * 9.0),
+            Some(_) => cuboid(Vec3::ZERO, Vec3::new(9.0, 9.0, 0.01)),
+        };
+        let see = |integrator, roughness, room: &(Primitive, Material), environment| {
+            let mut stage = super::path::stage(4096);
+            (stage.settings.integrator, stage.settings.max_depth) = (integrator, 12);
+            stage.environment = environment;
+            stage.add(room.0.clone(), room.1.clone());
+            stage.add(pane.clone(), Material { volume, ..frosted(roughness) });
+            stage.look(Vec3::new(0.3, 0.2, 4.0), Vec3::ZERO).truncate()
+        };
+        let wall = (rectangle(Vec3::NEG_Z, Vec3::X * 50.0, Vec3::Y * 50.0), unlit(WALL));
+        let room = (cuboid(Vec3::ZERO, Vec3::splat(10.0)), Material { double_sided: true, ..unlit(WALL) });
+        for roughness in [0.2, 0.5, 0.9] {
+            // Whitted's tree looks up what a closed room hides where light is reflected.
+            for (around, environment, tolerance) in
+                [(&wall, Environment::None, 0.02), (&room, Environment::Constant(Vec3::splat(0.5)), 0.06)]
+            {
+                let [whitted, path] = [Integrator::Whitted, Integrator::Path]
+                    .map(|integrator| see(integrator, roughness, around, environment.clone()));
+                let off = (whitted - path).abs().max_element();
+                assert!(off < tolerance, "{roughness}, {environment:?}: {whitted} instead of {path}");
+            }
+        }
+    }
 }

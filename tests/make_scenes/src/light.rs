@@ -10,11 +10,12 @@ use scene_builder::node::Node;
 use scene_builder::shapes::{cuboid, cylinder, ico_sphere};
 use scene_builder::staging::{camera, grey_floor, light, looking, point_light};
 
-pub(crate) const SCENES: [Entry; 6] = [
+pub(crate) const SCENES: [Entry; 7] = [
     entry("light/point", point),
     entry("light/spot", spot),
     entry("light/directional", directional),
     entry("light/range", range),
+    entry("light/frosted_globes", frosted_globes),
     entry("light/environment_only", environment_only),
     entry("light/two_lights_shadows", two_lights_shadows),
 ];
@@ -123,6 +124,31 @@ fn two_lights_shadows() -> Built {
     for (x, color) in [(-2.5, [1.0, 0.05, 0.05]), (2.5, [0.05, 1.0, 1.0])] {
         let lamp = light(&mut gltf, "point", color, 35.0);
         gltf.node(Node { light: Some(lamp), ..Node::default() }.at(x, 3.0, 1.5));
+    }
+    Ok(gltf)
+}
+
+fn frosted_globes() -> Built {
+    let mut gltf = Gltf::new(
+        "Lamps in three globes of frosted glass: a thin one is bright all over, a blown one and a solid ball are brightest in the \
+         middle. Two shine on the wall behind; the ball shows it, turned over.",
+    );
+    camera(&mut gltf, Vec3::new(0.0, 1.0, 5.2), Vec3::new(0.0, 0.6, 0.0), 32.0);
+    grey_floor(&mut gltf, 8.0, 8.0);
+    let wall = Material::matte("wall", [0.25, 0.35, 0.45]).add_to(&mut gltf);
+    let wall = cuboid(8.0, 4.0, 0.1).plain().add_to(&mut gltf, wall);
+    gltf.node(Node::mesh(wall).at(0.0, 2.0, -1.5));
+    let glass = |name| Material { roughness: 0.6, ..Material::glass(name, 1.5) };
+    let thin = Material { volume: None, ..glass("thin frosted glass") }.two_sided().add_to(&mut gltf);
+    let solid = glass("frosted glass").add_to(&mut gltf);
+    let air = Material::glass("air", 1.0).add_to(&mut gltf);
+    let globes = ico_sphere(0.5, 3).plain().add_with_each(&mut gltf, &[thin, solid]);
+    let hollow = ico_sphere(0.46, 3).plain().add_to(&mut gltf, air);
+    for (x, meshes) in [(-1.3, &globes[..1]), (0.0, &[globes[1], hollow]), (1.3, &globes[1..])] {
+        for &mesh in meshes {
+            gltf.node(Node::mesh(mesh).at(x, 0.6, 0.0));
+        }
+        point_light(&mut gltf, Vec3::new(x, 0.6, 0.0), 1.2);
     }
     Ok(gltf)
 }

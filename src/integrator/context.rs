@@ -9,7 +9,7 @@ use super::environment_directions::EnvironmentDirections;
 use super::glass_passage::GlassPassage;
 use super::interiors::Interiors;
 use super::lights::{self, PreparedLight};
-use super::media::{MediaStack, Medium};
+use super::media::{MediaStack, Medium, VolumeId};
 use super::occluders::OccluderSphere;
 use super::opaque_materials::{OpaqueAlbedos, is_opaque};
 use super::path::{EmissiveTriangles, PathGuide, VisibleEntry, VisibleEnvironment};
@@ -52,6 +52,8 @@ pub struct IntegratorContext<'a> {
     volume_bounds: Aabb,
     /// The volumes that contain the camera, outermost first.
     camera_media: Vec<Medium>,
+    /// The volumes that lamps are in, by light; none for distant lights.
+    lamp_volumes: Vec<Option<VolumeId>>,
     /// For [`Integrator::Path`].
     pub(super) emissive_triangles: Option<EmissiveTriangles>,
     /// Directions of the shadow rays of [`Integrator::Whitted`] to the environment; `None` where its light is not occluded.
@@ -94,6 +96,9 @@ impl<'a> IntegratorContext<'a> {
         let volume_bounds = interiors.bounds(view.frame);
         let camera_media = interiors.media_around(view, &volume_bounds, camera_position);
         let lights = lights::gather(view.frame, view.environment, &settings);
+        let volume_around =
+            |position| Some(interiors.media_around(view, &volume_bounds, position).pop()?.volume);
+        let lamp_volumes = lights.iter().map(|light| light.position().and_then(volume_around)).collect();
         let is_path = settings.integrator == Integrator::Path;
         let [occluded_share, bounce_share] = match settings.integrator {
             Integrator::Path => [1.0, 0.0],
@@ -119,6 +124,7 @@ impl<'a> IntegratorContext<'a> {
             constant_materials: view.frame.materials.iter().map(is_constant).collect(),
             volume_bounds,
             camera_media,
+            lamp_volumes,
             emissive_triangles: is_path.then(|| EmissiveTriangles::new(view)),
             occluders: (traces_environment && has_receivers).then(|| OccluderSphere::of(view.frame)),
             environment_directions: traces_environment.then(|| EnvironmentDirections::new(view.environment)),
@@ -193,6 +199,12 @@ impl<'a> IntegratorContext<'a> {
             (Some(visible), Some(entry)) => visible.pdf(entry, direction),
             _ => self.view.environment.pdf(direction),
         }
+    }
+
+    /// Whether a light is in the volume that fills a space.
+    pub(super) fn is_lamp_within(&self, light: usize, space: &MediaStack) -> bool {
+        let volume = self.lamp_volumes[light];
+        volume.is_some() && volume == space.current().map(|medium| medium.volume)
     }
 
     /// The volumes in which all camera rays start; `None` where they are found for each ray.

@@ -143,6 +143,14 @@ impl PreparedLight {
         Self { color: light.color, intensity, emitter, size: settings.light_size, is_peak: false }
     }
 
+    /// Where the light is; `None` for distant lights.
+    pub(super) fn position(&self) -> Option<Vec3> {
+        match self.emitter {
+            Emitter::Distant { .. } => None,
+            Emitter::Point { position, .. } => Some(position),
+        }
+    }
+
     /// Whether the light is a peak of the environment, which rays see, too.
     pub(super) fn is_peak(&self) -> bool {
         self.is_peak

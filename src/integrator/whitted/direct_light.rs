@@ -25,7 +25,10 @@ impl Tracer<'_, '_> {
             }
             let wi = shading.world_from_local.transpose() * incidence.wi;
             let mut scattered = shading.bsdf.eval_by(shading.wo, wi, shading.terms);
-            if let Some((lobes, share)) = unbent_light.get_or_insert_with(|| UnbentLightLobes::of(shading)) {
+            let is_within = || self.context.is_lamp_within(index, &shading.state.media);
+            if let Some((lobes, share)) = unbent_light.get_or_insert_with(|| UnbentLightLobes::of(shading))
+                && !is_within()
+            {
                 scattered += (lobes.eval(shading.wo, wi) - scattered) * *share;
             }
             scattered *= wi.z.abs();

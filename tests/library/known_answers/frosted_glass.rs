@@ -400,3 +400,23 @@ fn what_stands_behind_frosted_glass_shows_in_the_dark_and_in_closed_rooms() {
         }
     }
 }
+
+#[test]
+fn lamps_in_a_frosted_volume_are_reflected_totally_within() {
+    // Camera and lamp in a cube of glass, and its side at 65 degrees, beyond the critical angle of 42.
+    let see = |integrator, roughness| {
+        let mut stage = super::path::stage(4096);
+        (stage.settings.integrator, stage.settings.max_depth) = (integrator, 1);
+        stage.add(
+            cuboid(Vec3::ZERO, Vec3::new(9.0, 1.0, 9.0)),
+            Material { volume: Some(Volume { thickness: 1.0, ..Volume::CLEAR }), ..frosted(roughness) },
+        );
+        stage.add_light(LightKind::Point, 10.0, Vec3::X * 2.1, Vec3::NEG_Y);
+        stage.look(Vec3::NEG_X * 2.1, Vec3::NEG_Y)
+    };
+    for roughness in [0.3, 0.5] {
+        let expected = see(Integrator::Path, roughness).truncate();
+        assert!(expected.x > 5.0);
+        assert_close(see(Integrator::Whitted, roughness), expected, 0.08 * expected.x);
+    }
+}

@@ -371,27 +371,29 @@ fn frosted_lamps_show_in_mirrors_and_behind_clear_glass() {
 }
 
 #[test]
-fn what_stands_behind_frosted_glass_shows_in_the_dark_and_in_closed_rooms() {
+fn what_stands_behind_frosted_glass_shows_in_the_dark_and_in_closed_spaces() {
     for volume in [None, Some(Volume { thickness: 1.0, ..Volume::CLEAR })] {
         let pane = match volume {
             None => rectangle(Vec3::ZERO, Vec3::X * 9.0, Vec3::Y * 9.0),
             Some(_) => cuboid(Vec3::ZERO, Vec3::new(9.0, 9.0, 0.01)),
         };
-        let see = |integrator, roughness, room: &(Primitive, Material), environment| {
+        let see = |integrator, roughness, around: &(Primitive, Material), environment| {
             let mut stage = super::path::stage(4096);
             (stage.settings.integrator, stage.settings.max_depth) = (integrator, 12);
             stage.environment = environment;
-            stage.add(room.0.clone(), room.1.clone());
+            stage.add(around.0.clone(), around.1.clone());
             stage.add(pane.clone(), Material { volume, ..frosted(roughness) });
             stage.look(Vec3::new(0.3, 0.2, 4.0), Vec3::ZERO).truncate()
         };
         let wall = (rectangle(Vec3::NEG_Z, Vec3::X * 50.0, Vec3::Y * 50.0), unlit(WALL));
-        let room = (cuboid(Vec3::ZERO, Vec3::splat(10.0)), Material { double_sided: true, ..unlit(WALL) });
+        let enclosure =
+            (cuboid(Vec3::ZERO, Vec3::splat(10.0)), Material { double_sided: true, ..unlit(WALL) });
         for roughness in [0.2, 0.5, 0.9] {
-            // Whitted's tree looks up what a closed room hides where light is reflected.
-            for (around, environment, tolerance) in
-                [(&wall, Environment::None, 0.02), (&room, Environment::Constant(Vec3::splat(0.5)), 0.06)]
-            {
+            // Whitted's tree looks up what a closed space hides where light is reflected.
+            for (around, environment, tolerance) in [
+                (&wall, Environment::None, 0.02),
+                (&enclosure, Environment::Constant(Vec3::splat(0.5)), 0.06),
+            ] {
                 let [whitted, path] = [Integrator::Whitted, Integrator::Path]
                     .map(|integrator| see(integrator, roughness, around, environment.clone()));
                 let off = (whitted - path).abs().max_element();

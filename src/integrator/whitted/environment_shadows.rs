@@ -8,13 +8,13 @@ use super::prefiltered_lobe::PrefilteredLobe;
 use super::shading::{Arrival, Shading};
 use super::shadow_queue::ShadowRay;
 use super::tracer::Tracer;
-use super::wavefront::BOUNCES;
+use super::wavefront::{BOUNCES, RaySignature};
 use crate::color::luminance;
 use crate::geometry::Ray;
 use crate::integrator::environment_directions::EnvironmentDirections;
 use crate::integrator::media::SurfaceMedia;
 use crate::integrator::zsobol::{DimensionKeys, SampleSequence};
-use crate::integrator::{EnvSamples, GlassShadows, LightPass, MediaStack};
+use crate::integrator::{EnvSamples, GlassShadows, LightPass, MediaStack, RayState};
 
 /// Lookups of one surface: two lobes of each side, three of dispersed glass, and a coat.
 const MAX_LOOKUPS: usize = 8;
@@ -225,6 +225,13 @@ impl Tracer<'_, '_> {
 }
 
 impl Tracer<'_, '_> {
+    /// The sample point of a ray that rough reflection sends where nothing is looked up.
+    pub(super) fn point_of_reflection(&mut self, signature: RaySignature, state: &RayState) -> Vec2 {
+        let sequence = self.sequences[state.sample as usize];
+        let ray = state.depth.saturating_sub(u32::from(BOUNCES));
+        self.point_of_ray(&sequence, signature.index() * MAX_LOOKUPS, ray).0
+    }
+
     /// The sample point of a ray through frosted glass, by the number of its lobe, and a random number. The lookups of such glass have no more
     /// numbers than are left.
     pub(super) fn point_of_frosted_glass(&mut self, shading: &Shading<'_, '_>, lobe: usize) -> (Vec2, f32) {

@@ -25,6 +25,7 @@ mod occluder_light;
 mod opaque_block;
 mod prefiltered_lobe;
 mod receivers;
+mod rough_reflection;
 mod sample_aovs;
 mod secondary_rays;
 mod shade;

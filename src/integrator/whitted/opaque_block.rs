@@ -10,6 +10,7 @@ use glam::{Mat3, Vec3};
 
 use super::local_frame::{local_frame, mirror_direction};
 use super::prefiltered_lobe::PrefilteredLobe;
+use super::rough_reflection::ReflectedLobe;
 use super::surface_hit::SurfaceHit;
 use super::traced_share::traced_share;
 use super::tracer::MIN_SCATTERED;
@@ -87,6 +88,8 @@ pub(super) struct ReflectedLanes {
     /// Share of the specular lobe that rays follow.
     traced_share: F32Lanes,
     albedos: AlbedoTermLanes,
+    /// Albedo of the specular lobe.
+    specular_albedo: Vec3Lanes,
     /// Weight of the mirror ray.
     pub(super) specular: Vec3Lanes,
     /// Irradiance of the environment, then the light of it that leaves the surface.
@@ -172,6 +175,19 @@ impl<'a> OpaqueBlock<'a> {
     }
 }
 
+impl OpaqueBlock<'_> {
+    /// The lobes of a lane.
+    pub(super) fn bsdf(
+        &self,
+        context: &IntegratorContext<'_>,
+        material: &Material,
+        lane: usize,
+    ) -> Option<Bsdf> {
+        let albedos = context.opaque_albedos.table(material)?.slice();
+        Some(BlockMaterial { material, albedos }.bsdf(&self.materials, lane))
+    }
+}
+
 impl MaterialLanes {
     #[inline(always)]
     fn set(&mut self, lane: usize, sample: &MaterialSample, weight: Vec3) {
@@ -252,7 +268,24 @@ impl ReflectedLanes {
             self.prefiltered_albedo.set(lane, prefiltered);
             let seen = prefiltered * self.prefiltered.get(lane);
             self.prefiltered.set(lane, if prefiltered_share > 0.0 { seen } else { Vec3::ZERO });
+            self.specular_albedo.set(lane, albedos.specular);
             self.specular.set(lane, weight * albedos.specular * self.traced_share[lane]);
+        }
+    }
+
+    /// The albedo of the specular lobe, and the share of it that the mirror ray follows.
+    pub(super) fn specular_albedo(&self, lane: usize) -> (Vec3, f32) {
+        (self.specular_albedo.get(lane), self.traced_share[lane])
+    }
+
+    /// The specular lobe of a lane.
+    pub(super) fn lobe<'b>(&self, bsdf: &'b Bsdf, lane: usize) -> ReflectedLobe<'b> {
+        ReflectedLobe {
+            bsdf,
+            terms: self.albedos.get(lane),
+            world_from_local: self.world_from_local(lane),
+            wo: self.wo.get(lane),
+            albedo: self.specular_albedo.get(lane),
         }
     }
 

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::local_frame::mirror_direction;
 use super::prefiltered_lobe::PrefilteredLobe;
+use super::rough_reflection::ReflectedLobe;
 use super::shading::{Arrival, Shading};
 use super::tracer::{MIN_WEIGHT, Tracer};
 use crate::bvh::Hit;
@@ -57,6 +58,9 @@ impl Tracer<'_, '_> {
         let coat_is_scattered = self.scatter_coat(shading);
         // Facets send their reflected rays with the refracted ones; what they leave of the lobe is wide enough to be looked up.
         let is_scattered = shading.facet_share > 0.0 || self.scatter_reflection(shading);
+        if !is_scattered {
+            self.follow_rough_reflection(shading);
+        }
         let mirrored = mirror_direction(shading.point.wo, shading.point.shading_normal);
         let (mut roughness, mut weight) = (shading.bsdf.widest_roughness(), Vec3::ZERO);
         if !is_scattered {
@@ -74,6 +78,16 @@ impl Tracer<'_, '_> {
             }
         }
         self.send_mirror_ray(&shading.arrival(), (mirrored, roughness), weight);
+    }
+
+    fn follow_rough_reflection(&mut self, shading: &Shading<'_, '_>) {
+        let Shading { bsdf, terms, world_from_local, wo, .. } = *shading;
+        let albedo = shading.albedos.specular;
+        let share = self.followed_reflection(albedo, shading.traced_share);
+        if share > 0.0 {
+            let lobe = ReflectedLobe { bsdf, terms, world_from_local, wo, albedo };
+            self.follow_reflection(&shading.arrival(), &lobe, shading.weight_below * share);
+        }
     }
 
     /// Sends the mirror ray of a lobe, unless it is too deep or too faint.

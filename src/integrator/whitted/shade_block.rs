@@ -22,7 +22,7 @@ impl Tracer<'_, '_> {
         let Some(mut block) = self.opaque_block.take() else { return };
         block.compute(self.context, wavefront, (material, hits));
         for (lane, hit) in hits.iter().enumerate() {
-            self.finish_hit(&block, wavefront, lane, hit);
+            self.finish_hit((&block, lane), wavefront, material, hit);
         }
         self.opaque_block = Some(block);
     }
@@ -30,9 +30,9 @@ impl Tracer<'_, '_> {
     /// Adds the light of a hit to its sample, queues its shadow rays and sends its mirror ray.
     fn finish_hit(
         &mut self,
-        block: &OpaqueBlock<'_>,
+        (block, lane): (&OpaqueBlock<'_>, usize),
         wavefront: &Wavefront,
-        lane: usize,
+        material: &Material,
         surface_hit: &SurfaceHit,
     ) {
         let SurfaceHit { slot, light_pass, .. } = *surface_hit;
@@ -78,5 +78,13 @@ impl Tracer<'_, '_> {
         let weight = block.reflected.specular.get(lane);
         let roughness = block.reflected.lobe_roughness[lane];
         self.send_mirror_ray(&arrival, (direction, roughness), weight);
+        let (albedo, traced_share) = block.reflected.specular_albedo(lane);
+        let share = self.followed_reflection(albedo, traced_share);
+        if share > 0.0
+            && let Some(bsdf) = block.bsdf(self.context, material, lane)
+        {
+            let lobe = block.reflected.lobe(&bsdf, lane);
+            self.follow_reflection(&arrival, &lobe, block.materials.weight.get(lane) * share);
+        }
     }
 }

@@ -1,0 +1,61 @@
+//! Rough reflection without an environment. There is no light to look up, so one sampled ray follows what a mirror ray leaves of a bright lobe: rough metals would be
+//! black but for highlights.
+
+use glam::{Mat3, Vec3};
+
+use super::secondary_rays::ChildRay;
+use super::shading::Arrival;
+use super::traced_share::smoothstep;
+use super::tracer::Tracer;
+use crate::bsdf::{AlbedoTerms, Bsdf};
+use crate::geometry::Ray;
+use crate::integrator::RayKind;
+use crate::integrator::random::Purpose;
+
+/// Between these albedos of a lobe the followed share rises from 0 to 1. Dielectrics reflect less, but at grazing angles.
+const FOLLOWED_ALBEDO: [f32; 2] = [0.3, 0.5];
+
+/// The specular lobe of a surface.
+pub(super) struct ReflectedLobe<'b> {
+    pub(super) bsdf: &'b Bsdf,
+    pub(super) terms: AlbedoTerms,
+    /// Columns are tangent, bitangent and normal.
+    pub(super) world_from_local: Mat3,
+    /// Local direction to the viewer.
+    pub(super) wo: Vec3,
+    /// Directional albedo.
+    pub(super) albedo: Vec3,
+}
+
+impl Tracer<'_, '_> {
+    /// Share of a specular lobe that a sampled ray follows, where a mirror ray follows `traced_share` of it.
+    pub(super) fn followed_reflection(&self, albedo: Vec3, traced_share: f32) -> f32 {
+        if traced_share == 1.0 || !self.context.follows_rough_reflection() {
+            return 0.0;
+        }
+        (1.0 - traced_share) * smoothstep(FOLLOWED_ALBEDO, albedo.max_element())
+    }
+
+    /// Sends the sampled ray. `weight` multiplies the radiance that the lobe reflects.
+    pub(super) fn follow_reflection(
+        &mut self,
+        arrival: &Arrival<'_, '_>,
+        lobe: &ReflectedLobe<'_>,
+        weight: Vec3,
+    ) {
+        let Arrival { signature, state, point, .. } = *arrival;
+        if !self.may_send(state, weight * lobe.albedo) {
+            return;
+        }
+        let u = self.point_of_reflection(signature, state);
+        let Some((wi, lobe_weight)) = lobe.bsdf.sample_reflection(lobe.wo, lobe.terms, u) else { return };
+        let direction = (lobe.world_from_local * wi).normalize();
+        if direction.dot(point.geometric_normal) <= 0.0 {
+            return;
+        }
+        let ray = Ray::new(point.origin_outside(), direction);
+        let seed = state.seed.child(Purpose::Reflection, 0, 1);
+        let child = ChildRay::sampled(ray, weight * lobe_weight, RayKind::Reflection, (state.channels, seed));
+        self.send_reflected(arrival, child);
+    }
+}

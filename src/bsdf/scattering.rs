@@ -132,6 +132,11 @@ impl Scattering {
         self.values(wi, SmoothLobes::Sharpest).0
     }
 
+    /// f · |cos θ_i| of diffuse transmission alone, for light from the other side.
+    pub fn eval_diffuse_transmission(&self, wi: Vec3) -> Vec3 {
+        self.albedos.diffuse_transmission * ((-wi.z).max(0.0) * FRAC_1_PI)
+    }
+
     /// Density over solid angle with which [`Scattering::sample`] samples `wi`; smooth lobes have none.
     pub fn pdf(&self, wi: Vec3) -> f32 {
         self.eval_and_pdf(wi).1

@@ -9,6 +9,7 @@ use super::random::{Purpose, Seed};
 use super::{ColorChannels, MediaStack, RayKind, RayState};
 use crate::frame::PosedCamera;
 use crate::geometry::{F32Lanes, LANES, Ray, Vec3Lanes, concentric_disk_point};
+use crate::integrator::lights::LightSet;
 use crate::interaction::RayDifferential;
 use crate::scene::Projection;
 
@@ -203,7 +204,7 @@ impl CameraRays {
             guide_share: 1.0,
             unguided_ratio: 1.0,
             sees_peaks: true,
-            lamps_are_shown: false,
+            shown_lamps: LightSet::default(),
             blur: 0.0,
             environment_lobe: None,
             depth: 0,

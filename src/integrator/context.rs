@@ -72,7 +72,7 @@ pub struct IntegratorContext<'a> {
     pub(super) traced_samples: f32,
     /// Share of what the occluders of those rays reflect for which the occluders are found; the rest is estimated without.
     pub(super) bounce_share: f32,
-    /// Sample points of paths and of shadow rays to the environment.
+    /// Sample points of paths, of shadow rays to the environment and of rays that follow rough lobes.
     pub(super) sample_points: Option<ZSobol>,
     /// Whether the seed of any ray state decides about its light.
     pub(super) uses_seeds: bool,
@@ -95,11 +95,13 @@ impl<'a> IntegratorContext<'a> {
         let interiors = Interiors::of(&view.frame.materials);
         let volume_bounds = interiors.bounds(view.frame);
         let camera_media = interiors.media_around(view, &volume_bounds, camera_position);
+        let is_path = settings.integrator == Integrator::Path;
         let lights = lights::gather(view.frame, view.environment, &settings);
         let volume_around =
             |position| Some(interiors.media_around(view, &volume_bounds, position).pop()?.volume);
-        let lamp_volumes = lights.iter().map(|light| light.position().and_then(volume_around)).collect();
-        let is_path = settings.integrator == Integrator::Path;
+        let lamp_volume =
+            |light: &PreparedLight| light.position().filter(|_| !is_path).and_then(volume_around);
+        let lamp_volumes = lights.iter().map(lamp_volume).collect();
         let [occluded_share, bounce_share] = match settings.integrator {
             Integrator::Path => [1.0, 0.0],
             Integrator::Whitted if view.environment.is_lit() => traced_shares(view, settings.env_samples),

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::color_channels::ColorChannels;
 use super::light_pass::LightPass;
+use super::lights::LightSet;
 use super::media::MediaStack;
 use super::random::Seed;
 use super::whitted::PrefilteredLobe;
@@ -33,9 +34,9 @@ pub struct RayState {
     pub unguided_ratio: f32,
     /// Whether a ray of Whitted's tree sees the peaks of the environment: not where its last surface shows them as highlights.
     pub sees_peaks: bool,
-    /// Whether frosted glass before the ray of Whitted's tree showed the lamps beyond. Their light passes glass straight, so frosted glass that the ray
-    /// finds does not show it once more.
-    pub lamps_are_shown: bool,
+    /// The lamps that an earlier surface of a ray of Whitted's tree showed. Their light passes glass straight, so frosted glass that the ray finds does not show them
+    /// once more.
+    pub(crate) shown_lamps: LightSet,
     /// Sum of α² of the rough lobes that the ray stands for in Whitted's tree: they blur the environment that it sees.
     pub blur: f32,
     /// The prefiltered lobe that a ray of Whitted's tree finds where it reaches the environment, instead of its direction.

@@ -36,10 +36,14 @@ impl Tracer<'_, '_> {
         for (index, light) in context.lights.iter().enumerate() {
             let Some(sample) = light.sample(shaded.point.position, u_point) else { continue };
             let Some(wi) = shaded.local(sample.wi) else { continue };
-            if shaded.has_passed_straight(wi) && context.settings.glass_shadows == GlassShadows::Straight {
-                continue;
-            }
-            let contribution = shaded.weight * shaded.scattering.eval_with_smooth(wi) * sample.irradiance;
+            let has_passed =
+                shaded.has_passed_straight(wi) && context.settings.glass_shadows == GlassShadows::Straight;
+            let scattered = if has_passed {
+                shaded.scattering.eval_diffuse_transmission(wi)
+            } else {
+                shaded.scattering.eval_with_smooth(wi)
+            };
+            let contribution = shaded.weight * scattered * sample.irradiance;
             let importance = luminance(contribution);
             if !(importance > 0.0 && importance < f32::INFINITY) {
                 continue;

@@ -4,7 +4,8 @@ use std::time::Instant;
 
 use glam::Vec3;
 
-use super::frosted_glass::{TransmittedLampLight, UnbentLightLobes};
+use super::frosted_glass::UnbentLightLobes;
+use super::lamps_through_glass::TransmittedLampLight;
 use super::shading::Shading;
 use super::shadow_queue::{ShadowQueue, ShadowRay, ShadowTask};
 use super::tracer::{MIN_SCATTERED, Tracer, seconds_since};
@@ -15,28 +16,32 @@ use crate::integrator::path::clamped;
 impl Tracer<'_, '_> {
     /// Queues a shadow ray for each light that a surface scatters towards the viewer.
     pub(super) fn queue_direct_light(&mut self, shading: &Shading<'_, '_>) {
-        let glass_shadows = self.context.settings.glass_shadows;
+        let context = self.context;
         let (mut unbent_light, mut transmitted) = (None, None);
-        for (index, light) in self.context.lights.iter().enumerate() {
+        for (index, light) in context.lights.iter().enumerate() {
             let incidence = self.block_incidences[index].get(shading.index);
             let is_reached = incidence.irradiance.max_element() > 0.0;
             if !is_reached {
                 continue;
             }
             let wi = shading.world_from_local.transpose() * incidence.wi;
-            let mut scattered = shading.bsdf.eval_by(shading.wo, wi, shading.terms);
-            let is_within = || self.context.is_lamp_within(index, &shading.state.media);
-            if let Some((lobes, share)) = unbent_light.get_or_insert_with(|| UnbentLightLobes::of(shading))
-                && !is_within()
-            {
-                scattered += (lobes.eval(shading.wo, wi) - scattered) * *share;
-            }
-            scattered *= wi.z.abs();
-            if wi.z < 0.0 {
+            let through_glass = if wi.z < 0.0 {
                 let transmitted =
-                    transmitted.get_or_insert_with(|| TransmittedLampLight::of(shading, glass_shadows));
-                scattered = transmitted.scattered(wi, scattered, light.is_peak());
-            }
+                    transmitted.get_or_insert_with(|| TransmittedLampLight::of(context, shading));
+                transmitted.scattered((index, light), (shading.point, &incidence), wi)
+            } else {
+                None
+            };
+            let scattered = through_glass.unwrap_or_else(|| {
+                let mut scattered = shading.bsdf.eval_by(shading.wo, wi, shading.terms);
+                let unbent_light = unbent_light.get_or_insert_with(|| UnbentLightLobes::of(shading));
+                if let Some((lobes, share)) = unbent_light
+                    && !context.is_lamp_within(index, &shading.state.media)
+                {
+                    scattered += (lobes.eval(shading.wo, wi) - scattered) * *share;
+                }
+                scattered * wi.z.abs()
+            });
             let mut scattered = shading.weight_below * scattered;
             let by_coat = shading.coat.map_or(0.0, |coat| coat.scattered(incidence.wi));
             if by_coat > 0.0 {

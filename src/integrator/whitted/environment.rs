@@ -97,7 +97,7 @@ impl Tracer<'_, '_> {
                 continue;
             };
             let mut seen = environment.prefiltered(lobe.direction, lobe.roughness);
-            if shading.transmits_peaks() {
+            if self.transmits_peaks(shading) {
                 seen += self.peaks_in_lobe(lobe);
             }
             let albedo = reached * (albedo * prefiltered_share);

@@ -1,4 +1,4 @@
-//! Frosted glass. Without glossy samples, one sampled ray follows the transmitted lobe where shadow rays decide about the environment's light. From the
+//! Frosted glass. Without glossy samples, one sampled ray follows the transmitted lobe. From the
 //! denser side of volumes, rays follow facets, which reflect and refract; those of glossy samples do, too.
 //!
 //! So what stands behind the glass is seen, blurred and bent by both of its surfaces; a lookup knows only one of them. Where the ray reaches the environment
@@ -17,7 +17,7 @@ use super::tracer::Tracer;
 use crate::bsdf::{AlbedoTerms, Bsdf, FacetSample, Scattering};
 use crate::geometry::Ray;
 use crate::integrator::random::Purpose;
-use crate::integrator::{ColorChannels, GlassShadows, RayKind, RayState, Seed};
+use crate::integrator::{ColorChannels, RayKind, RayState, Seed};
 
 /// The deepest bounce at which a facet sends a reflected and a refracted ray; deeper ones send either.
 const MAX_SPLIT_DEPTH: u32 = 1;
@@ -152,7 +152,7 @@ impl Tracer<'_, '_> {
 
 /// The lobes that scatter the light of lamps on frosted glass, seen from within a volume.
 ///
-/// Such light arrives unbent. Between the media in the other order it is reflected as on the same path outside, and nowhere totally.
+/// Such light arrives unbent, but from lamps within the volume. Between the media in the other order it is reflected as on the same path outside, and nowhere totally.
 pub(super) struct UnbentLightLobes {
     bsdf: Bsdf,
     terms: AlbedoTerms,
@@ -173,37 +173,6 @@ impl UnbentLightLobes {
     /// Value of the lobes for a local direction of light.
     pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         self.bsdf.eval_by(wo, wi, self.terms)
-    }
-}
-
-/// The light of lamps that a surface transmits.
-pub(super) struct TransmittedLampLight {
-    /// The lobes of frosted glass.
-    frosted: Option<Scattering>,
-    is_thin: bool,
-    /// Whether the lamps beyond the surface reached an earlier one straight through it.
-    was_shown: bool,
-}
-
-impl TransmittedLampLight {
-    /// The light that a surface transmits.
-    pub(super) fn of(shading: &Shading<'_, '_>, glass_shadows: GlassShadows) -> Self {
-        let passes_straight = glass_shadows == GlassShadows::Straight;
-        let was_shown =
-            passes_straight && shading.state.lamps_are_shown && shading.material.transmission > 0.0;
-        let is_frosted = !was_shown && shading.is_frosted();
-        let frosted = is_frosted.then(|| Scattering::new(*shading.bsdf, shading.wo, None));
-        Self { frosted, is_thin: shading.material.thin, was_shown }
-    }
-
-    /// f · |cos θ_i| for a lamp in the local direction `wi`, which is `unfrosted` on all other surfaces. A volume sends rays that see the peaks of the
-    /// environment.
-    pub(super) fn scattered(&self, wi: Vec3, unfrosted: Vec3, is_peak: bool) -> Vec3 {
-        match &self.frosted {
-            _ if self.was_shown => Vec3::ZERO,
-            Some(frosted) if self.is_thin || !is_peak => frosted.eval(wi),
-            _ => unfrosted,
-        }
     }
 }
 

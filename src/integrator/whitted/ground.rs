@@ -10,6 +10,7 @@ use super::tracer::{MIN_WEIGHT, Tracer};
 use super::wavefront::RaySlot;
 use crate::bsdf::dielectric_reflectance;
 use crate::geometry::Ray;
+use crate::integrator::lights::LightSet;
 use crate::integrator::random::Purpose;
 use crate::integrator::{LightPass, RayKind, RayState, TRANSPARENCY_LIMIT};
 use crate::interaction::{alpha_at, catches_shadows};
@@ -67,6 +68,7 @@ impl Tracer<'_, '_> {
         let child = RayState {
             differential: state.differential.mirrored(ray.direction, t, ground.up),
             touching: None,
+            shown_lamps: LightSet::default(),
             weight,
             kind: RayKind::GroundReflection,
             light_pass: light_pass.or(Some(LightPass::Reflection)),

@@ -20,6 +20,7 @@ mod environment_shadows;
 mod frosted_glass;
 mod glossy;
 mod ground;
+mod lamps_through_glass;
 mod local_frame;
 mod occluder_light;
 mod opaque_block;

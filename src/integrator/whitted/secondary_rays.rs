@@ -9,6 +9,7 @@ use super::shading::{Arrival, Shading};
 use super::tracer::{MIN_WEIGHT, Tracer};
 use crate::bvh::Hit;
 use crate::geometry::Ray;
+use crate::integrator::lights::LightSet;
 use crate::integrator::random::Purpose;
 use crate::integrator::{ColorChannels, LightPass, MediaStack, RayKind, RayState, Seed};
 use crate::interaction::RayDifferential;
@@ -26,6 +27,8 @@ pub(super) struct ChildRay {
     pub(super) kind: RayKind,
     pub(super) channels: ColorChannels,
     pub(super) seed: Seed,
+    /// Whether the direction was sampled from a rough lobe.
+    pub(super) is_sampled: bool,
 }
 
 /// Where a child ray goes on.
@@ -36,8 +39,8 @@ struct Beyond {
     touching: Option<Box<Hit>>,
     /// See [`RayState::sees_peaks`].
     sees_peaks: bool,
-    /// See [`RayState::lamps_are_shown`].
-    lamps_are_shown: bool,
+    /// See [`RayState::shown_lamps`].
+    shown_lamps: LightSet,
 }
 
 impl ChildRay {
@@ -48,7 +51,7 @@ impl ChildRay {
         kind: RayKind,
         (channels, seed): (ColorChannels, Seed),
     ) -> Self {
-        Self { ray, weight, roughness: 0.0, environment_lobe: None, kind, channels, seed }
+        Self { ray, weight, roughness: 0.0, environment_lobe: None, kind, channels, seed, is_sampled: true }
     }
 }
 
@@ -104,7 +107,16 @@ impl Tracer<'_, '_> {
             let (kind, channels) = (RayKind::Reflection, state.channels);
             self.send_reflected(
                 arrival,
-                ChildRay { ray, weight, roughness, environment_lobe: None, kind, channels, seed },
+                ChildRay {
+                    ray,
+                    weight,
+                    roughness,
+                    environment_lobe: None,
+                    kind,
+                    channels,
+                    seed,
+                    is_sampled: false,
+                },
             );
         }
     }
@@ -146,7 +158,16 @@ impl Tracer<'_, '_> {
             let kind = RayKind::Refraction;
             self.send(
                 shading,
-                ChildRay { ray, weight, roughness, environment_lobe: None, kind, channels, seed },
+                ChildRay {
+                    ray,
+                    weight,
+                    roughness,
+                    environment_lobe: None,
+                    kind,
+                    channels,
+                    seed,
+                    is_sampled: false,
+                },
             );
         }
     }
@@ -183,8 +204,8 @@ impl Tracer<'_, '_> {
         let beyond = Beyond {
             media: side.media.clone(),
             touching: side.touching.map(Box::new),
-            sees_peaks: shading.transmits_peaks(),
-            lamps_are_shown: shading.state.lamps_are_shown || shading.is_frosted(),
+            sees_peaks: self.transmits_peaks(shading),
+            shown_lamps: self.shown_beyond(shading),
         };
         self.push_child(&arrival, child, differential, beyond);
     }
@@ -193,10 +214,8 @@ impl Tracer<'_, '_> {
     pub(super) fn send_reflected(&mut self, arrival: &Arrival<'_, '_>, child: ChildRay) {
         let state = arrival.state;
         let differential = arrival.point.reflected_differential(self.context.view.frame, &state.differential);
-        // Outside of volumes, a mirror shows what no ray before it did.
-        let lamps_are_shown = state.lamps_are_shown && !state.media.is_empty();
-        let beyond =
-            Beyond { media: state.media.clone(), touching: None, sees_peaks: false, lamps_are_shown };
+        let shown_lamps = self.shown_before(arrival, &child);
+        let beyond = Beyond { media: state.media.clone(), touching: None, sees_peaks: false, shown_lamps };
         self.push_child(arrival, child, differential, beyond);
     }
 
@@ -207,8 +226,8 @@ impl Tracer<'_, '_> {
         differential: RayDifferential,
         beyond: Beyond,
     ) {
-        let Beyond { media, touching, sees_peaks, lamps_are_shown } = beyond;
-        let ChildRay { ray, weight, roughness, environment_lobe, kind, channels, seed } = child;
+        let Beyond { media, touching, sees_peaks, shown_lamps } = beyond;
+        let ChildRay { ray, weight, roughness, environment_lobe, kind, channels, seed, .. } = child;
         let light_pass = arrival.light_pass.or(match kind {
             RayKind::Camera => None,
             RayKind::Reflection | RayKind::GroundReflection => Some(LightPass::Reflection),
@@ -224,7 +243,7 @@ impl Tracer<'_, '_> {
             channels,
             light_pass,
             sees_peaks,
-            lamps_are_shown,
+            shown_lamps,
             blur: arrival.state.blur + (roughness * roughness) * (roughness * roughness),
             environment_lobe,
             depth,

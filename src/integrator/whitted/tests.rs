@@ -184,29 +184,6 @@ fn a_share_of_the_shadows_takes_fewer_rays_and_is_that_share_on_average() {
 }
 
 #[test]
-fn a_share_of_frosted_glass_is_followed_on_average() {
-    let environment = Environment::BuiltIn(BuiltInLight::Studio);
-    with_context("environment/frosted_glass", &environment, |context, camera| {
-        // A pixel of the pane
-        let offsets: Vec<Vec2> =
-            (0..1024).map(|index| Vec2::new((index % 32) as f32, (index / 32) as f32) / 32.0).collect();
-        let samples = CameraSamples { pixels: &[(1, 6)], offsets: &offsets, first_index: 0, may_hit: true };
-        let light = |occluded_share: f32| {
-            let mut context = context.clone();
-            (context.occluded_share, context.bounce_share) = (occluded_share, 0.0);
-            let mut tracer = Tracer::new(&context);
-            tracer.trace(camera, &samples).iter().map(|value| value.radiance.element_sum()).sum::<f32>()
-        };
-        let [open, followed] = [0.0, 1.0].map(light);
-        assert!((followed / open - 1.0).abs() > 0.2, "{followed} of {open}");
-        for share in [0.01, 0.3, 0.7] {
-            let found = (light(share) - open) / (followed - open);
-            assert!((found - share).abs() < 0.05, "{found} for {share}");
-        }
-    });
-}
-
-#[test]
 fn fewer_samples_trace_shadows_only_where_each_pixel_has_its_part() {
     let of = |samples: u32, max_samples: u32, occluded_share: f32| {
         let settings = IntegratorSettings { samples, max_samples, ..IntegratorSettings::default() };

@@ -247,10 +247,10 @@ fn the_back_of_single_sided_occluders_is_not_lit() {
 }
 
 /// The direction to the sun of [`sunny`]: 10° above the horizon and 60° from the wall's normal.
-const TO_SUN: Vec3 = Vec3::new(0.852_87, 0.173_65, 0.492_40);
+pub(super) const TO_SUN: Vec3 = Vec3::new(0.852_87, 0.173_65, 0.492_40);
 
 /// A sun of one degree on a dim sky.
-fn sunny(sun: [f32; 3]) -> Result<Environment> {
+pub(super) fn sunny(sun: [f32; 3]) -> Result<Environment> {
     let (width, height) = (1024, 512);
     let pixel = |index: u32| {
         let [u, v] = [index % width, index / width].map(|texel| f64::from(texel) + 0.5);

@@ -1,14 +1,15 @@
-//! What stands behind frosted glass and paper, in the environment's light.
+//! What stands behind frosted glass and paper, and lamps that shine through them.
 
 use glam::{Vec3, Vec4};
 use rayframe::film::PixelWindow;
-use rayframe::render::{EnvSamples, Integrator};
+use rayframe::render::{EnvSamples, GlassShadows, Integrator};
 use rayframe::scene::{
     AlphaMode, Anisotropy, ClearCoat, DiffuseTransmission, Environment, LightKind, Material, Primitive,
     Projection, Transmission, Volume,
 };
 use scene_builder::shapes::TriangleMesh;
 
+use super::environment_shadows::{TO_SUN, sunny};
 use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
 
 /// Half the width of what is seen: it hides next to nothing of the environment from the wall.
@@ -326,7 +327,7 @@ fn volumes_glow_by_lamps_in_and_behind_them_as_paths_see_them() {
 
 #[test]
 fn lamps_show_once_through_several_frosted_surfaces() {
-    // A volume in uniform light has shadow rays, so that a sampled ray finds its far side.
+    // A sampled ray finds the far side, in the dark and in light of an environment.
     let volume = Material { volume: Some(Volume { thickness: 1.0, ..Volume::CLEAR }), ..frosted(0.6) };
     let pane = |z: f32| (rectangle(Vec3::Z * z, Vec3::X * 9.0, Vec3::Y * 9.0), frosted(0.6));
     for seen in [vec![(sphere(1.0), volume)], vec![pane(1.0), pane(0.0)]] {
@@ -420,5 +421,80 @@ fn lamps_in_a_frosted_volume_are_reflected_totally_within() {
         let expected = see(Integrator::Path, roughness).truncate();
         assert!(expected.x > 5.0);
         assert_close(see(Integrator::Whitted, roughness), expected, 0.08 * expected.x);
+    }
+}
+
+#[test]
+fn frosted_walls_that_a_lamp_lights_from_beside_show_through_others() {
+    // The lamp is before the first pane and behind the second one, which is at a right angle to it.
+    let pane = |u, v| (rectangle(Vec3::ZERO, u, v), frosted(0.6));
+    let first = pane(Vec3::X * 9.0, Vec3::Y * 9.0);
+    let mut second = pane(Vec3::Y * 9.0, Vec3::Z * 0.9);
+    second.0.positions.iter_mut().for_each(|position| *position += Vec3::new(-0.5, 0.0, -1.0));
+    let lamp = Vec3::new(-8.0, 0.0, 4.0);
+    let see = |seen: &[(Primitive, Material)]| {
+        by_a_lamp(Integrator::Whitted, seen, lamp, |stage| stage.settings.max_depth = 2).x
+    };
+    let (alone, both) = (see(std::slice::from_ref(&first)), see(&[first.clone(), second]));
+    assert!(both > alone + 1e-3, "{both} with the second pane, {alone} without");
+}
+
+#[test]
+fn glass_that_transmits_diffusely_keeps_that_light_behind_frosted_glass() {
+    let through = DiffuseTransmission { factor: 1.0, texture: None, color: Vec3::ONE, color_texture: None };
+    let pane = |z: f32| {
+        let transmission = Some(Transmission { factor: 0.2, texture: None });
+        let material = Material { transmission, diffuse_transmission: Some(through), ..frosted(0.6) };
+        (rectangle(Vec3::Z * z, Vec3::X * 90.0, Vec3::Y * 90.0), material)
+    };
+    let see = |integrator| {
+        by_a_lamp(integrator, &[pane(0.2), pane(0.0)], Vec3::new(30.0, 0.0, -30.0), |stage| {
+            stage.settings.max_depth = 8;
+        })
+    };
+    // Paths bounce between the panes, too.
+    let (whitted, path) = (see(Integrator::Whitted), see(Integrator::Path));
+    println!("{whitted} {path}");
+}
+
+#[test]
+fn opaque_glass_shadows_leave_lamps_to_the_last_frosted_surface() {
+    let see = |lamp, glass_shadows| {
+        let volume = Material { volume: Some(Volume { thickness: 1.0, ..Volume::CLEAR }), ..frosted(0.6) };
+        by_a_lamp(Integrator::Whitted, &[(sphere(1.0), volume)], lamp, |stage| {
+            (stage.settings.glass_shadows, stage.settings.max_depth) = (glass_shadows, 2);
+        })
+        .x
+    };
+    let within = [GlassShadows::Straight, GlassShadows::Opaque].map(|shadows| see(Vec3::ZERO, shadows));
+    assert_eq!(within[0], within[1]);
+    let behind = see(Vec3::NEG_Z * 3.0, GlassShadows::Opaque);
+    assert!(behind > 1.0, "{behind}");
+}
+
+#[test]
+fn suns_show_behind_a_frosted_volume_and_a_frosted_pane() {
+    let sunny = sunny([20_000.0; 3]).unwrap();
+    let side = TO_SUN.any_orthonormal_vector();
+    let across = TO_SUN.cross(side);
+    let volume = Material { volume: Some(Volume { thickness: 1.0, ..Volume::CLEAR }), ..frosted(0.5) };
+    let pane = (rectangle(TO_SUN * 3.0, side * 90.0, across * 90.0), frosted(0.5));
+    let see = |integrator, seen: &[(Primitive, Material)]| {
+        let mut stage = super::path::stage(4096);
+        (stage.settings.integrator, stage.settings.max_depth) = (integrator, 12);
+        stage.environment = sunny.clone();
+        for (primitive, material) in seen {
+            stage.add(primitive.clone(), material.clone());
+        }
+        stage.look(TO_SUN * -4.0 + side * 0.4, side * 0.4).x
+    };
+    let ball = (sphere(1.0), volume);
+    // Alone, the ball is looked up where it sends refracted rays, which is an estimate.
+    for (seen, has_pane) in
+        [(vec![ball.clone()], false), (vec![pane.clone()], true), (vec![ball, pane], true)]
+    {
+        let (whitted, path) = (see(Integrator::Whitted, &seen), see(Integrator::Path, &seen));
+        let tolerance = if has_pane { 0.05 } else { 0.3 };
+        assert!(path > 2.0 && (whitted / path - 1.0).abs() < tolerance, "{whitted} instead of {path}");
     }
 }

@@ -9,7 +9,7 @@ use rayframe::scene::{
     ClearCoat, Environment, EnvironmentImage, EnvironmentMap, Material, Projection, Transmission,
 };
 
-use crate::stage::{Stage, assert_close, black_gloss, lambert, rectangle, unlit};
+use crate::stage::{Stage, assert_close, black_gloss, cuboid, lambert, rectangle, unlit};
 
 /// Unpolarised Fresnel reflectance with Snell refraction, in f64.
 fn fresnel(cos_i: f64, n: f64) -> f32 {
@@ -224,4 +224,33 @@ fn a_lambert_wall_in_a_mirror_is_lit_like_one_seen_directly() {
     let mirrored = stage.look(Vec3::new(1.0, 1.0, 0.0), Vec3::ZERO);
     assert_close(direct, Vec3::splat(1.5 / std::f32::consts::PI), 1e-5);
     assert_close(mirrored, direct.truncate(), 1e-5);
+}
+
+#[test]
+fn rough_metals_show_what_is_around_them_without_an_environment() {
+    // In a box of radiance 1 a white metal is invisible, at any roughness.
+    for roughness in [0.2, 0.3, 0.5, 1.0] {
+        let see = |is_coated: bool| {
+            let mut stage = super::path::stage(4096);
+            stage.settings.integrator = Integrator::Whitted;
+            stage.add(
+                cuboid(Vec3::ZERO, Vec3::splat(9.0)),
+                Material { double_sided: true, ..unlit(Vec3::ONE) },
+            );
+            let clear_coat = is_coated.then_some(ClearCoat {
+                factor: 0.0,
+                texture: None,
+                roughness: 0.0,
+                roughness_texture: None,
+                normal_texture: None,
+            });
+            let material = Material { metallic: 1.0, roughness, clear_coat, ..lambert(Vec3::ONE) };
+            stage.add(rectangle(Vec3::ZERO, Vec3::X, Vec3::Y), material);
+            stage.look(Vec3::new(2.0, 0.0, 2.0), Vec3::ZERO)
+        };
+        // Hits are shaded in blocks, and one by one where there is a coat.
+        for is_coated in [false, true] {
+            assert_close(see(is_coated), Vec3::ONE, 0.01);
+        }
+    }
 }

@@ -6,6 +6,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::photon_sources::{EmittedPhoton, PhotonSources};
+use crate::integrator::lights::LightSet;
 use crate::integrator::path::LastScatter;
 use crate::integrator::random::Seed;
 use crate::integrator::whitted::Tracer;
@@ -144,7 +145,7 @@ impl<'c, 'a> PhotonTracing<'c, 'a> {
                 guide_share: 1.0,
                 unguided_ratio: 1.0,
                 sees_peaks: true,
-                lamps_are_shown: false,
+                shown_lamps: LightSet::default(),
                 blur: 0.0,
                 environment_lobe: None,
                 depth: 0,

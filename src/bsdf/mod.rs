@@ -141,7 +141,7 @@ impl Bsdf {
     ///
     /// On the side of `wo`: diffuse and specular reflection. On the other side: diffuse transmission, and for thin walls the GGX lobe
     /// around the straight direction. Light passes the surface of a volume by refracted rays, and that of punctual lights by the
-    /// straight shadow rays of the integrator, never by this lobe.
+    /// straight shadow rays of the integrator or by the lobe of [`Scattering`], never by this one.
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         self.eval_by(wo, wi, self.albedo_terms(wo))
     }

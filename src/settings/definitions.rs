@@ -179,7 +179,7 @@ settings! {
     /// . Light that they focus, caustics, becomes soft and much less noisy: biased, and off by default
     regularize: Flag = false, Image {}
     /// Rays traced for the first rough reflection or transmission; later ones trace one
-    /// . 0 uses the prefiltered environment, except that one ray a sample follows frosted glass, unless --env-samples 0 leaves out the shadows of an environment
+    /// . 0 uses the prefiltered environment, except that one ray a sample follows frosted glass, unless --env-samples 0 leaves out the shadows of an environment, and rough metals where there is none
     glossy: Whole<u32, 0, 4096> = 0, Image { value_name: "N" }
     /// Shadow rays of the whitted integrator towards the environment
     /// for each lookup at the first surface; surfaces in mirrors and behind glass send one. What stops a ray of the first surface is found and lit, so that light of the environment bounces once. 0 lights surfaces as if nothing stood around them. auto is 1, or 4 on shadow catchers and the ground, except where what casts shadows fills a small part of the sky; but where the camera is inside a closed space

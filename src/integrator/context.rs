@@ -22,7 +22,7 @@ use crate::color::luminance;
 use crate::frame::{Frame, transmits};
 use crate::geometry::{Aabb, Ray, spiral_direction};
 use crate::interaction::is_constant;
-use crate::scene::{Environment, KeyLight, Material, Projection};
+use crate::scene::{Environment, KeyLight, Projection};
 use crate::scene_view::SceneView;
 
 /// Automatic shadows of the environment begin where a camera sees it in this share of all directions, and are full at the second share.
@@ -108,11 +108,9 @@ impl<'a> IntegratorContext<'a> {
             Integrator::Whitted => [0.0; 2],
         };
         let traces_environment = !is_path && occluded_share > 0.0;
-        let is_sampled = |material: &Material| {
-            transmits(material) || material.metallic > 0.0 && !view.environment.is_lit()
-        };
-        let has_sampled_lobes =
-            follows_frosted_glass(view, &settings) && view.frame.materials.iter().any(is_sampled);
+        let follows_rough_lobes = !is_path
+            && (follows_rough_reflection(view, &settings)
+                || follows_frosted_glass(view, &settings) && view.frame.materials.iter().any(transmits));
         // Shadow rays find the rest of the light of the environment on the ground.
         let on_ground =
             settings.ground.map_or(0.0, |ground| luminance(view.environment.irradiance(ground.up)));
@@ -139,7 +137,7 @@ impl<'a> IntegratorContext<'a> {
             occluded_share,
             traced_samples: traced_samples(occluded_share, &settings),
             bounce_share,
-            sample_points: (is_path || traces_environment || has_sampled_lobes)
+            sample_points: (is_path || traces_environment || follows_rough_lobes)
                 .then(|| sample_points(view.frame, &settings)),
             uses_seeds: uses_seeds(view.frame, &settings),
             peaks: view.environment.peaks(),
@@ -185,7 +183,7 @@ impl<'a> IntegratorContext<'a> {
 
     /// Whether a sampled ray of Whitted's tree follows bright rough reflection: where there is no environment to look up.
     pub(super) fn follows_rough_reflection(&self) -> bool {
-        !self.view.environment.is_lit() && self.settings.glossy_samples == 0
+        follows_rough_reflection(self.view, &self.settings)
     }
 
     /// Whether [`IntegratorContext::sample_environment`] samples a direction.
@@ -253,6 +251,11 @@ fn traced_shares(view: SceneView<'_>, env_samples: EnvSamples) -> [f32; 2] {
             })
         }
     }
+}
+
+/// See [`IntegratorContext::follows_rough_reflection`].
+fn follows_rough_reflection(view: SceneView<'_>, settings: &IntegratorSettings) -> bool {
+    !view.environment.is_lit() && settings.glossy_samples == 0
 }
 
 /// See [`IntegratorContext::follows_frosted_glass`].

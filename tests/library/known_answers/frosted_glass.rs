@@ -441,20 +441,23 @@ fn frosted_walls_that_a_lamp_lights_from_beside_show_through_others() {
 
 #[test]
 fn glass_that_transmits_diffusely_keeps_that_light_behind_frosted_glass() {
-    let through = DiffuseTransmission { factor: 1.0, texture: None, color: Vec3::ONE, color_texture: None };
-    let pane = |z: f32| {
+    let pane = |z: f32, factor| {
+        let through = DiffuseTransmission { factor, texture: None, color: Vec3::ONE, color_texture: None };
         let transmission = Some(Transmission { factor: 0.2, texture: None });
-        let material = Material { transmission, diffuse_transmission: Some(through), ..frosted(0.6) };
-        (rectangle(Vec3::Z * z, Vec3::X * 90.0, Vec3::Y * 90.0), material)
+        let base_color = Vec4::new(0.5, 0.5, 0.5, 1.0);
+        let glass =
+            Material { transmission, diffuse_transmission: Some(through), base_color, ..frosted(0.6) };
+        (rectangle(Vec3::Z * z, Vec3::X * 90.0, Vec3::Y * 90.0), glass)
     };
-    let see = |integrator| {
-        by_a_lamp(integrator, &[pane(0.2), pane(0.0)], Vec3::new(30.0, 0.0, -30.0), |stage| {
-            stage.settings.max_depth = 8;
-        })
-    };
-    // Paths bounce between the panes, too.
-    let (whitted, path) = (see(Integrator::Whitted), see(Integrator::Path));
-    println!("{whitted} {path}");
+    let [whitted, path] = [Integrator::Whitted, Integrator::Path].map(|integrator| {
+        let [without, with] = [0.0, 1.0].map(|factor| {
+            let seen = [pane(0.2, 0.0), pane(0.0, factor)];
+            by_a_lamp(integrator, &seen, Vec3::new(30.0, 0.0, -30.0), |stage| stage.settings.max_depth = 1).x
+        });
+        assert!(with > 5.0 * without && without > 0.0, "{integrator:?}: {with} {without}");
+        with
+    });
+    assert!((whitted / path - 1.0).abs() < 0.01, "{whitted} {path}");
 }
 
 #[test]

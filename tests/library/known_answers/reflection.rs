@@ -254,3 +254,15 @@ fn rough_metals_show_what_is_around_them_without_an_environment() {
         }
     }
 }
+
+#[test]
+fn grazing_views_of_rough_dielectrics_show_what_is_around_them_without_an_environment() {
+    // No surface is a metal or glass.
+    let mut stage = super::path::stage(4096);
+    stage.settings.integrator = Integrator::Whitted;
+    stage.add(cuboid(Vec3::ZERO, Vec3::splat(9.0)), Material { double_sided: true, ..unlit(Vec3::ONE) });
+    let floor = Material { roughness: 0.3, ..black_gloss(1.5) };
+    stage.add(rectangle(Vec3::ZERO, Vec3::X, Vec3::Y), floor);
+    let [steep, grazing] = [1.0, 0.02].map(|height| stage.look(Vec3::new(2.0, 0.0, height), Vec3::ZERO).x);
+    assert!(steep < 0.1 && grazing > 0.3, "{steep} {grazing}");
+}

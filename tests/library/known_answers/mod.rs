@@ -9,6 +9,7 @@ mod far;
 mod frosted_glass;
 mod glass;
 mod ground;
+mod lamps_through_glass;
 mod light;
 mod light_passes;
 mod material_extensions;

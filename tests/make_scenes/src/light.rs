@@ -142,12 +142,10 @@ fn frosted_globes() -> Built {
     let thin = Material { volume: None, ..glass("thin frosted glass") }.two_sided().add_to(&mut gltf);
     let solid = glass("frosted glass").add_to(&mut gltf);
     let air = Material::glass("air", 1.0).add_to(&mut gltf);
-    let globes = ico_sphere(0.5, 3).plain().add_with_each(&mut gltf, &[thin, solid]);
-    let hollow = ico_sphere(0.46, 3).plain().add_to(&mut gltf, air);
-    for (x, meshes) in [(-1.3, &globes[..1]), (0.0, &[globes[1], hollow]), (1.3, &globes[1..])] {
-        for &mesh in meshes {
-            gltf.node(Node::mesh(mesh).at(x, 0.6, 0.0));
-        }
+    let globes = ico_sphere(0.5, 3).plain().add_with_each(&mut gltf, &[thin, solid, air]);
+    gltf.node(Node::mesh(globes[2]).named("hollow").at(0.0, 0.6, 0.0).scaled(0.92, 0.92, 0.92));
+    for (x, mesh) in [(-1.3, globes[0]), (0.0, globes[1]), (1.3, globes[1])] {
+        gltf.node(Node::mesh(mesh).at(x, 0.6, 0.0));
         point_light(&mut gltf, Vec3::new(x, 0.6, 0.0), 1.2);
     }
     Ok(gltf)

@@ -54,8 +54,9 @@ impl Bsdf {
         let facet_cosine = wo.dot(half).clamp(0.0, 1.0);
         let wi = if self.thin {
             // A thin wall transmits as it would reflect.
+            // What facets send to the side of the view leaves on the other one, too.
             let mirrored = half * (2.0 * facet_cosine) - wo;
-            Vec3::new(mirrored.x, mirrored.y, -mirrored.z)
+            Vec3::new(mirrored.x, mirrored.y, -mirrored.z.abs())
         } else {
             let bend = 1.0 / self.dielectric.relative_ior;
             let cosine_squared = 1.0 - bend * bend * (1.0 - facet_cosine * facet_cosine);

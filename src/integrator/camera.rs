@@ -5,11 +5,11 @@
 
 use glam::{Mat4, Vec2, Vec3};
 
+use super::lights::LightSet;
 use super::random::{Purpose, Seed};
 use super::{ColorChannels, MediaStack, RayKind, RayState};
 use crate::frame::PosedCamera;
 use crate::geometry::{F32Lanes, LANES, Ray, Vec3Lanes, concentric_disk_point};
-use crate::integrator::lights::LightSet;
 use crate::interaction::RayDifferential;
 use crate::scene::Projection;
 

@@ -181,7 +181,8 @@ impl<'a> IntegratorContext<'a> {
         follows_frosted_glass(self.view, &self.settings)
     }
 
-    /// Whether a sampled ray of Whitted's tree follows bright rough reflection: where there is no environment to look up.
+    /// Whether a sampled ray of Whitted's tree follows bright rough reflection: where there is no environment to look up, and no glossy
+    /// samples do so on their own.
     pub(super) fn follows_rough_reflection(&self) -> bool {
         follows_rough_reflection(self.view, &self.settings)
     }

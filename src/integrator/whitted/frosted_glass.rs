@@ -82,7 +82,8 @@ impl Tracer<'_, '_> {
         if !is_followed || !shading.is_on_denser_side() || !is_rough() {
             return 0.0;
         }
-        if is_glossy { 1.0 } else { smoothstep(FACET_ROUGHNESS, shading.bsdf.widest_roughness()) }
+        let is_looked_up = !is_glossy && !self.context.follows_rough_reflection();
+        if is_looked_up { smoothstep(FACET_ROUGHNESS, shading.bsdf.widest_roughness()) } else { 1.0 }
     }
 
     /// Sends the rays of [`Tracer::facet_share`] for each transmitted lobe: one sampled ray, or glossy samples.

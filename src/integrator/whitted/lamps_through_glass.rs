@@ -32,16 +32,13 @@ pub(super) struct TransmittedLampLight {
 impl TransmittedLampLight {
     /// The light that a surface transmits.
     pub(super) fn of(context: &IntegratorContext<'_>, shading: &Shading<'_, '_>) -> Self {
-        let passes_straight = context.settings.glass_shadows == GlassShadows::Straight;
-        let is_glass = shading.material.transmission > 0.0;
-        let shown = if passes_straight && is_glass { shading.state.shown_lamps } else { LightSet::default() };
         let touching = shading.transmission_side.touching;
         Self {
             frosted: shading.is_frosted().then(|| Scattering::new(*shading.bsdf, shading.wo, None)),
             diffuse: shading.albedos.diffuse_transmission,
             is_thin: shading.material.thin,
             is_covered: touching.is_some_and(|hit| stops_light(context, &hit, GlassPassage::Straight)),
-            shown,
+            shown: lamps_shown_through_glass(context, shading),
         }
     }
 
@@ -66,10 +63,17 @@ impl TransmittedLampLight {
     }
 }
 
+/// The lamps that an earlier surface showed straight through this one.
+fn lamps_shown_through_glass(context: &IntegratorContext<'_>, shading: &Shading<'_, '_>) -> LightSet {
+    let passes_straight = context.settings.glass_shadows == GlassShadows::Straight;
+    let is_glass = shading.material.transmission > 0.0;
+    if passes_straight && is_glass { shading.state.shown_lamps } else { LightSet::default() }
+}
+
 impl Tracer<'_, '_> {
     /// Whether light that arrives through the surface brings the environment's peaks: not those that an earlier surface showed as lamps.
     pub(super) fn transmits_peaks(&self, shading: &Shading<'_, '_>) -> bool {
-        let shown = shading.state.shown_lamps;
+        let shown = lamps_shown_through_glass(self.context, shading);
         let is_shown = |(index, light): (usize, &PreparedLight)| light.is_peak() && shown.contains(index);
         shading.transmits_peaks() && !self.context.lights.iter().enumerate().any(is_shown)
     }
@@ -81,7 +85,10 @@ impl Tracer<'_, '_> {
             return shown;
         }
         let is_thin = shading.material.thin;
-        let is_shown = |light: &PreparedLight, cosine: f32| cosine < 0.0 && (is_thin || !light.is_peak());
+        let normals = [shading.point.shading_normal, shading.point.geometric_normal];
+        let is_shown = |light: &PreparedLight, wi: Vec3| {
+            (is_thin || !light.is_peak()) && normals.iter().all(|normal| wi.dot(*normal) < 0.0)
+        };
         shown.union(self.lights_at(shading.point, is_shown))
     }
 
@@ -92,19 +99,22 @@ impl Tracer<'_, '_> {
         let is_within =
             point.facing == Facing::Back && self.context.interiors.medium(point.instance).is_some();
         let shown = if is_within { arrival.state.shown_lamps } else { LightSet::default() };
-        if child.is_sampled { shown.union(self.lights_at(point, |_, cosine| cosine > 0.0)) } else { shown }
+        if !child.is_sampled {
+            return shown;
+        }
+        shown.union(self.lights_at(point, |_, wi| wi.dot(point.shading_normal) > 0.0))
     }
 
-    /// The lights that reach a point and of which `is_shown` holds, by the cosine of their direction.
+    /// The lights that reach a point and of which `is_shown` holds, by their direction.
     fn lights_at(
         &self,
         point: &SurfacePoint<'_>,
-        is_shown: impl Fn(&PreparedLight, f32) -> bool,
+        is_shown: impl Fn(&PreparedLight, Vec3) -> bool,
     ) -> LightSet {
         let mut set = LightSet::default();
         for (index, light) in self.context.lights.iter().enumerate() {
             if let Some(incidence) = light.incidence(point.position)
-                && is_shown(light, incidence.wi.dot(point.shading_normal))
+                && is_shown(light, incidence.wi)
             {
                 set.insert(index);
             }

@@ -1,5 +1,4 @@
-//! Rough reflection without an environment. There is no light to look up, so one sampled ray follows what a mirror ray leaves of a bright lobe: rough metals would be
-//! black but for highlights.
+//! Rough reflection without an environment. There is no light to look up, so one sampled ray follows a bright lobe: rough metals would be black but for highlights.
 
 use glam::{Mat3, Vec3};
 
@@ -12,7 +11,7 @@ use crate::geometry::Ray;
 use crate::integrator::RayKind;
 use crate::integrator::random::Purpose;
 
-/// Between these albedos of a lobe the followed share rises from 0 to 1. Dielectrics reflect less, but at grazing angles.
+/// Between these albedos of a lobe the followed share rises from 0 to 1. Dielectrics reflect less, but at grazing angles and totally.
 const FOLLOWED_ALBEDO: [f32; 2] = [0.3, 0.5];
 
 /// The specular lobe of a surface.
@@ -28,12 +27,12 @@ pub(super) struct ReflectedLobe<'b> {
 }
 
 impl Tracer<'_, '_> {
-    /// Share of a specular lobe that a sampled ray follows, where a mirror ray follows `traced_share` of it.
+    /// Share of a specular lobe that a sampled ray follows instead of a mirror ray, by the share that the latter has where lobes are looked up.
     pub(super) fn followed_reflection(&self, albedo: Vec3, traced_share: f32) -> f32 {
         if traced_share == 1.0 || !self.context.follows_rough_reflection() {
             return 0.0;
         }
-        (1.0 - traced_share) * smoothstep(FOLLOWED_ALBEDO, albedo.max_element())
+        smoothstep(FOLLOWED_ALBEDO, albedo.max_element())
     }
 
     /// Sends the sampled ray. `weight` multiplies the radiance that the lobe reflects.

@@ -44,6 +44,16 @@ struct Beyond {
 }
 
 impl ChildRay {
+    /// The one ray that stands for a lobe of this roughness.
+    fn of_lobe(
+        (ray, roughness): (Ray, f32),
+        weight: Vec3,
+        kind: RayKind,
+        (channels, seed): (ColorChannels, Seed),
+    ) -> Self {
+        Self { ray, weight, roughness, environment_lobe: None, kind, channels, seed, is_sampled: false }
+    }
+
     /// A ray along a sampled direction.
     pub(super) fn sampled(
         ray: Ray,
@@ -51,7 +61,7 @@ impl ChildRay {
         kind: RayKind,
         (channels, seed): (ColorChannels, Seed),
     ) -> Self {
-        Self { ray, weight, roughness: 0.0, environment_lobe: None, kind, channels, seed, is_sampled: true }
+        Self { is_sampled: true, ..Self::of_lobe((ray, 0.0), weight, kind, (channels, seed)) }
     }
 }
 
@@ -61,13 +71,12 @@ impl Tracer<'_, '_> {
         let coat_is_scattered = self.scatter_coat(shading);
         // Facets send their reflected rays with the refracted ones; what they leave of the lobe is wide enough to be looked up.
         let is_scattered = shading.facet_share > 0.0 || self.scatter_reflection(shading);
-        if !is_scattered {
-            self.follow_rough_reflection(shading);
-        }
+        let followed = if is_scattered { 0.0 } else { self.follow_rough_reflection(shading) };
         let mirrored = mirror_direction(shading.point.wo, shading.point.shading_normal);
         let (mut roughness, mut weight) = (shading.bsdf.widest_roughness(), Vec3::ZERO);
         if !is_scattered {
-            weight = shading.weight_below * shading.albedos.specular * shading.traced_share;
+            let mirrored_share = shading.traced_share * (1.0 - followed);
+            weight = shading.weight_below * shading.albedos.specular * mirrored_share;
         }
         if let Some(coat) = &shading.coat
             && !coat_is_scattered
@@ -83,7 +92,8 @@ impl Tracer<'_, '_> {
         self.send_mirror_ray(&shading.arrival(), (mirrored, roughness), weight);
     }
 
-    fn follow_rough_reflection(&mut self, shading: &Shading<'_, '_>) {
+    /// Follows the specular lobe by a sampled ray where a mirror ray does not do. Returns the share that it follows.
+    fn follow_rough_reflection(&mut self, shading: &Shading<'_, '_>) -> f32 {
         let Shading { bsdf, terms, world_from_local, wo, .. } = *shading;
         let albedo = shading.albedos.specular;
         let share = self.followed_reflection(albedo, shading.traced_share);
@@ -91,6 +101,7 @@ impl Tracer<'_, '_> {
             let lobe = ReflectedLobe { bsdf, terms, world_from_local, wo, albedo };
             self.follow_reflection(&shading.arrival(), &lobe, shading.weight_below * share);
         }
+        share
     }
 
     /// Sends the mirror ray of a lobe, unless it is too deep or too faint.
@@ -104,19 +115,10 @@ impl Tracer<'_, '_> {
         if self.may_send(state, weight) {
             let ray = Ray::new(arrival.point.origin_outside(), direction);
             let seed = state.seed.child(Purpose::Reflection, 0, 1);
-            let (kind, channels) = (RayKind::Reflection, state.channels);
+            let kind = RayKind::Reflection;
             self.send_reflected(
                 arrival,
-                ChildRay {
-                    ray,
-                    weight,
-                    roughness,
-                    environment_lobe: None,
-                    kind,
-                    channels,
-                    seed,
-                    is_sampled: false,
-                },
+                ChildRay::of_lobe((ray, roughness), weight, kind, (state.channels, seed)),
             );
         }
     }
@@ -156,19 +158,7 @@ impl Tracer<'_, '_> {
             let seed = shading.state.seed.child(Purpose::Refraction, 0, 1);
             let roughness = bsdf.transmission_roughness();
             let kind = RayKind::Refraction;
-            self.send(
-                shading,
-                ChildRay {
-                    ray,
-                    weight,
-                    roughness,
-                    environment_lobe: None,
-                    kind,
-                    channels,
-                    seed,
-                    is_sampled: false,
-                },
-            );
+            self.send(shading, ChildRay::of_lobe((ray, roughness), weight, kind, (channels, seed)));
         }
     }
 

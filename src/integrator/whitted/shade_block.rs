@@ -77,14 +77,14 @@ impl Tracer<'_, '_> {
         self.add_lookups(&arrival, &MediaStack::default(), &mut lookups, color);
         let weight = block.reflected.specular.get(lane);
         let roughness = block.reflected.lobe_roughness[lane];
-        self.send_mirror_ray(&arrival, (direction, roughness), weight);
         let (albedo, traced_share) = block.reflected.specular_albedo(lane);
-        let share = self.followed_reflection(albedo, traced_share);
-        if share > 0.0
+        let followed = self.followed_reflection(albedo, traced_share);
+        self.send_mirror_ray(&arrival, (direction, roughness), weight * (1.0 - followed));
+        if followed > 0.0
             && let Some(bsdf) = block.bsdf(self.context, material, lane)
         {
             let lobe = block.reflected.lobe(&bsdf, lane);
-            self.follow_reflection(&arrival, &lobe, block.materials.weight.get(lane) * share);
+            self.follow_reflection(&arrival, &lobe, block.materials.weight.get(lane) * followed);
         }
     }
 }

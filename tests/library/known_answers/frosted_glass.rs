@@ -318,3 +318,41 @@ fn what_stands_behind_frosted_glass_shows_in_the_dark_and_in_closed_spaces() {
         }
     }
 }
+
+#[test]
+fn lossless_frosted_volumes_are_invisible_in_a_bright_box_without_an_environment() {
+    for roughness in [0.2, 0.39, 0.41, 0.5, 0.6, 0.8] {
+        let mut stage = super::path::stage(4096);
+        (stage.settings.integrator, stage.settings.max_depth) = (Integrator::Whitted, 32);
+        let glass =
+            Material { volume: Some(Volume { thickness: 1.0, ..Volume::CLEAR }), ..frosted(roughness) };
+        stage.add(sphere(1.0), glass);
+        let walls = cuboid(Vec3::ZERO, Vec3::splat(10.0));
+        stage.add(walls, Material { double_sided: true, ..unlit(Vec3::ONE) });
+        for x in [0.0, 0.7] {
+            // From outside, and from inside, where the far side reflects totally
+            let outside = stage.look(Vec3::new(x, 0.0, 4.0), Vec3::X * x).x;
+            let eye = Vec3::new(x, 0.1, 0.2);
+            let inside = stage.look(eye, eye - Vec3::Z + Vec3::X * 0.4).x;
+            let least = if roughness < 0.3 { 0.75 } else { 0.98 };
+            assert!((0.94..1.01).contains(&outside), "{roughness}, {x}: {outside}");
+            assert!((least..1.03).contains(&inside), "{roughness}, {x}: {inside}");
+        }
+    }
+}
+
+#[test]
+fn the_roughest_panes_show_no_edges_of_what_stands_behind_them() {
+    let see = |integrator, x: f32| {
+        let mut stage = super::path::stage(4096);
+        (stage.settings.integrator, stage.settings.max_depth) = (integrator, 4);
+        let half_wall = rectangle(Vec3::new(-50.0, 0.0, -1.0), Vec3::X * 50.0, Vec3::Y * 50.0);
+        stage.add(half_wall, unlit(Vec3::ONE));
+        stage.add(sheet(), frosted(1.0));
+        stage.look(Vec3::new(x, 0.0, 1.0), Vec3::X * x).x
+    };
+    for x in [-0.01, 0.01] {
+        let [whitted, path] = [Integrator::Whitted, Integrator::Path].map(|integrator| see(integrator, x));
+        assert!((whitted - path).abs() < 0.03, "{x}: {whitted} instead of {path}");
+    }
+}

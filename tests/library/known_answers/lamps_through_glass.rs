@@ -1,6 +1,6 @@
 //! Lamps and suns that shine through frosted glass.
 
-use glam::{Vec3, Vec4};
+use glam::{Quat, Vec3, Vec4};
 use rayframe::render::{GlassShadows, Integrator};
 use rayframe::scene::{
     DiffuseTransmission, Environment, LightKind, Material, Primitive, Transmission, Volume,
@@ -190,4 +190,27 @@ fn suns_show_behind_a_frosted_volume_and_a_frosted_pane() {
         let tolerance = if has_pane { 0.05 } else { 0.3 };
         assert!(path > 2.0 && (whitted / path - 1.0).abs() < tolerance, "{whitted} instead of {path}");
     }
+}
+
+#[test]
+fn suns_behind_clear_glass_show_where_glass_stops_shadow_rays() {
+    let sunny = sunny([20_000.0; 3]).unwrap();
+    let side = TO_SUN.any_orthonormal_vector();
+    let across = TO_SUN.cross(side);
+    let see = |glass_shadows| {
+        let mut stage = super::path::stage(1 << 16);
+        stage.settings.integrator = Integrator::Whitted;
+        (stage.settings.glass_shadows, stage.settings.max_depth) = (glass_shadows, 12);
+        stage.environment = sunny.clone();
+        stage.add(rectangle(Vec3::ZERO, side * 9.0, across * 9.0), frosted(0.3));
+        let clear = Material { volume: Some(Volume { thickness: 1.0, ..Volume::CLEAR }), ..frosted(0.0) };
+        let mut slab = cuboid(Vec3::Z, Vec3::new(9.0, 9.0, 0.1));
+        let to_sun = Quat::from_rotation_arc(Vec3::Z, TO_SUN);
+        slab.positions.iter_mut().for_each(|position| *position = to_sun * *position);
+        stage.add(slab, clear);
+        stage.look(-4.0 * TO_SUN, Vec3::ZERO).x
+    };
+    // Shadow rays pass the slab, or sampled rays find the sun behind it.
+    let [straight, opaque] = [GlassShadows::Straight, GlassShadows::Opaque].map(see);
+    assert!((opaque / straight - 1.0).abs() < 0.15, "{opaque} instead of {straight}");
 }

@@ -63,19 +63,23 @@ fn distribution(wo: DVec3, wi: DVec3, alpha: f64) -> f64 {
     (2.0 + exponent) * libm::pow(sine_squared, 0.5 * exponent) / (2.0 * PI)
 }
 
-/// Λ of the shadowing, which is a fit and not derived from the distribution.
+/// Λ of the shadowing, which is a fit and not derived from the distribution; f32 is exact enough for it.
 fn masking(cosine: f64, alpha: f64) -> f64 {
-    let fit = Fit::new(alpha);
-    if cosine < 0.5 { libm::exp(fit.at(cosine)) } else { libm::exp(2.0 * fit.at(0.5) - fit.at(1.0 - cosine)) }
+    let (fit, cosine) = (Fit::new(alpha as f32), cosine as f32);
+    f64::from(libm::expf(if cosine < 0.5 {
+        fit.at(cosine)
+    } else {
+        2.0 * fit.at(0.5) - fit.at(1.0 - cosine)
+    }))
 }
 
 /// The fit a / (1 + b xᶜ) + d x + e.
-struct Fit([f64; 5]);
+struct Fit([f32; 5]);
 
 impl Fit {
-    fn new(alpha: f64) -> Self {
-        const ROUGH: [f64; 5] = [21.5473, 3.829_87, 0.198_23, -1.977_60, -4.320_54];
-        const SMOOTH: [f64; 5] = [25.3245, 3.324_35, 0.168_01, -1.273_93, -4.859_67];
+    fn new(alpha: f32) -> Self {
+        const ROUGH: [f32; 5] = [21.5473, 3.829_87, 0.198_23, -1.977_60, -4.320_54];
+        const SMOOTH: [f32; 5] = [25.3245, 3.324_35, 0.168_01, -1.273_93, -4.859_67];
         let share = (1.0 - alpha) * (1.0 - alpha);
         let mut terms = ROUGH;
         for (term, smooth) in terms.iter_mut().zip(SMOOTH) {
@@ -84,9 +88,9 @@ impl Fit {
         Self(terms)
     }
 
-    fn at(&self, x: f64) -> f64 {
+    fn at(&self, x: f32) -> f32 {
         let [a, b, c, d, e] = self.0;
-        a / (1.0 + b * libm::pow(x, c)) + d * x + e
+        a / (1.0 + b * libm::powf(x, c)) + d * x + e
     }
 }
 

@@ -53,12 +53,14 @@ impl ThinFilm {
     /// The reflectances over a dielectric and over a metal, by their F0. `cosine` is that of the view on the film's outer side; `None`
     /// where light is totally reflected from within.
     pub(super) fn reflectances(&self, cosine: Option<f32>, base_f0: [Vec3; 2]) -> FilmReflectances {
+        let path = cosine.and_then(|cosine| self.path(cosine));
         let [dielectric, metal] =
-            base_f0.map(|f0| cosine.map_or(Vec3::ONE, |cosine| self.reflectance(cosine, f0)));
+            base_f0.map(|f0| path.as_ref().map_or(Vec3::ONE, |path| path.reflectance(f0)));
         FilmReflectances { factor: self.factor, dielectric, metal }
     }
 
-    fn reflectance(&self, cosine: f32, base_f0: Vec3) -> Vec3 {
+    /// Light's way through the film; `None` where it does not enter.
+    fn path(&self, cosine: f32) -> Option<FilmPath> {
         let outside = f64::from(self.ior_outside);
         let thickness = f64::from(self.thickness_nm);
         let presence = smoothstep(thickness / FADE_NM);
@@ -66,51 +68,87 @@ impl ThinFilm {
         let cos1 = f64::from(cosine.clamp(0.0, 1.0));
         let cos2_squared = 1.0 - (outside / film) * (outside / film) * (1.0 - cos1 * cos1);
         if cos2_squared < 0.0 {
-            return Vec3::ONE;
+            return None;
         }
         let cos2 = cos2_squared.sqrt();
+        Some(FilmPath {
+            film,
+            cos2,
+            r12: schlick(f0_between(film, outside), cos1),
+            inverts_outside: film >= outside,
+            sensitivities: sensitivities(2.0 * film * thickness * cos2),
+        })
+    }
+}
 
-        // First boundary
-        let r12 = schlick(f0_between(film, outside), cos1);
-        let t121 = 1.0 - r12;
-        let phi21 = if film < outside { 0.0 } else { PI };
+/// What the layers below a film share for one view.
+struct FilmPath {
+    /// Index of refraction of the film.
+    film: f64,
+    /// Cosine of the path within the film.
+    cos2: f64,
+    /// Reflectance of the outer boundary.
+    r12: f64,
+    /// Whether reflection from within at the outer boundary shifts the phase by half a wave.
+    inverts_outside: bool,
+    /// The eye's response to the first and the second order of interference.
+    sensitivities: [Sensitivity; 2],
+}
 
+impl FilmPath {
+    /// Reflectance over a base whose own is `base_f0` along the normal.
+    fn reflectance(&self, base_f0: Vec3) -> Vec3 {
         // Second boundary
         let base_ior = base_f0.as_dvec3().map(|f0| ior_of_f0(f0.clamp(0.0, 0.9999)));
-        let r23 = base_ior.map(|base| schlick(f0_between(base, film), cos2));
-        let phi = base_ior.map(|base| phi21 + if base < film { PI } else { 0.0 });
+        let r23 = base_ior.map(|base| schlick(f0_between(base, self.film), self.cos2));
+        // Either boundary shifts the phase by half a wave or not at all.
+        let sign = base_ior.map(|base| if self.inverts_outside == (base < self.film) { 1.0 } else { -1.0 });
 
         // Orders of interference
-        let path_difference = 2.0 * film * thickness * cos2;
-        let r123 = (r23 * r12).map(|product| product.clamp(1e-5, 0.9999));
+        let t121 = 1.0 - self.r12;
+        let r123 = (r23 * self.r12).map(|product| product.clamp(1e-5, 0.9999));
         let root = r123.map(f64::sqrt);
         let leaving = r23 * (t121 * t121) / (DVec3::ONE - r123);
-        let mut sum = leaving + r12;
-        let mut amplitude = leaving - t121;
-        for order in [1.0, 2.0] {
-            amplitude *= root;
-            sum += amplitude * sensitivity(order * path_difference, phi * order) * 2.0;
-        }
+        let [first, second] = &self.sensitivities;
+        let first_amplitude = (leaving - t121) * root;
+        let second_amplitude = first_amplitude * root;
+        // Twice the shift is a multiple of the wave.
+        let sum = leaving
+            + self.r12
+            + first_amplitude * first.shifted(sign) * 2.0
+            + second_amplitude * second.shifted(DVec3::ONE) * 2.0;
         // Colours outside of the gamut; the truncated series may exceed 1.
         sum.map(|value| if value > 0.0 { value.min(1.0) } else { 0.0 }).as_vec3()
     }
 }
 
-/// The eye's response to a phase that depends on the wavelength, as a sum of Gaussians in the frequency domain.
-fn sensitivity(path_difference_nm: f64, shift: DVec3) -> DVec3 {
+/// The eye's response to a phase that depends on the wavelength, in CIE XYZ, without shifts by half a wave.
+struct Sensitivity(DVec3);
+
+impl Sensitivity {
+    /// The response to phases that are shifted by half a wave where `sign` is -1, in linear Rec. 709.
+    fn shifted(&self, sign: DVec3) -> DVec3 {
+        RGB_FROM_XYZ * (self.0 * sign)
+    }
+}
+
+/// The responses to a path difference and to twice as much, as sums of Gaussians in the frequency domain.
+fn sensitivities(path_difference_nm: f64) -> [Sensitivity; 2] {
     let phase = 2.0 * PI * path_difference_nm * 1e-9;
-    let gaussian = |value: f64, position: f64, variance: f64, shift: f64| {
-        value
-            * (2.0 * PI * variance).sqrt()
-            * libm::cos(position * phase + shift)
-            * libm::exp(-phase * phase * variance)
+    let gaussians = |value: f64, position: f64, variance: f64| {
+        let scale = value * (2.0 * PI * variance).sqrt();
+        let cosine = libm::cos(position * phase);
+        let bell = libm::exp(-phase * phase * variance);
+        // cos 2x = 2 cos² x - 1, and a bell at 2 x is its fourth power at x.
+        let square = bell * bell;
+        [scale * cosine * bell, scale * (2.0 * cosine * cosine - 1.0) * (square * square)]
     };
-    let xyz = DVec3::new(
-        gaussian(5.4856e-13, 1.6810e6, 4.3278e9, shift.x) + gaussian(9.7470e-14, 2.2399e6, 4.5282e9, shift.x),
-        gaussian(4.4201e-13, 1.7953e6, 9.3046e9, shift.y),
-        gaussian(5.2481e-13, 2.2084e6, 6.6121e9, shift.z),
-    );
-    RGB_FROM_XYZ * (xyz / 1.0685e-7)
+    let [x, longer_x] = gaussians(5.4856e-13, 1.6810e6, 4.3278e9);
+    let [second_x, longer_second_x] = gaussians(9.7470e-14, 2.2399e6, 4.5282e9);
+    let [y, longer_y] = gaussians(4.4201e-13, 1.7953e6, 9.3046e9);
+    let [z, longer_z] = gaussians(5.2481e-13, 2.2084e6, 6.6121e9);
+    [[x + second_x, y, z], [longer_x + longer_second_x, longer_y, longer_z]]
+        .map(|xyz| Sensitivity(DVec3::from_array(xyz) / 1.0685e-7))
 }
 
 fn schlick(f0: f64, cosine: f64) -> f64 {

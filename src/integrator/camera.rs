@@ -186,7 +186,7 @@ impl CameraRays {
     }
 
     /// The state of a camera ray that starts in `media`, for sample `sample` of a batch.
-    #[inline]
+    #[inline(always)]
     pub(super) fn ray_state(
         differential: RayDifferential,
         media: MediaStack,

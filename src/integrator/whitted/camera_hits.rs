@@ -80,8 +80,9 @@ impl Tracer<'_, '_> {
                 if let Some(points) = &self.context.sample_points {
                     self.sequences[sample as usize] = samples.sequence(points, sample);
                 }
-                let state = CameraRays::ray_state(differentials.get(lane), media, sample, seed);
-                let slot = wavefront.push(RaySignature::CAMERA, *ray, state);
+                let slot = wavefront.push_with(RaySignature::CAMERA, *ray, || {
+                    CameraRays::ray_state(differentials.get(lane), media, sample, seed)
+                });
                 if !self.context.has_receivers {
                     let (ray, state) = wavefront.ray(slot);
                     self.follow(slot, (ray, state, None), self.camera_hits[sample as usize], None);

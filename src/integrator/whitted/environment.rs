@@ -166,6 +166,11 @@ impl Tracer<'_, '_> {
             let lobe = PrefilteredLobe::new(mirrored, normal, shading.wo.z, roughness);
             return (environment.prefiltered(lobe.direction, lobe.roughness), LookupLobe::Glossy(lobe));
         }
+        // Shadow rays follow one lobe as wide as the widest.
+        let lobe = PrefilteredLobe::new(mirrored, normal, shading.wo.z, shading.bsdf.widest_roughness());
+        if environment.is_uniform() {
+            return (environment.prefiltered(lobe.direction, lobe.roughness), LookupLobe::Glossy(lobe));
+        }
         let (mut seen, mut shares) = (Vec3::ZERO, Vec3::ZERO);
         for (wi, share) in shading.bsdf.anisotropic_reflections(shading.wo, shading.terms) {
             seen += share * environment.prefiltered(shading.world_from_local * wi, roughness);
@@ -174,8 +179,6 @@ impl Tracer<'_, '_> {
         // The mean over the directions; the albedo of the lobe is exact.
         let mean = |seen: f32, shares: f32| if shares > 0.0 { seen / shares } else { 0.0 };
         let seen = Vec3::new(mean(seen.x, shares.x), mean(seen.y, shares.y), mean(seen.z, shares.z));
-        // Shadow rays follow one lobe as wide as the widest.
-        let lobe = PrefilteredLobe::new(mirrored, normal, shading.wo.z, shading.bsdf.widest_roughness());
         (seen, LookupLobe::Glossy(lobe))
     }
 }

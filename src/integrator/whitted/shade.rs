@@ -95,13 +95,18 @@ impl<'a> Tracer<'_, 'a> {
     fn find_materials(&self, block: &SurfaceBlock<'a>, materials: &mut Vec<MaterialSample>) {
         let view = self.context.view;
         materials.clear();
+        // The block has one material: a constant sample is that of all points without colours.
         let mut constant = None;
         for (lane, point) in block.points.iter().enumerate() {
             let is_constant = self.context.constant_materials[point.instance.material.index()]
                 && !block.has_vertex_colors(view, lane);
-            let sample = constant.filter(|_| is_constant).unwrap_or_else(|| block.material(view, lane));
-            constant = is_constant.then_some(sample);
-            materials.push(sample);
+            match constant.filter(|_| is_constant) {
+                Some(same) => materials.extend_from_within(same..=same),
+                None => materials.push(block.material(view, lane)),
+            }
+            if is_constant {
+                constant = constant.or(Some(lane));
+            }
         }
     }
 

@@ -62,18 +62,26 @@ impl ShadowQueue {
     }
 
     /// Adds a ray after all others. Returns the index of its task.
-    #[inline]
+    #[inline(always)]
     pub(in crate::integrator) fn push(&mut self, shadow: ShadowRay) -> u32 {
         let ShadowRay { signature, light, ray, sample, light_pass, contribution, environment_clamp, media } =
             shadow;
         let kinds = self.passages.len();
         let batch = signature.index() * kinds + light;
-        while batch >= self.batches.len() {
-            self.batches.push(ShadowBatch::new(self.passages[self.batches.len() % kinds]));
+        if batch >= self.batches.len() {
+            self.add_batches(batch);
         }
         let ray = self.batches[batch].push(ray, media);
         let batch = batch as u32;
         self.tasks.push(ShadowTask { sample, light_pass, batch, ray, contribution, environment_clamp });
         self.tasks.len() as u32 - 1
+    }
+
+    /// Adds batches up to the one with this index.
+    #[cold]
+    fn add_batches(&mut self, last: usize) {
+        for index in self.batches.len()..=last {
+            self.batches.push(ShadowBatch::new(self.passages[index % self.passages.len()]));
+        }
     }
 }

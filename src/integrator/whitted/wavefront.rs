@@ -69,6 +69,17 @@ impl Wavefront {
         ray: Ray,
         state: RayState,
     ) -> RaySlot {
+        self.push_with(signature, ray, || state)
+    }
+
+    /// Adds a ray after all others, whose state `make_state` makes where it is kept: moving one costs more than making one.
+    #[inline(always)]
+    pub(super) fn push_with(
+        &mut self,
+        signature: RaySignature,
+        ray: Ray,
+        make_state: impl FnOnce() -> RayState,
+    ) -> RaySlot {
         let group = signature.index();
         if group >= self.groups.len() {
             self.groups.resize_with(group + 1, RayGroup::default);
@@ -77,7 +88,7 @@ impl Wavefront {
         let slot = RaySlot { signature, index: group.rays.len() as u32 };
         self.order.push(slot);
         group.rays.push(ray);
-        group.states.push(state);
+        group.states.extend(std::iter::once_with(make_state));
         slot
     }
 

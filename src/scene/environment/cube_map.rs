@@ -40,16 +40,16 @@ impl EnvironmentMap {
         if levels.len() == 1 {
             // The file has no rough levels: prefilter the radiance image.
             let pyramid = Pyramid::new(&image);
-            return Self::from_images(index, image, irradiance, prefiltered_images(&pyramid));
+            return Self::from_images(index, image, &irradiance, &prefiltered_images(&pyramid));
         }
-        let prefiltered = (1..=STEPS)
+        let prefiltered: Vec<_> = (1..=STEPS)
             .map(|step| {
                 let roughness = step as f32 / STEPS as f32;
                 let width = [256, 128, 64][(step - 1).min(2)];
                 image_of(width, |direction| prefiltered(levels, rotated(direction), roughness) * intensity)
             })
             .collect();
-        Self::from_images(index, image, irradiance, prefiltered)
+        Self::from_images(index, image, &irradiance, &prefiltered)
     }
 
     /// Irradiance integrated from the faces, the reference for the file's spherical harmonics.

@@ -107,13 +107,25 @@ impl EquirectImage {
         }))
     }
 
+    /// The texel at a column at most one beyond an edge, in a row at most one beyond a pole.
+    pub(super) fn texel_beyond(&self, column: i32, row: i32) -> &[f32; 3] {
+        let (line, half_turn) = self.line(row);
+        &line[self.wrapped(column + half_turn)]
+    }
+
     /// The texels at a column and at the next one, in a row at most one beyond a pole.
     #[inline(always)]
     fn neighbours(&self, column: i32, row: i32) -> [&[f32; 3]; 2] {
+        let (line, half_turn) = self.line(row);
+        [&line[self.wrapped(column + half_turn)], &line[self.wrapped(column + half_turn + 1)]]
+    }
+
+    /// A row at most one beyond a pole, and the columns to rotate it by.
+    #[inline(always)]
+    fn line(&self, row: i32) -> (&[[f32; 3]], i32) {
         let inside = row.clamp(0, self.height as i32 - 1);
         let half_turn = if inside == row { 0 } else { self.width as i32 / 2 };
-        let line = &self.pixels[inside as usize * self.width..][..self.width];
-        [&line[self.wrapped(column + half_turn)], &line[self.wrapped(column + half_turn + 1)]]
+        (&self.pixels[inside as usize * self.width..][..self.width], half_turn)
     }
 
     /// A column from one before the first to one and a half turns after it, wrapped around.

@@ -8,6 +8,7 @@ use std::sync::{Arc, OnceLock};
 use glam::{Quat, Vec2, Vec3};
 
 use self::checks::{check_size, check_values};
+use super::bordered_image::BorderedImage;
 use super::distribution::EnvironmentDistribution;
 use super::equirect::{EquirectImage, uv_from_direction, uvs_from_directions};
 use super::filtered_image::FilteredImage;
@@ -58,9 +59,9 @@ pub struct EnvironmentMap {
 #[derive(Debug)]
 struct Tables {
     filtered: FilteredImage,
-    irradiance: EquirectImage,
+    irradiance: BorderedImage,
     /// Means under GGX lobes of roughness 1/8, 2/8, … 1.
-    prefiltered: Vec<EquirectImage>,
+    prefiltered: Vec<BorderedImage>,
     /// The lights that irradiance and lobes do not contain, in the space of the image.
     peaks: Vec<KeyLight>,
     /// The image without them, where there are any.
@@ -119,8 +120,8 @@ impl EnvironmentMap {
         let (peaks, without_peaks) = take_peaks(&image);
         let pyramid = Pyramid::new(without_peaks.as_ref().unwrap_or(&image));
         let tables = Tables {
-            irradiance: irradiance_image(pyramid.at_most(256)),
-            prefiltered: prefiltered_images(&pyramid),
+            irradiance: BorderedImage::new(&irradiance_image(pyramid.at_most(256))),
+            prefiltered: prefiltered_images(&pyramid).iter().map(BorderedImage::new).collect(),
             without_peaks: without_peaks.map(FilteredImage::new),
             peaks,
             distribution: distribution(&image),
@@ -142,18 +143,18 @@ impl EnvironmentMap {
     pub(super) fn from_images(
         index: ImageLightIndex,
         image: EquirectImage,
-        irradiance: EquirectImage,
-        prefiltered: Vec<EquirectImage>,
+        irradiance: &EquirectImage,
+        prefiltered: &[EquirectImage],
     ) -> Self {
-        let is_lit = [&image, &irradiance].iter().any(|p| p.pixels.iter().any(|pixel| *pixel != [0.0; 3]));
+        let is_lit = [&image, irradiance].iter().any(|p| p.pixels.iter().any(|pixel| *pixel != [0.0; 3]));
         let distribution = distribution(&image);
         let filtered = FilteredImage::new(image);
         let content_key = format!("image light {}", index.0);
         let (peaks, without_peaks) = (Vec::new(), None);
         let tables = Tables {
             filtered,
-            irradiance,
-            prefiltered,
+            irradiance: BorderedImage::new(irradiance),
+            prefiltered: prefiltered.iter().map(BorderedImage::new).collect(),
             peaks,
             without_peaks,
             distribution,
@@ -266,11 +267,10 @@ impl EnvironmentMap {
         let below = (step as usize).min(STEPS - 1);
         let share = step - below as f32;
         let sharper = match below {
-            0 => self.tables.open().image(),
-            _ => &self.tables.prefiltered[below - 1],
+            0 => self.tables.open().image().bilinear(uv),
+            _ => self.tables.prefiltered[below - 1].bilinear(uv),
         };
-        let rougher = &self.tables.prefiltered[below];
-        sharper.bilinear(uv) * (1.0 - share) + rougher.bilinear(uv) * share
+        sharper * (1.0 - share) + self.tables.prefiltered[below].bilinear(uv) * share
     }
 
     /// See [`super::Environment::irradiances`].

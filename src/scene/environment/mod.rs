@@ -6,6 +6,7 @@
 mod arc_tangent;
 mod background;
 mod blocks;
+mod bordered_image;
 mod built_in;
 mod cell_grid;
 mod cube_map;
@@ -259,6 +260,15 @@ impl Environment {
             Self::BuiltIn(light) => Some(light.exposure_ev()),
             Self::Composed(composed) => composed.light.exposure_ev(),
             Self::None | Self::Constant(_) | Self::Map(_) => None,
+        }
+    }
+
+    /// Whether it lights surfaces from all directions alike, or not at all.
+    pub(crate) fn is_uniform(&self) -> bool {
+        match self {
+            Self::None | Self::Constant(_) => true,
+            Self::BuiltIn(_) | Self::Map(_) => false,
+            Self::Composed(composed) => composed.light.is_uniform(),
         }
     }
 

@@ -10,7 +10,7 @@ use super::region::{Arc, Range};
 /// Number of arcs over the region of an isotropic lobe, and of points on half an arc. They make tables.
 const ISOTROPIC_ARCS: usize = 28;
 const HALF_POINTS: usize = 8;
-/// The same for anisotropic lobes, on whole arcs: they keep albedos within 3e-4; every hit takes them.
+/// The same for anisotropic lobes, on whole arcs: they keep albedos within 3e-4 from a strength of 0.3 on. Evaluated at each hit.
 const ANISOTROPIC_ARCS: usize = 12;
 const POINTS: usize = 14;
 /// Number of arcs where a border crosses them obliquely.

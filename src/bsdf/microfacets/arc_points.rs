@@ -7,14 +7,13 @@ use glam::{Vec2, Vec3};
 use super::lobe::Microfacets;
 use super::region::{Arc, Range};
 
-/// Number of arcs over the region of an isotropic lobe, and of points on half an arc. They make tables.
-const ISOTROPIC_ARCS: usize = 28;
+/// Number of arcs over the region.
+const ARCS: usize = 28;
+/// Number of points on a whole arc, and on half an arc, which is enough for isotropic lobes.
+const POINTS: usize = 20;
 const HALF_POINTS: usize = 8;
-/// The same for anisotropic lobes, on whole arcs: they keep albedos within 3e-4 from a strength of 0.3 on. Evaluated at each hit.
-const ANISOTROPIC_ARCS: usize = 12;
-const POINTS: usize = 14;
 /// Number of arcs where a border crosses them obliquely.
-const OBLIQUE_ARCS: usize = 24;
+const MANY_ARCS: usize = 64;
 
 /// An arc prepared for integration, in single precision.
 pub(super) struct ArcPoints {
@@ -79,9 +78,8 @@ impl ArcPoints {
 
 /// Quadrature nodes in [0, 1] and their weights, denser towards ends where the integrand may start like a square root.
 pub(super) struct Rule {
-    pub(super) isotropic_arcs: Vec<(f64, f64)>,
-    pub(super) anisotropic_arcs: Vec<(f64, f64)>,
-    pub(super) oblique_arcs: Vec<(f64, f64)>,
+    pub(super) arcs: Vec<(f64, f64)>,
+    pub(super) many_arcs: Vec<(f64, f64)>,
     /// From the middle of an arc to its end.
     pub(super) half: Vec<(f32, f32)>,
     pub(super) whole: Vec<(f32, f32)>,
@@ -94,9 +92,8 @@ pub(super) fn rule() -> &'static Rule {
         let towards_end = |(x, weight): (f64, f64)| (x * (2.0 - x), weight * 2.0 * (1.0 - x));
         let single = |(x, weight): (f64, f64)| (x as f32, weight as f32);
         Rule {
-            isotropic_arcs: legendre(ISOTROPIC_ARCS).map(eased).collect(),
-            anisotropic_arcs: legendre(ANISOTROPIC_ARCS).map(eased).collect(),
-            oblique_arcs: legendre(OBLIQUE_ARCS).map(eased).collect(),
+            arcs: legendre(ARCS).map(eased).collect(),
+            many_arcs: legendre(MANY_ARCS).map(eased).collect(),
             half: legendre(HALF_POINTS).map(towards_end).map(single).collect(),
             whole: legendre(POINTS).map(eased).map(single).collect(),
         }

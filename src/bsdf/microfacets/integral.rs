@@ -49,13 +49,8 @@ impl Microfacets {
         let (frame, reach) = frame.centred(arcs);
         let mut sums = [0.0; N];
         // The borders of anisotropic lobes may cross the arcs obliquely, most of all at grazing views and at the critical angle.
-        let is_oblique = critical.is_some() || self.wo.z < GRAZING * self.length;
-        let nodes = match (is_isotropic, is_oblique) {
-            (true, _) => &rule.isotropic_arcs,
-            (false, true) => &rule.oblique_arcs,
-            (false, false) => &rule.anisotropic_arcs,
-        };
-        for (share, weight) in nodes {
+        let is_oblique = !is_isotropic && (critical.is_some() || self.wo.z < GRAZING * self.length);
+        for (share, weight) in if is_oblique { &rule.many_arcs } else { &rule.arcs } {
             let tangent = reach * (2.0 * share - 1.0);
             let arc = self.arc(&frame, tangent);
             let points = self.points(&arc, Bound::Above);

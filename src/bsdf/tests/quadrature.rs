@@ -181,7 +181,7 @@ fn anisotropic_lobes_agree_with_quadrature() {
                     for (found, expected) in found.into_iter().zip(expected) {
                         let error = (f64::from(found) - expected).abs();
                         let case = format!("{roughness} {strength} {n} {cosine} {azimuth}");
-                        assert!(error < 3e-4, "{case}: {found} is not {expected}");
+                        assert!(error < 1e-4, "{case}: {found} is not {expected}");
                     }
                 }
             }

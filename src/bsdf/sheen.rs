@@ -65,7 +65,8 @@ fn distribution(wo: DVec3, wi: DVec3, alpha: f64) -> f64 {
 
 /// Λ of the shadowing, which is a fit and not derived from the distribution; f32 is exact enough for it.
 fn masking(cosine: f64, alpha: f64) -> f64 {
-    let (fit, cosine) = (Fit::new(alpha as f32), cosine as f32);
+    // The cosine of a unit vector may be rounded to above 1.
+    let (fit, cosine) = (Fit::new(alpha as f32), (cosine as f32).min(1.0));
     f64::from(libm::expf(if cosine < 0.5 {
         fit.at(cosine)
     } else {
@@ -149,4 +150,17 @@ fn by_quadrature(cos_o: f32, roughness: f32, steps: usize) -> f32 {
         sum += ring_sum * 6.0 * u * (1.0 - u) / shadowing;
     }
     (sum * 2.0 * PI * step * step) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cosines_that_are_rounded_to_above_one_count_as_one() {
+        let sheen = Sheen::new(Vec3::ONE, 0.5);
+        let [slanted, above] = [Vec3::new(0.6, 0.0, 0.8), Vec3::Z * 1.000_000_1];
+        assert!((sheen.eval(above, slanted) - sheen.eval(Vec3::Z, slanted)).abs().max_element() < 1e-6);
+        assert!((sheen.eval(slanted, above) - sheen.eval(slanted, Vec3::Z)).abs().max_element() < 1e-6);
+    }
 }

@@ -53,8 +53,7 @@ impl Bsdf {
         let half = lobe.visible_normal(wo, ggx::disk_point(u));
         let facet_cosine = wo.dot(half).clamp(0.0, 1.0);
         let wi = if self.thin {
-            // A thin wall transmits as it would reflect.
-            // What facets send to the side of the view leaves on the other one, too.
+            // A thin wall transmits as it would reflect, what its facets would send to the side of the view included.
             let mirrored = half * (2.0 * facet_cosine) - wo;
             Vec3::new(mirrored.x, mirrored.y, -mirrored.z.abs())
         } else {

@@ -59,7 +59,7 @@ impl ThinFilm {
         FilmReflectances { factor: self.factor, dielectric, metal }
     }
 
-    /// Light's way through the film; `None` where it does not enter.
+    /// The refracted path of a view through the film; `None` where it is totally reflected outside.
     fn path(&self, cosine: f32) -> Option<FilmPath> {
         let outside = f64::from(self.ior_outside);
         let thickness = f64::from(self.thickness_nm);
@@ -75,13 +75,13 @@ impl ThinFilm {
             film,
             cos2,
             r12: schlick(f0_between(film, outside), cos1),
-            inverts_outside: film >= outside,
+            phi21_is_pi: film >= outside,
             sensitivities: sensitivities(2.0 * film * thickness * cos2),
         })
     }
 }
 
-/// What the layers below a film share for one view.
+/// The refracted path of one view through a film, which no base below changes.
 struct FilmPath {
     /// Index of refraction of the film.
     film: f64,
@@ -89,8 +89,8 @@ struct FilmPath {
     cos2: f64,
     /// Reflectance of the outer boundary.
     r12: f64,
-    /// Whether reflection from within at the outer boundary shifts the phase by half a wave.
-    inverts_outside: bool,
+    /// Whether φ21 of the source, the phase shift of the outer boundary, is π.
+    phi21_is_pi: bool,
     /// The eye's response to the first and the second order of interference.
     sensitivities: [Sensitivity; 2],
 }
@@ -102,7 +102,7 @@ impl FilmPath {
         let base_ior = base_f0.as_dvec3().map(|f0| ior_of_f0(f0.clamp(0.0, 0.9999)));
         let r23 = base_ior.map(|base| schlick(f0_between(base, self.film), self.cos2));
         // Either boundary shifts the phase by half a wave or not at all.
-        let sign = base_ior.map(|base| if self.inverts_outside == (base < self.film) { 1.0 } else { -1.0 });
+        let sign = base_ior.map(|base| if self.phi21_is_pi == (base < self.film) { 1.0 } else { -1.0 });
 
         // Orders of interference
         let t121 = 1.0 - self.r12;
@@ -138,16 +138,16 @@ fn sensitivities(path_difference_nm: f64) -> [Sensitivity; 2] {
     let gaussians = |value: f64, position: f64, variance: f64| {
         let scale = value * (2.0 * PI * variance).sqrt();
         let cosine = libm::cos(position * phase);
-        let bell = libm::exp(-phase * phase * variance);
-        // cos 2x = 2 cos² x - 1, and a bell at 2 x is its fourth power at x.
-        let square = bell * bell;
-        [scale * cosine * bell, scale * (2.0 * cosine * cosine - 1.0) * (square * square)]
+        let gaussian = libm::exp(-phase * phase * variance);
+        // cos 2x = 2 cos² x - 1, and a Gaussian at 2x is its fourth power at x.
+        let square = gaussian * gaussian;
+        [scale * cosine * gaussian, scale * (2.0 * cosine * cosine - 1.0) * (square * square)]
     };
-    let [x, longer_x] = gaussians(5.4856e-13, 1.6810e6, 4.3278e9);
-    let [second_x, longer_second_x] = gaussians(9.7470e-14, 2.2399e6, 4.5282e9);
-    let [y, longer_y] = gaussians(4.4201e-13, 1.7953e6, 9.3046e9);
-    let [z, longer_z] = gaussians(5.2481e-13, 2.2084e6, 6.6121e9);
-    [[x + second_x, y, z], [longer_x + longer_second_x, longer_y, longer_z]]
+    let [x0, x0_second] = gaussians(5.4856e-13, 1.6810e6, 4.3278e9);
+    let [x1, x1_second] = gaussians(9.7470e-14, 2.2399e6, 4.5282e9);
+    let [y, y_second] = gaussians(4.4201e-13, 1.7953e6, 9.3046e9);
+    let [z, z_second] = gaussians(5.2481e-13, 2.2084e6, 6.6121e9);
+    [[x0 + x1, y, z], [x0_second + x1_second, y_second, z_second]]
         .map(|xyz| Sensitivity(DVec3::from_array(xyz) / 1.0685e-7))
 }
 

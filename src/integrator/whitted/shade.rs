@@ -95,7 +95,7 @@ impl<'a> Tracer<'_, 'a> {
     fn find_materials(&self, block: &SurfaceBlock<'a>, materials: &mut Vec<MaterialSample>) {
         let view = self.context.view;
         materials.clear();
-        // The block has one material: a constant sample is that of all points without colours.
+        // The block has one material: a constant sample is that of all its instances without vertex colours.
         let mut constant = None;
         for (lane, point) in block.points.iter().enumerate() {
             let is_constant = self.context.constant_materials[point.instance.material.index()]

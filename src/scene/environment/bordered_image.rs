@@ -4,14 +4,14 @@ use glam::{Vec2, Vec3, Vec4};
 
 use super::equirect::{EquirectImage, floor};
 
-/// Radiance on an equirectangular grid, with a row beyond each pole and a column beyond each edge. 16 bytes a texel, one load.
+/// Radiance or irradiance on an equirectangular grid, with a row beyond each pole and a column beyond each edge. 16 bytes a texel, one load.
 #[derive(Debug, PartialEq)]
 pub(super) struct BorderedImage {
     /// Columns and rows without the border.
     size: [f32; 2],
     /// Texels a row, with the border.
     stride: usize,
-    /// Radiance and a zero, row-major from the row above the upper pole.
+    /// RGB and an unused zero, row-major from the row above the upper pole.
     texels: Vec<Vec4>,
 }
 
@@ -30,6 +30,10 @@ impl BorderedImage {
     /// The value of [`EquirectImage::bilinear`] at a position in the unit square.
     #[inline(always)]
     pub(super) fn bilinear(&self, uv: Vec2) -> Vec3 {
+        debug_assert!(
+            !(uv.min_element() < 0.0 || uv.max_element() > 1.0),
+            "{uv} is outside of the unit square"
+        );
         let [x, y] = [uv.x * self.size[0] - 0.5, uv.y * self.size[1] - 0.5];
         let (column, row) = (floor(x), floor(y));
         let (right_share, bottom_share) = (x - column as f32, y - row as f32);
@@ -54,7 +58,7 @@ mod tests {
 
     #[test]
     fn lookups_have_the_bits_of_those_without_a_border() {
-        for (width, height) in [(7, 4), (1, 1), (8, 4)] {
+        for (width, height) in [(7, 4), (1, 1), (5, 1), (8, 4)] {
             let pixel =
                 |index: usize| [index as f32 * 0.37, (index * index % 11) as f32, 0.1 + index as f32 * 1e-3];
             let image = EquirectImage { width, height, pixels: (0..width * height).map(pixel).collect() };

@@ -263,7 +263,7 @@ impl Environment {
         }
     }
 
-    /// Whether it lights surfaces from all directions alike, or not at all.
+    /// Whether its kind has the same light from all directions, or none.
     pub(crate) fn is_uniform(&self) -> bool {
         match self {
             Self::None | Self::Constant(_) => true,

@@ -99,7 +99,7 @@ impl AnisotropicGgx {
         if relative_ior < 1.0 {
             let [total, schlick] = facets.reflected(|cosine| [1.0, weight(cosine)]);
             let exact = total - internal_albedo::by_quadrature(&facets, relative_ior);
-            return AlbedoTerms { total, schlick, exact };
+            return AlbedoTerms { total, schlick, exact: exact.clamp(0.0, total) };
         }
         let factors = |cosine: f32| [1.0, weight(cosine), fresnel::exact(cosine, relative_ior)];
         let [total, schlick, exact] = facets.reflected(factors);

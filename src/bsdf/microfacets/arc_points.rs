@@ -6,11 +6,11 @@ use glam::{Vec2, Vec3};
 
 use super::lobe::Microfacets;
 use super::region::{Arc, Range};
+use crate::geometry::{F32Lanes, LANES};
 
 /// Number of arcs over the region.
 const ARCS: usize = 28;
-/// Number of points on a whole arc, and on half an arc, which is enough for isotropic lobes.
-const POINTS: usize = 20;
+/// Number of points on half an arc, which is enough for isotropic lobes; whole arcs have one for each lane.
 const HALF_POINTS: usize = 8;
 /// Number of arcs where a border crosses them obliquely.
 const MANY_ARCS: usize = 64;
@@ -29,6 +29,7 @@ pub(super) struct ArcPoints {
 }
 
 impl ArcPoints {
+    #[inline(always)]
     pub(super) fn new(facets: &Microfacets, arc: &Arc) -> Self {
         Self {
             wo: facets.wo.as_vec3(),
@@ -42,16 +43,17 @@ impl ArcPoints {
     }
 
     /// ∫ f G2 / G1 (v·N) dN / dβ.
+    #[inline(always)]
     pub(super) fn integrate<const N: usize>(
         &self,
         range: Range,
-        points: &[(f32, f32)],
+        nodes: &Nodes,
         factors: impl Fn(f32) -> [f32; N],
     ) -> [f32; N] {
         let (from, width) = (range.from as f32, (range.to - range.from) as f32);
-        let mut sums = [0.0; N];
-        for (share, weight) in points {
-            let tangent = from + width * share;
+        let mut values = [[0.0; LANES]; N];
+        for lane in 0..LANES {
+            let tangent = from + width * nodes.shares[lane];
             let scale = 1.0 / (1.0 + tangent * tangent);
             let (cosine, sine) = ((1.0 - tangent * tangent) * scale, 2.0 * tangent * scale);
             // The facet and the reflected direction
@@ -66,13 +68,29 @@ impl ArcPoints {
             let slopes = wi * self.alpha;
             let root_i = slopes.dot(slopes).sqrt();
             let shadowing = cos_i * (self.wo.z + self.length) / (cos_i * self.length + self.wo.z * root_i);
-            let weight = shadowing * seen * breadth * (2.0 * scale * weight * width);
+            let weight = shadowing * seen * breadth * (2.0 * scale * nodes.weights[lane] * width);
             let factors = factors(if facet_cosine < 1.0 { facet_cosine } else { 1.0 });
-            for (sum, factor) in sums.iter_mut().zip(factors) {
-                *sum += weight * factor;
+            for (values, factor) in values.iter_mut().zip(factors) {
+                values[lane] = weight * factor;
             }
         }
-        sums
+        values.map(|values| values.iter().sum())
+    }
+}
+
+/// Nodes along an arc with their weights; lanes without a node have no weight.
+pub(super) struct Nodes {
+    shares: F32Lanes,
+    weights: F32Lanes,
+}
+
+impl Nodes {
+    fn new(nodes: impl Iterator<Item = (f64, f64)>) -> Self {
+        let mut lanes = Self { shares: [0.0; LANES], weights: [0.0; LANES] };
+        for ((share, weight), node) in lanes.shares.iter_mut().zip(&mut lanes.weights).zip(nodes) {
+            (*share, *weight) = (node.0 as f32, node.1 as f32);
+        }
+        lanes
     }
 }
 
@@ -81,8 +99,8 @@ pub(super) struct Rule {
     pub(super) arcs: Vec<(f64, f64)>,
     pub(super) many_arcs: Vec<(f64, f64)>,
     /// From the middle of an arc to its end.
-    pub(super) half: Vec<(f32, f32)>,
-    pub(super) whole: Vec<(f32, f32)>,
+    pub(super) half: Nodes,
+    pub(super) whole: Nodes,
 }
 
 pub(super) fn rule() -> &'static Rule {
@@ -90,12 +108,11 @@ pub(super) fn rule() -> &'static Rule {
     RULE.get_or_init(|| {
         let eased = |(x, weight): (f64, f64)| (x * x * (3.0 - 2.0 * x), weight * 6.0 * x * (1.0 - x));
         let towards_end = |(x, weight): (f64, f64)| (x * (2.0 - x), weight * 2.0 * (1.0 - x));
-        let single = |(x, weight): (f64, f64)| (x as f32, weight as f32);
         Rule {
             arcs: legendre(ARCS).map(eased).collect(),
             many_arcs: legendre(MANY_ARCS).map(eased).collect(),
-            half: legendre(HALF_POINTS).map(towards_end).map(single).collect(),
-            whole: legendre(POINTS).map(eased).map(single).collect(),
+            half: Nodes::new(legendre(HALF_POINTS).map(towards_end)),
+            whole: Nodes::new(legendre(LANES).map(eased)),
         }
     })
 }

@@ -1,10 +1,12 @@
 //! The quadrature over a region of microfacet normals.
 
+use fearless_simd::Level;
 use glam::{DVec2, DVec3};
 
 use super::arc_points::{ArcPoints, rule};
 use super::lobe::Microfacets;
-use super::region::{Arc, Range, RegionFrame};
+use super::region::{Arc, Range, RegionFrame, direction};
+use crate::geometry::vectorized;
 
 /// A view is grazing where its cosine is below this share of the length of the scaled view.
 const GRAZING: f64 = 0.9;
@@ -34,6 +36,15 @@ impl Microfacets {
     }
 
     fn integrate<const N: usize>(
+        &self,
+        critical: Option<Bound>,
+        factors: impl Fn(f32) -> [f32; N],
+    ) -> [f32; N] {
+        vectorized!(Level::new(), self.integrate_in_lanes(critical, factors))
+    }
+
+    #[inline(always)]
+    fn integrate_in_lanes<const N: usize>(
         &self,
         critical: Option<Bound>,
         factors: impl Fn(f32) -> [f32; N],
@@ -75,6 +86,7 @@ impl Microfacets {
     }
 
     /// The bound as a symmetric form of two vectors; a normal is within where its form with itself is at most 0.
+    #[inline(always)]
     fn form(&self, bound: Bound, a: DVec3, b: DVec3) -> f64 {
         let lengths = (a * self.alpha).dot(b * self.alpha);
         let (along_a, along_b) = (self.length * self.view.dot(a), self.length * self.view.dot(b));
@@ -112,11 +124,12 @@ impl Microfacets {
     }
 
     /// The arc at the given tangent of half its angle from the facing normal.
+    #[inline(always)]
     fn arc(&self, frame: &RegionFrame, tangent: f64) -> Arc {
         let level = frame.level(tangent);
         // The arc's normal of the largest cosine to the view, and its normal at a right angle to the view: so both bounds are
         // ellipses.
-        let seen = DVec2::new(self.view.dot(level), self.view.dot(frame.axis)).normalize_or(DVec2::X);
+        let seen = direction(DVec2::new(self.view.dot(level), self.view.dot(frame.axis)));
         Arc {
             middle: level * seen.x + frame.axis * seen.y,
             edge: frame.axis * seen.x - level * seen.y,
@@ -125,6 +138,7 @@ impl Microfacets {
     }
 
     /// The points of an arc within the bound, by the tangent of half their angle from its middle.
+    #[inline(always)]
     fn points(&self, arc: &Arc, bound: Bound) -> Range {
         let form = |a: DVec3, b: DVec3| self.form(bound, a, b);
         Range::within(form(arc.edge, arc.edge), form(arc.middle, arc.edge), form(arc.middle, arc.middle))

@@ -18,8 +18,9 @@ pub(super) struct RegionFrame {
 
 impl RegionFrame {
     pub(super) fn new(facets: &Microfacets) -> Self {
-        let facing = (facets.wo / facets.alpha).normalize();
-        let level = DVec2::new(facing.x, facing.y).normalize_or(DVec2::X);
+        let slopes = facets.wo / facets.alpha;
+        let facing = slopes * (1.0 / slopes.dot(slopes).sqrt());
+        let level = direction(DVec2::new(facing.x, facing.y));
         let sine = facing.x * level.x + facing.y * level.y;
         Self { facing, upward: (level * -facing.z).extend(sine), axis: DVec3::new(-level.y, level.x, 0.0) }
     }
@@ -33,11 +34,11 @@ impl RegionFrame {
 
     /// The frame rotated to the middle of a range, and the tangent of half the angle from there to its ends.
     pub(super) fn centred(&self, range: Range) -> (Self, f64) {
-        let direction = |t: f64| DVec2::new(1.0 - t * t, 2.0 * t) / (1.0 + t * t);
-        let both = direction(range.from) + direction(range.to);
-        let middle = both.normalize_or(DVec2::X);
+        let at_tangent = |t: f64| DVec2::new(1.0 - t * t, 2.0 * t) / (1.0 + t * t);
+        let both = at_tangent(range.from) + at_tangent(range.to);
+        let middle = direction(both);
         // |both| is twice the cosine of the angle to either end.
-        let cosine = 0.5 * both.length();
+        let cosine = 0.5 * both.dot(both).sqrt();
         let reach = if cosine < 1.0 { ((1.0 - cosine) / (1.0 + cosine)).sqrt() } else { 0.0 };
         let rotated = Self {
             facing: self.facing * middle.x + self.upward * middle.y,
@@ -106,4 +107,12 @@ pub(super) struct Arc {
     pub(super) edge: DVec3,
     /// Components of the vector where the arc crosses its plane of symmetry; dN = N·level dλ dβ.
     pub(super) level: DVec2,
+}
+
+/// The unit vector of `v`, X if it is zero. glam's own root is assembly that waits for wide registers, in the middle of code that uses them.
+#[inline(always)]
+pub(super) fn direction(v: DVec2) -> DVec2 {
+    let reciprocal = 1.0 / v.dot(v).sqrt();
+    let has_length = reciprocal > 0.0 && reciprocal < f64::INFINITY;
+    if has_length { v * reciprocal } else { DVec2::X }
 }

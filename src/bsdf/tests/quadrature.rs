@@ -168,12 +168,14 @@ fn isotropic_lobes_agree_with_quadrature() {
 
 #[test]
 fn anisotropic_lobes_agree_with_quadrature() {
-    for (roughness, strength) in [(0.2_f32, 0.5_f32), (0.4, 0.3), (0.4, 1.0), (0.7, 0.8), (0.1, 0.9)] {
+    for (roughness, strength) in
+        [(0.2_f32, 0.5_f32), (0.4, 0.3), (0.4, 1.0), (0.7, 0.8), (0.1, 0.9), (0.3, 0.1), (0.15, 0.05)]
+    {
         let ggx = AnisotropicGgx::new(roughness * roughness, strength);
         let (at, ab) = (f64::from(ggx.alpha.x), f64::from(ggx.alpha.y));
-        for n in [1.0_f32 / 1.5, 1.5] {
-            for cosine in [0.02_f32, 0.1, 0.25, 0.5, 0.746, 0.9, 1.0] {
-                for azimuth in [0.0_f32, 0.3, 1.1, 1.5] {
+        for n in [0.42_f32, 1.0 / 1.5, 1.0 / 1.33, 1.0 / 1.05, 1.05, 1.5, 2.4] {
+            for cosine in [0.002_f32, 0.02, 0.1, 0.25, 0.5, 0.746, 0.9, 1.0] {
+                for azimuth in [0.0_f32, 0.03, 0.05, 0.1, 0.3, 0.7, 1.1, 1.5] {
                     let v = direction(cosine, azimuth);
                     let expected = albedos(v.as_dvec3().normalize(), at, ab, f64::from(n));
                     let terms = ggx.terms(v, n);
@@ -181,7 +183,7 @@ fn anisotropic_lobes_agree_with_quadrature() {
                     for (found, expected) in found.into_iter().zip(expected) {
                         let error = (f64::from(found) - expected).abs();
                         let case = format!("{roughness} {strength} {n} {cosine} {azimuth}");
-                        assert!(error < 1e-4, "{case}: {found} is not {expected}");
+                        assert!(error < 7e-4, "{case}: {found} is not {expected}");
                     }
                 }
             }

@@ -3,7 +3,9 @@
 //! Sources: Burley, "Physically Based Shading at Disney", 2012, appendix B.2 (D); Heitz 2014, section 5.4, and Heitz 2018, as in
 //! [`super::ggx`]; `KHR_materials_anisotropy`. Directions are local: X is the direction of the larger α, +Z the normal.
 //!
-//! The albedo depends on four parameters, too many for a table; it is integrated for each view.
+//! The albedo depends on four parameters, too many for a table; it is integrated for each view. At least 99 % of lobes and views are
+//! within 1e-3. The rest are views along almost smooth surfaces, within 4e-3 where looked at, and views from within a medium at azimuths
+//! next to the direction of anisotropy, within 0.02.
 
 use std::sync::OnceLock;
 

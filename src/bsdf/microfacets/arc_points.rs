@@ -10,8 +10,10 @@ use crate::geometry::{F32Lanes, LANES};
 
 /// Number of arcs over the region.
 const ARCS: usize = 28;
-/// Number of points on half an arc, which is enough for isotropic lobes; whole arcs have one for each lane.
+/// Number of points on a whole arc, and on half an arc, which is enough for isotropic lobes.
+const POINTS: usize = 16;
 const HALF_POINTS: usize = 8;
+const _: () = assert!(POINTS <= LANES && HALF_POINTS <= LANES, "a lane holds one point");
 /// Number of arcs where a border crosses them obliquely.
 const MANY_ARCS: usize = 64;
 
@@ -112,7 +114,7 @@ pub(super) fn rule() -> &'static Rule {
             arcs: legendre(ARCS).map(eased).collect(),
             many_arcs: legendre(MANY_ARCS).map(eased).collect(),
             half: Nodes::new(legendre(HALF_POINTS).map(towards_end)),
-            whole: Nodes::new(legendre(LANES).map(eased)),
+            whole: Nodes::new(legendre(POINTS).map(eased)),
         }
     })
 }

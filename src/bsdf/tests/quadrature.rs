@@ -168,9 +168,16 @@ fn isotropic_lobes_agree_with_quadrature() {
 
 #[test]
 fn anisotropic_lobes_agree_with_quadrature() {
-    for (roughness, strength) in
-        [(0.2_f32, 0.5_f32), (0.4, 0.3), (0.4, 1.0), (0.7, 0.8), (0.1, 0.9), (0.3, 0.1), (0.15, 0.05)]
-    {
+    let lobes = [
+        (0.2_f32, 0.5_f32, 1.5e-4),
+        (0.4, 0.3, 3e-4),
+        (0.4, 1.0, 3e-4),
+        (0.7, 0.8, 1e-4),
+        (0.1, 0.9, 3e-5),
+        (0.3, 0.1, 4e-4),
+        (0.15, 0.05, 7e-4),
+    ];
+    for (roughness, strength, limit) in lobes {
         let ggx = AnisotropicGgx::new(roughness * roughness, strength);
         let (at, ab) = (f64::from(ggx.alpha.x), f64::from(ggx.alpha.y));
         for n in [0.42_f32, 1.0 / 1.5, 1.0 / 1.33, 1.0 / 1.05, 1.05, 1.5, 2.4] {
@@ -183,7 +190,7 @@ fn anisotropic_lobes_agree_with_quadrature() {
                     for (found, expected) in found.into_iter().zip(expected) {
                         let error = (f64::from(found) - expected).abs();
                         let case = format!("{roughness} {strength} {n} {cosine} {azimuth}");
-                        assert!(error < 7e-4, "{case}: {found} is not {expected}");
+                        assert!(error < limit, "{case}: {found} is not {expected}");
                     }
                 }
             }

@@ -109,7 +109,8 @@ pub(super) struct Arc {
     pub(super) level: DVec2,
 }
 
-/// The unit vector of `v`, X if it has no length or its square is out of range. The root of glam is assembly for narrow registers, which is slow between operations on wide ones.
+/// The unit vector of `v`, X if it has no length or its square is out of range. As [`DVec2::normalize_or`], whose root is assembly for narrow
+/// registers: between operations on wide ones it is slow.
 #[inline(always)]
 pub(super) fn direction(v: DVec2) -> DVec2 {
     let reciprocal = 1.0 / v.dot(v).sqrt();

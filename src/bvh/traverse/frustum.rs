@@ -31,10 +31,21 @@ pub(super) struct Frustum {
     slope: [[f32; 2]; 2],
     /// Least ray parameter per unit of each axis; zero where rays run both ways.
     rate: [f32; 3],
-    /// Axes along which all rays run towards smaller coordinates.
-    falling: [bool; 3],
+    /// How the rays run along each axis.
+    pub(super) sense: [Sense; 3],
     /// Length by which boxes are grown.
     pub(super) padding: f32,
+}
+
+/// How the rays of a packet run along an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sense {
+    /// All towards larger coordinates.
+    Rising,
+    /// All towards smaller coordinates.
+    Falling,
+    /// Both ways.
+    Mixed,
 }
 
 /// Eight boxes by plane: min x, y, z, max x, y, z.
@@ -56,7 +67,7 @@ impl Frustum {
         origin: [[0.0; 3]; 2],
         slope: [[0.0; 2]; 2],
         rate: [0.0; 3],
-        falling: [false; 3],
+        sense: [Sense::Mixed; 3],
         padding: 0.0,
     };
 
@@ -74,13 +85,12 @@ impl Frustum {
             frustum.origin[1][axis] = high;
             largest = largest.max(-low).max(high);
             let [low, high] = range(simd, &packet.reciprocal[axis][..used]);
-            frustum.falling[axis] = high < 0.0;
-            frustum.rate[axis] = if low > 0.0 {
-                low
+            (frustum.sense[axis], frustum.rate[axis]) = if low > 0.0 {
+                (Sense::Rising, low)
             } else if high < 0.0 {
-                -high
+                (Sense::Falling, -high)
             } else {
-                0.0
+                (Sense::Mixed, 0.0)
             };
         }
         frustum.padding = largest * (2.0 * BOX_PADDING);
@@ -153,8 +163,11 @@ impl Frustum {
         let lowest = if least < 0.0 { end } else { begin } * least + lowest_origin;
         let highest = if largest > 0.0 { end } else { begin } * largest + highest_origin;
         let overlap = low.simd_le(highest) & high.simd_ge(lowest);
-        let ahead =
-            if self.falling[axis] { f32x8::splat(simd, lowest_origin) - high } else { low - highest_origin };
+        let ahead = if self.sense[axis] == Sense::Falling {
+            f32x8::splat(simd, lowest_origin) - high
+        } else {
+            low - highest_origin
+        };
         (overlap, ahead * self.rate[axis])
     }
 }

@@ -9,6 +9,9 @@
 //! * The origin is moved outward by [`BOX_PADDING`] of its largest coordinate, as the definition of a hit requires.
 //! * The direction is scaled by a power of two so that its largest component is in [1, 2). Its other components are at least
 //!   2⁻³⁰: within the scene this moves the ray by less than the padding, and no distance is 0·∞.
+//! * The distance to a plane is the difference of two products with the reciprocal, of which that of the origin is computed once: one fused
+//!   operation where the instruction set has it. The rounding of either product moves the origin or the plane by 2⁻²⁴ of its
+//!   coordinate, which the padding covers. Rays whose products could overflow ([`is_extreme`]) take the product of the difference.
 
 use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::Vec3;
@@ -22,25 +25,36 @@ use crate::geometry::{BOX_PADDING, Ray, dominant_axes};
 const SLACK: f32 = 1.0 / (1 << 20) as f32;
 /// Smallest direction component, in units of the largest.
 const MIN_COMPONENT: f32 = 1.0 / (1 << 30) as f32;
+/// Limit of origin coordinates whose products with the reciprocals of a normal direction are finite.
+const MAX_ORIGIN: f32 = (1_u128 << 96) as f32;
 
-/// Ray with the precomputed values of the box and triangle tests.
+/// Ray with the precomputed values of the box and triangle tests: any ray if `EXTREME`, otherwise one for which [`is_extreme`] is false.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LaneRay {
+pub(super) struct LaneRay<const EXTREME: bool> {
     /// Axes along which the ray runs towards smaller coordinates.
     backward: [bool; 3],
-    near_origin: [f32; 3],
-    far_origin: [f32; 3],
-    near_reciprocal: [f32; 3],
-    far_reciprocal: [f32; 3],
+    /// Values of the box test alone.
+    pub(super) slabs: Slabs,
     /// Box distances are `t` times this.
     pub(super) scale: f32,
-    /// Lower limit of box distances.
-    lower: f32,
     axes: [usize; 3],
     origin: [f32; 3],
     shear: [f32; 2],
     /// Reciprocal of the direction's component along the depth axis.
     pub(super) depth_reciprocal: f32,
+}
+
+/// Values of the box test. Those of the first planes along the ray are `near`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slabs {
+    near_reciprocal: [f32; 3],
+    far_reciprocal: [f32; 3],
+    /// Origin of an extreme ray; the product of the origin and the reciprocal of any other.
+    near_start: [f32; 3],
+    /// The same for the second planes.
+    far_start: [f32; 3],
+    /// Lower limit of box distances.
+    lower: f32,
 }
 
 /// Children of a node that a ray enters.
@@ -52,7 +66,18 @@ pub(super) struct Entered {
     pub(super) distances: [f32; WIDTH],
 }
 
-impl LaneRay {
+/// Whether products of the origin and the reciprocals of a ray might not be finite: it starts far away, or its direction is subnormal or
+/// not finite.
+#[inline(always)]
+pub(super) fn is_extreme(ray: &Ray) -> bool {
+    let ([x, y, z], [u, v, w]) = (ray.origin.abs().to_array(), ray.direction.abs().to_array());
+    let is_near = x < MAX_ORIGIN && y < MAX_ORIGIN && z < MAX_ORIGIN;
+    let is_finite = u <= f32::MAX && v <= f32::MAX && w <= f32::MAX;
+    let is_normal = u >= f32::MIN_POSITIVE || v >= f32::MIN_POSITIVE || w >= f32::MIN_POSITIVE;
+    !(is_near && is_finite && is_normal)
+}
+
+impl<const EXTREME: bool> LaneRay<EXTREME> {
     /// Prepares `ray`. Boxes that end before `lower` (in `t`) are not entered.
     #[inline(always)]
     pub(super) fn new(ray: &Ray, lower: f32) -> Self {
@@ -72,14 +97,20 @@ impl LaneRay {
         let smallest = Vec3::splat(largest * over_scale * MIN_COMPONENT);
         let reciprocal = direction.abs().max(smallest).copysign(direction).recip();
         let outward = Vec3::splat(ray.origin.abs().max_element() * BOX_PADDING).copysign(direction);
+        let (near_origin, far_origin) = (ray.origin + outward, ray.origin - outward);
+        let (near_reciprocal, far_reciprocal) = (reciprocal * (1.0 - SLACK), reciprocal * (1.0 + SLACK));
+        let start = |origin: Vec3, reciprocal: Vec3| if EXTREME { origin } else { origin * reciprocal };
+        let slabs = Slabs {
+            near_reciprocal: near_reciprocal.to_array(),
+            far_reciprocal: far_reciprocal.to_array(),
+            near_start: start(near_origin, near_reciprocal).to_array(),
+            far_start: start(far_origin, far_reciprocal).to_array(),
+            lower: lower_or_zero(lower) * scale,
+        };
         Self {
             backward: direction.to_array().map(f32::is_sign_negative),
-            near_origin: (ray.origin + outward).to_array(),
-            far_origin: (ray.origin - outward).to_array(),
-            near_reciprocal: (reciprocal * (1.0 - SLACK)).to_array(),
-            far_reciprocal: (reciprocal * (1.0 + SLACK)).to_array(),
+            slabs,
             scale,
-            lower: lower_or_zero(lower) * scale,
             axes,
             origin: ray.origin.to_array(),
             shear: [x / depth, y / depth],
@@ -100,27 +131,26 @@ impl LaneRay {
         axis + 3 * usize::from(!self.backward[axis])
     }
 
-    /// Distances to the first planes of an axis.
+    /// Distances to planes.
     #[inline(always)]
-    fn near<S: Simd>(&self, simd: S, node: &WideNode, axis: usize) -> f32x8<S> {
-        let plane = f32x8::load_array_ref(simd, &node.planes[self.near_plane(axis)]);
-        (plane - self.near_origin[axis]) * self.near_reciprocal[axis]
+    fn distances<S: Simd>(simd: S, planes: &[f32; WIDTH], start: f32, reciprocal: f32) -> f32x8<S> {
+        let planes = f32x8::load_array_ref(simd, planes);
+        if EXTREME { (planes - start) * reciprocal } else { planes.mul_sub(reciprocal, start) }
     }
 
-    /// Distances to the second planes of an axis.
+    /// Children of `node` that the ray enters at or before `upper`, a box distance. `slabs` are those of the ray.
     #[inline(always)]
-    fn far<S: Simd>(&self, simd: S, node: &WideNode, axis: usize) -> f32x8<S> {
-        let plane = f32x8::load_array_ref(simd, &node.planes[self.far_plane(axis)]);
-        (plane - self.far_origin[axis]) * self.far_reciprocal[axis]
-    }
-
-    /// Children of `node` that the ray enters at or before `upper`, a box distance.
-    #[inline(always)]
-    pub(super) fn enter<S: Simd>(&self, simd: S, node: &WideNode, upper: f32) -> Entered {
-        let [x, y, z] = [self.near(simd, node, 0), self.near(simd, node, 1), self.near(simd, node, 2)];
-        let entry = x.max(y).max(z.max(self.lower));
-        let [x, y, z] = [self.far(simd, node, 0), self.far(simd, node, 1), self.far(simd, node, 2)];
-        let exit = x.min(y).min(z.min(upper));
+    pub(super) fn enter<S: Simd>(&self, simd: S, slabs: &Slabs, node: &WideNode, upper: f32) -> Entered {
+        let near = |axis: usize| {
+            let (start, reciprocal) = (slabs.near_start[axis], slabs.near_reciprocal[axis]);
+            Self::distances(simd, &node.planes[self.near_plane(axis)], start, reciprocal)
+        };
+        let far = |axis: usize| {
+            let (start, reciprocal) = (slabs.far_start[axis], slabs.far_reciprocal[axis]);
+            Self::distances(simd, &node.planes[self.far_plane(axis)], start, reciprocal)
+        };
+        let entry = near(0).max(near(1)).max(near(2).max(slabs.lower));
+        let exit = far(0).min(far(1)).min(far(2).min(upper));
         let mask = entry.simd_le(exit).to_bitmask() as u32;
         Entered { mask, distances: entry.into() }
     }

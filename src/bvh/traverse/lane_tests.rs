@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::Vec3;
 
-use super::lane_ray::LaneRay;
+use super::lane_ray::{Entered, LaneRay, is_extreme};
 use super::visitor::positive_lower;
 use crate::bvh::simd::dispatch_lanes;
 use crate::bvh::wide_tree::{BLOCK, Leaf, Tag, WIDTH, WORDS_PER_SLOT, WideNode, WideTree, write_leaf};
@@ -23,10 +23,9 @@ impl Random {
     }
 }
 
-/// Results of both kernels for one ray: entered boxes with distances; possible and certain triangles, back sides and bounds.
+/// Results of the triangle kernel for one ray: possible and certain triangles, back sides and bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct KernelResults {
-    entered: (u32, [u32; WIDTH]),
     possible: u32,
     certain: u32,
     back: u32,
@@ -35,9 +34,8 @@ struct KernelResults {
 }
 
 #[inline(always)]
-fn run_kernels<S: Simd>(simd: S, node: &WideNode, tree: &WideTree, ray: &Ray, upper: f32) -> KernelResults {
-    let lane_ray = LaneRay::new(ray, ray.t_min);
-    let entered = lane_ray.enter(simd, node, upper * lane_ray.scale);
+fn triangle_kernel<S: Simd>(simd: S, tree: &WideTree, ray: &Ray) -> KernelResults {
+    let lane_ray = LaneRay::<true>::new(ray, ray.t_min);
     let edges = lane_ray.edge_functions(simd, &tree.triangles(Leaf::new(0, COUNT)));
     let lanes = (1 << COUNT) - 1;
     let bounds = edges.distance_bounds(simd, f32x8::splat(simd, lane_ray.depth_reciprocal));
@@ -47,7 +45,6 @@ fn run_kernels<S: Simd>(simd: S, node: &WideNode, tree: &WideTree, ray: &Ray, up
         std::array::from_fn(|i| if certain >> i & 1 != 0 && bounds[i].is_finite() { bounds[i] } else { 0.0 })
     };
     KernelResults {
-        entered: (entered.mask, entered.distances.map(f32::to_bits)),
         possible: edges.possible & lanes,
         certain,
         back: edges.back() & certain,
@@ -83,7 +80,7 @@ fn leaf(random: &mut Random, target: Vec3, size: f32) -> (WideNode, WideTree, Ve
 #[test]
 fn levels_agree_with_each_other_and_with_the_definition() {
     let mut random = Random(1);
-    let (mut hits, mut certain_hits) = (0, 0);
+    let (mut hits, mut certain_hits, mut extreme) = (0, 0, 0);
     for i in 0..60_000 {
         let scale = [1.0, 1.0e3, 1.0e30, 1.0e-30, 1.0e-18, 1.0e19][i % 6];
         let size = [1.0, 1.0e-4, 100.0][i / 6 % 3];
@@ -100,10 +97,12 @@ fn levels_agree_with_each_other_and_with_the_definition() {
             direction /= direction.abs().max_element();
         }
         let ray = Ray::new(origin, direction);
-        let results = run_at(SimdLevel::Scalar, &node, &tree, &ray, 2.0);
-        for level in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
-            assert_eq!(run_at(level, &node, &tree, &ray, 2.0), results, "{level:?} {ray:?}");
+        let results = triangles_at(SimdLevel::Scalar, &tree, &ray);
+        let levels = || SimdLevel::ALL.into_iter().filter(|level| level.is_supported());
+        for level in levels() {
+            assert_eq!(triangles_at(level, &tree, &ray), results, "{level:?} {ray:?}");
         }
+        extreme += u32::from(is_extreme(&ray));
 
         for (lane, triangle) in triangles.iter().enumerate() {
             let (possible, certain) = (results.possible >> lane & 1 != 0, results.certain >> lane & 1 != 0);
@@ -127,23 +126,46 @@ fn levels_agree_with_each_other_and_with_the_definition() {
                 assert_eq!(results.back >> lane & 1 != 0, hit.facing == crate::geometry::Facing::Back);
             }
             // The box is entered by the hit's distance, not later.
-            let at_hit = run_at(SimdLevel::Scalar, &node, &tree, &ray, hit.t).entered;
-            assert!(at_hit.0 >> lane & 1 == 1, "{ray:?} misses the box of {triangle:?}");
+            for level in levels() {
+                for entered in boxes_at(level, &node, &ray, hit.t) {
+                    assert!(entered >> lane & 1 == 1, "{level:?}: {ray:?} misses the box of {triangle:?}");
+                }
+            }
         }
     }
     assert!(hits > 20_000 && certain_hits > 3000, "{hits} {certain_hits}");
+    assert!((5_000..30_000).contains(&extreme), "{extreme}");
 }
 
-fn run_at(level: SimdLevel, node: &WideNode, tree: &WideTree, ray: &Ray, upper: f32) -> KernelResults {
-    dispatch_lanes!(level.level(), simd => run_kernels(simd, node, tree, ray, upper))
+fn triangles_at(level: SimdLevel, tree: &WideTree, ray: &Ray) -> KernelResults {
+    dispatch_lanes!(level.level(), simd => triangle_kernel(simd, tree, ray))
+}
+
+/// Boxes that a ray enters at or before `upper`: by differences, and by products where those are finite.
+fn boxes_at(level: SimdLevel, node: &WideNode, ray: &Ray, upper: f32) -> Vec<u32> {
+    let by_differences = LaneRay::<true>::new(ray, ray.t_min);
+    let mut entered = vec![entered_at(level, &by_differences, node, upper).mask];
+    if !is_extreme(ray) {
+        entered.push(entered_at(level, &LaneRay::<false>::new(ray, ray.t_min), node, upper).mask);
+    }
+    entered
+}
+
+fn entered_at<const EXTREME: bool>(
+    level: SimdLevel,
+    ray: &LaneRay<EXTREME>,
+    node: &WideNode,
+    upper: f32,
+) -> Entered {
+    dispatch_lanes!(level.level(), simd => ray.enter(simd, &ray.slabs, node, upper * ray.scale))
 }
 
 #[test]
 fn triangles_far_from_the_ray_are_passed_over() {
     let mut random = Random(2);
-    let (node, tree, _) = leaf(&mut random, Vec3::new(50.0, 0.0, 0.0), 1.0);
+    let (_, tree, _) = leaf(&mut random, Vec3::new(50.0, 0.0, 0.0), 1.0);
     let ray = Ray::new(Vec3::new(0.0, 0.0, -10.0), Vec3::Z);
-    assert_eq!(run_at(SimdLevel::Scalar, &node, &tree, &ray, f32::INFINITY).possible, 0);
+    assert_eq!(triangles_at(SimdLevel::Scalar, &tree, &ray).possible, 0);
 }
 
 #[test]
@@ -152,15 +174,21 @@ fn a_ray_in_a_face_of_a_box_enters_it() {
     let mut node = WideNode::EMPTY;
     let unit = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
     node.put(0, 0, &unit);
-    let enter = |ray: &Ray| dispatch_lanes!(SimdLevel::Scalar.level(), simd => LaneRay::new(ray, 0.0).enter(simd, &node, f32::INFINITY));
+    let enter =
+        |ray: &Ray| entered_at(SimdLevel::best(), &LaneRay::<false>::new(ray, 0.0), &node, f32::INFINITY);
+    let enter_by_differences =
+        |ray: &Ray| entered_at(SimdLevel::Scalar, &LaneRay::<true>::new(ray, 0.0), &node, f32::INFINITY);
     for x in [0.0, -0.0, 0.5, 1.0] {
         for zero in [0.0, -0.0] {
-            let entered = enter(&Ray::new(Vec3::new(x, 0.5, -1.0), Vec3::new(zero, zero, 1.0)));
-            assert_eq!(entered.mask, 1);
-            assert!((entered.distances[0] - 1.0).abs() < 1.0e-5);
+            let ray = Ray::new(Vec3::new(x, 0.5, -1.0), Vec3::new(zero, zero, 1.0));
+            for entered in [enter(&ray), enter_by_differences(&ray)] {
+                assert_eq!(entered.mask, 1);
+                assert!((entered.distances[0] - 1.0).abs() < 1.0e-5);
+            }
         }
     }
-    assert_eq!(enter(&Ray::new(Vec3::new(1.1, 0.5, -1.0), Vec3::Z)).mask, 0);
+    let beside = Ray::new(Vec3::new(1.1, 0.5, -1.0), Vec3::Z);
+    assert_eq!((enter(&beside).mask, enter_by_differences(&beside).mask), (0, 0));
 }
 
 #[test]
@@ -169,7 +197,29 @@ fn entry_distances_inside_a_box_are_zero_rather_than_subnormal() {
     let mut node = WideNode::EMPTY;
     node.put(0, 0, &Aabb { min: Vec3::splat(-1.0), max: Vec3::ONE });
     let ray = Ray::new(Vec3::ZERO, Vec3::new(0.6, 0.0, 0.8));
-    let lane_ray = LaneRay::new(&ray, positive_lower(ray.t_min));
-    let entered = dispatch_lanes!(SimdLevel::Scalar.level(), simd => lane_ray.enter(simd, &node, 1.0));
-    assert_eq!((entered.mask, entered.distances[0].to_bits()), (1, 0));
+    let lower = positive_lower(ray.t_min);
+    for level in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
+        let by_products = entered_at(level, &LaneRay::<false>::new(&ray, lower), &node, 1.0);
+        let by_differences = entered_at(level, &LaneRay::<true>::new(&ray, lower), &node, 1.0);
+        for entered in [by_products, by_differences] {
+            assert_eq!((entered.mask, entered.distances[0].to_bits()), (1, 0));
+        }
+    }
+}
+
+#[test]
+fn rays_with_overflowing_products_are_extreme() {
+    let towards = |x: f32| Vec3::new(x, 1.0, 0.0);
+    assert!(!is_extreme(&Ray::new(Vec3::splat(-7.0e28), towards(0.0))));
+    assert!(is_extreme(&Ray::new(Vec3::new(0.0, -8.0e28, 0.0), towards(0.0))));
+    assert!(is_extreme(&Ray::new(Vec3::new(f32::NAN, 0.0, 0.0), towards(0.0))));
+    assert!(is_extreme(&Ray::new(Vec3::ONE, towards(0.0) * 1.0e-39)));
+    assert!(
+        is_extreme(&Ray::new(Vec3::ONE, towards(f32::NAN)))
+            && is_extreme(&Ray::new(Vec3::ONE, towards(f32::INFINITY)))
+    );
+    let farthest = LaneRay::<false>::new(&Ray::new(Vec3::splat(-7.9e28), towards(0.0)), 0.0);
+    let mut node = WideNode::EMPTY;
+    node.put(0, 0, &Aabb { min: Vec3::splat(-8.0e28), max: Vec3::splat(8.0e28) });
+    assert_eq!(entered_at(SimdLevel::best(), &farthest, &node, f32::INFINITY).mask, 1);
 }

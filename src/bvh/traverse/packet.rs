@@ -18,8 +18,8 @@ pub(super) const MIN_PACKET: usize = 8;
 
 /// Smallest direction component, in units of the one along the depth axis.
 const MIN_COMPONENT: f32 = 1.0 / (1 << 30) as f32;
-/// Upper limit of origin coordinates.
-const MAX_ORIGIN: f32 = 1.0e30;
+/// Upper limit of origin coordinates. Their products with reciprocals are finite.
+const MAX_ORIGIN: f32 = 1.0e18;
 /// Limits of the direction component along the depth axis.
 const DEPTH_COMPONENTS: std::ops::Range<f32> = 1.0e-10..1.0e10;
 
@@ -35,6 +35,8 @@ pub(super) struct Packet {
     pub(super) direction: [Row; 3],
     /// Reciprocals of the direction's components, of which none counts as zero.
     pub(super) reciprocal: [Row; 3],
+    /// Products of the origins and the reciprocals, by axis.
+    pub(super) start: [Row; 3],
     /// The two lateral components over the one along the depth axis.
     pub(super) shear: [Row; 2],
     /// Exclusive lower limit of `t`; zero stands for [`LEAST_LOWER`](super::visitor::LEAST_LOWER).
@@ -59,6 +61,7 @@ impl Packet {
         origin: [[[0.0; LANES]; VECTORS]; 3],
         direction: [[[0.0; LANES]; VECTORS]; 3],
         reciprocal: [[[0.0; LANES]; VECTORS]; 3],
+        start: [[[0.0; LANES]; VECTORS]; 3],
         shear: [[[0.0; LANES]; VECTORS]; 2],
         lower: [[0.0; LANES]; VECTORS],
         near: [[0.0; LANES]; VECTORS],
@@ -125,7 +128,7 @@ impl Packet {
         Some(TriangleSlot { leaf, lane: self.lane[vector][lane] })
     }
 
-    /// Computes shears and reciprocals. False if the depth axis or sense of a ray differs from those of the ray whose
+    /// Computes shears, reciprocals and starts. False if the depth axis or sense of a ray differs from those of the ray whose
     /// component along the depth axis is `depth`.
     #[inline(always)]
     fn prepare<S: Simd>(&mut self, simd: S, depth: f32) -> bool {
@@ -148,6 +151,11 @@ impl Packet {
                 (f32x16::splat(simd, 1.0) / clamped).store_array(&mut self.reciprocal[axis][v]);
             }
             fits &= fit.all_true();
+            for axis in 0..3 {
+                let origin = f32x16::load_array_ref(simd, &self.origin[axis][v]);
+                let reciprocal = f32x16::load_array_ref(simd, &self.reciprocal[axis][v]);
+                (origin * reciprocal).store_array(&mut self.start[axis][v]);
+            }
         }
         fits
     }

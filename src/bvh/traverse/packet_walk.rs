@@ -8,7 +8,7 @@ use fearless_simd::{Simd, f32x8, f32x16, mask32x16, prelude::*};
 use glam::Vec3;
 
 use super::edge_functions::{DistanceBounds, EdgeFunctions};
-use super::frustum::{ENTRY_SLACK, EnteredBoxes, Frustum, Planes};
+use super::frustum::{ENTRY_SLACK, EnteredBoxes, Frustum, Planes, Sense};
 use super::packet::{LANES, Packet, VECTORS};
 use super::visitor::TriangleSlot;
 use crate::bvh::statistics::TraversalCounters;
@@ -192,6 +192,9 @@ impl PacketWalk<'_> {
         lane: usize,
         vectors: u32,
     ) -> [u32; VECTORS] {
+        let Frustum { padding, .. } = self.frustum;
+        let low: [f32; 3] = std::array::from_fn(|axis| node.planes[axis][lane] - padding);
+        let high: [f32; 3] = std::array::from_fn(|axis| node.planes[3 + axis][lane] + padding);
         let mut live = [0; VECTORS];
         for (v, live) in live.iter_mut().enumerate() {
             if vectors >> v & 1 == 0 {
@@ -200,14 +203,17 @@ impl PacketWalk<'_> {
             let mut entry = f32x16::load_array_ref(simd, &packet.lower[v]);
             let mut exit = f32x16::load_array_ref(simd, &packet.far[v]);
             for axis in 0..3 {
-                let origin = f32x16::load_array_ref(simd, &packet.origin[axis][v]);
+                let start = f32x16::load_array_ref(simd, &packet.start[axis][v]);
                 let reciprocal = f32x16::load_array_ref(simd, &packet.reciprocal[axis][v]);
-                let low = f32x16::splat(simd, node.planes[axis][lane] - self.frustum.padding);
-                let high = f32x16::splat(simd, node.planes[3 + axis][lane] + self.frustum.padding);
-                let to_low = (low - origin) * reciprocal;
-                let to_high = (high - origin) * reciprocal;
-                entry = entry.max(to_low.min(to_high));
-                exit = exit.min(to_low.max(to_high));
+                let to = |plane| f32x16::splat(simd, plane).mul_sub(reciprocal, start);
+                let (to_low, to_high) = (to(low[axis]), to(high[axis]));
+                let (near, far) = match self.frustum.sense[axis] {
+                    Sense::Rising => (to_low, to_high),
+                    Sense::Falling => (to_high, to_low),
+                    Sense::Mixed => (to_low.min(to_high), to_low.max(to_high)),
+                };
+                entry = entry.max(near);
+                exit = exit.min(far);
             }
             *live = (entry * ENTRY_SLACK).simd_le(exit).to_bitmask() as u32;
         }

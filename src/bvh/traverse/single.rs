@@ -4,9 +4,11 @@
 //! node is skipped only if its shortened entry distance is beyond the closest hit, never if it is equal: it may hold a
 //! triangle of a lower index at the same distance.
 
+use std::hint::black_box;
+
 use fearless_simd::{Fallback, Level, Simd, f32x8, prelude::*};
 
-use super::lane_ray::LaneRay;
+use super::lane_ray::{LaneRay, is_extreme};
 use super::stack::{Pending, Stack};
 use super::visitor::{Candidate, LeafIntersector, TriangleSlot, Visitor};
 use crate::bvh::simd::dispatch_eight_lanes;
@@ -22,31 +24,47 @@ pub(crate) fn traverse<V: Visitor>(
 ) {
     dispatch_eight_lanes!(
         level,
-        simd => traverse_lanes(simd, leaves, visitor, counters),
+        simd => traverse_vectors(simd, leaves, visitor, counters),
         else traverse_scalar(leaves, visitor, counters)
     );
 }
 
-/// [`traverse`] without vectors, compiled once for all visitors: its code is long.
+/// [`traverse`] without vectors and for any ray, compiled once for all visitors: its code is long.
 #[inline(never)]
 fn traverse_scalar(leaves: &LeafIntersector, visitor: &mut dyn Visitor, counters: &mut TraversalCounters) {
-    traverse_lanes(Fallback::new(), leaves, visitor, counters);
+    traverse_lanes::<_, _, true>(Fallback::new(), leaves, visitor, counters);
 }
 
 #[inline(always)]
-fn traverse_lanes<S: Simd, V: Visitor + ?Sized>(
+fn traverse_vectors<S: Simd, V: Visitor>(
+    simd: S,
+    leaves: &LeafIntersector,
+    visitor: &mut V,
+    counters: &mut TraversalCounters,
+) {
+    if is_extreme(leaves.ray) {
+        return traverse_scalar(leaves, visitor, counters);
+    }
+    traverse_lanes::<_, _, false>(simd, leaves, visitor, counters);
+}
+
+#[inline(always)]
+fn traverse_lanes<S: Simd, V: Visitor + ?Sized, const EXTREME: bool>(
     simd: S,
     leaves: &LeafIntersector,
     visitor: &mut V,
     counters: &mut TraversalCounters,
 ) {
     let tree = leaves.tree;
-    // A ray with numbers that are not finite hits nothing.
-    let is_ray = leaves.ray.direction.is_finite() && leaves.ray.origin.is_finite();
+    // A ray with numbers that are not finite, which is extreme, hits nothing.
+    let is_ray = !EXTREME || leaves.ray.direction.is_finite() && leaves.ray.origin.is_finite();
     if tree.root == NO_CHILD || !is_ray {
         return;
     }
-    let ray = LaneRay::new(leaves.ray, visitor.lower());
+    let ray = LaneRay::<EXTREME>::new(leaves.ray, visitor.lower());
+    // The compiler would broadcast these values before the loop and spill the vectors. A load that broadcasts costs no more, and never
+    // crosses a cache line.
+    let slabs = black_box(&ray.slabs);
     let (mut nodes, mut triangle_tests) = (0, 0);
     let mut stack = Stack::new();
     let mut current = Pending::new(0.0, tree.root);
@@ -61,7 +79,7 @@ fn traverse_lanes<S: Simd, V: Visitor + ?Sized>(
         } else {
             let node = &tree.nodes[child as usize];
             nodes += 1;
-            let entered = ray.enter(simd, node, visitor.upper() * ray.scale);
+            let entered = ray.enter(simd, slabs, node, visitor.upper() * ray.scale);
             if let Some(next) = stack.push_all(visitor.is_ordered(), node, &entered) {
                 current = next;
                 continue;
@@ -79,9 +97,9 @@ fn traverse_lanes<S: Simd, V: Visitor + ?Sized>(
 
 /// Passes the candidates of a leaf to the visitor; true if the traversal ends.
 #[inline(always)]
-fn test_leaf<S: Simd, V: Visitor + ?Sized>(
+fn test_leaf<S: Simd, V: Visitor + ?Sized, const EXTREME: bool>(
     simd: S,
-    ray: &LaneRay,
+    ray: &LaneRay<EXTREME>,
     leaf: Leaf,
     triangles: &Triangles,
     leaves: &LeafIntersector,

@@ -15,8 +15,9 @@ use crate::geometry::BOX_PADDING;
 
 /// Relative widening of slopes.
 const SLOPE_SLACK: f32 = 1.0 / (1 << 19) as f32;
-/// Factor of entry distances before they are compared with exit distances. The distances of a slab are off by at most three
-/// roundings; this factor covers 32.
+/// Factor of entry distances before they are compared with exit distances. Relative to itself, a distance is off by three roundings, of the
+/// reciprocal, the fused operation and `t`; this factor covers 32. The product of origin and reciprocal is off by a rounding of the
+/// origin, which [`Frustum::padding`] covers.
 pub(super) const ENTRY_SLACK: f32 = 1.0 - 1.0 / (1 << 19) as f32;
 
 /// Bounds of the rays of a packet.

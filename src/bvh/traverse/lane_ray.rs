@@ -5,7 +5,7 @@
 //! Slab test with a lengthened far distance: Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013. Departures:
 //!
 //! * Entry distances are shortened and exit distances lengthened by [`SLACK`], more than twice the relative error of a
-//!   difference, a reciprocal, two products and the rounding of `t`.
+//!   reciprocal, its product with the slack, the distance and the rounding of `t`.
 //! * The origin is moved outward by [`BOX_PADDING`] of its largest coordinate, as the definition of a hit requires.
 //! * The direction is scaled by a power of two so that its largest component is in [1, 2). Its other components are at least
 //!   2⁻³⁰: within the scene this moves the ray by less than the padding, and no distance is 0·∞.
@@ -49,10 +49,11 @@ pub(super) struct LaneRay<const EXTREME: bool> {
 pub(super) struct Slabs {
     near_reciprocal: [f32; 3],
     far_reciprocal: [f32; 3],
-    /// Origin of an extreme ray; the product of the origin and the reciprocal of any other.
-    near_start: [f32; 3],
+    /// What is subtracted for the first planes: from the planes of an extreme ray its origin; of any other, from their products with the
+    /// reciprocal that of the origin.
+    near_subtrahend: [f32; 3],
     /// The same for the second planes.
-    far_start: [f32; 3],
+    far_subtrahend: [f32; 3],
     /// Lower limit of box distances.
     lower: f32,
 }
@@ -99,12 +100,12 @@ impl<const EXTREME: bool> LaneRay<EXTREME> {
         let outward = Vec3::splat(ray.origin.abs().max_element() * BOX_PADDING).copysign(direction);
         let (near_origin, far_origin) = (ray.origin + outward, ray.origin - outward);
         let (near_reciprocal, far_reciprocal) = (reciprocal * (1.0 - SLACK), reciprocal * (1.0 + SLACK));
-        let start = |origin: Vec3, reciprocal: Vec3| if EXTREME { origin } else { origin * reciprocal };
+        let subtrahend = |origin: Vec3, reciprocal: Vec3| if EXTREME { origin } else { origin * reciprocal };
         let slabs = Slabs {
             near_reciprocal: near_reciprocal.to_array(),
             far_reciprocal: far_reciprocal.to_array(),
-            near_start: start(near_origin, near_reciprocal).to_array(),
-            far_start: start(far_origin, far_reciprocal).to_array(),
+            near_subtrahend: subtrahend(near_origin, near_reciprocal).to_array(),
+            far_subtrahend: subtrahend(far_origin, far_reciprocal).to_array(),
             lower: lower_or_zero(lower) * scale,
         };
         Self {
@@ -133,21 +134,23 @@ impl<const EXTREME: bool> LaneRay<EXTREME> {
 
     /// Distances to planes.
     #[inline(always)]
-    fn distances<S: Simd>(simd: S, planes: &[f32; WIDTH], start: f32, reciprocal: f32) -> f32x8<S> {
+    #[expect(clippy::disallowed_methods, reason = "whichever way it is rounded, no box with a hit is missed")]
+    fn distances<S: Simd>(simd: S, planes: &[f32; WIDTH], subtrahend: f32, reciprocal: f32) -> f32x8<S> {
         let planes = f32x8::load_array_ref(simd, planes);
-        if EXTREME { (planes - start) * reciprocal } else { planes.mul_sub(reciprocal, start) }
+        if EXTREME { (planes - subtrahend) * reciprocal } else { planes.mul_sub(reciprocal, subtrahend) }
     }
 
-    /// Children of `node` that the ray enters at or before `upper`, a box distance. `slabs` are those of the ray.
+    /// Children of `node` that the ray enters at or before `upper`, a box distance. `slabs` are those of the ray, by a reference that may be hidden
+    /// from the optimiser.
     #[inline(always)]
     pub(super) fn enter<S: Simd>(&self, simd: S, slabs: &Slabs, node: &WideNode, upper: f32) -> Entered {
         let near = |axis: usize| {
-            let (start, reciprocal) = (slabs.near_start[axis], slabs.near_reciprocal[axis]);
-            Self::distances(simd, &node.planes[self.near_plane(axis)], start, reciprocal)
+            let (subtrahend, reciprocal) = (slabs.near_subtrahend[axis], slabs.near_reciprocal[axis]);
+            Self::distances(simd, &node.planes[self.near_plane(axis)], subtrahend, reciprocal)
         };
         let far = |axis: usize| {
-            let (start, reciprocal) = (slabs.far_start[axis], slabs.far_reciprocal[axis]);
-            Self::distances(simd, &node.planes[self.far_plane(axis)], start, reciprocal)
+            let (subtrahend, reciprocal) = (slabs.far_subtrahend[axis], slabs.far_reciprocal[axis]);
+            Self::distances(simd, &node.planes[self.far_plane(axis)], subtrahend, reciprocal)
         };
         let entry = near(0).max(near(1)).max(near(2).max(slabs.lower));
         let exit = far(0).min(far(1)).min(far(2).min(upper));

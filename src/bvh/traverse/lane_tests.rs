@@ -137,6 +137,42 @@ fn levels_agree_with_each_other_and_with_the_definition() {
     assert!((5_000..30_000).contains(&extreme), "{extreme}");
 }
 
+/// A number not above `value`, or not below it if `up`.
+fn rounded(value: f64, up: bool) -> f32 {
+    let nearest = value as f32;
+    match f64::from(nearest) {
+        rounded if up && rounded < value => nearest.next_up(),
+        rounded if !up && rounded > value => nearest.next_down(),
+        _ => nearest,
+    }
+}
+
+#[test]
+fn boxes_as_far_from_the_ray_as_a_hit_may_be_are_entered() {
+    // See the definition of a hit: its point is within 0.63·2⁻²¹ of the largest coordinates from the ray.
+    const DISTANCE: f64 = 0.63 / (1 << 21) as f64;
+    let mut random = Random(3);
+    for i in 0..100_000 {
+        let scales = Vec3::from_array([0, 1, 2].map(|axis| [1.0e-3, 1.0, 1.0, 1.0e3][(i >> (2 * axis)) % 4]));
+        let components =
+            Vec3::from_array([0, 1, 2].map(|axis| [1.0, 1.0, 1.0e-4, 1.0e-9][(i / 3 + axis) % 4]));
+        let (origin, direction) = (random.point() * scales, random.point() * components);
+        let t = f64::from(random.signed().abs() + 1.0e-3) * [1.0e-2, 1.0, 1.0e4][i % 3] * 1.000_000_03;
+        let point = origin.as_dvec3() + direction.as_dvec3() * t;
+        let size = point.abs().max_element();
+        let distance = DISTANCE * (f64::from(origin.abs().max_element()) + size);
+        let moved = point + random.point().as_dvec3().signum() * distance;
+        let corner = |up: bool| Vec3::from_array(moved.to_array().map(|coordinate| rounded(coordinate, up)));
+        let bounds = Aabb { min: corner(false), max: corner(true) };
+        let mut node = WideNode::EMPTY;
+        node.put(0, 0, &bounds.grown(rounded(size, true) * BOX_PADDING + f32::MIN_POSITIVE));
+        let ray = Ray::new(origin, direction);
+        for level in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
+            assert_eq!(boxes_at(level, &node, &ray, t as f32), [1, 1], "{level:?} {ray:?} {t} {bounds:?}");
+        }
+    }
+}
+
 fn triangles_at(level: SimdLevel, tree: &WideTree, ray: &Ray) -> KernelResults {
     dispatch_lanes!(level.level(), simd => triangle_kernel(simd, tree, ray))
 }

@@ -35,8 +35,8 @@ pub(super) struct Packet {
     pub(super) direction: [Row; 3],
     /// Reciprocals of the direction's components, of which none counts as zero.
     pub(super) reciprocal: [Row; 3],
-    /// Products of the origins and the reciprocals, by axis.
-    pub(super) start: [Row; 3],
+    /// Origins times the reciprocals, by axis.
+    pub(super) origin_over_direction: [Row; 3],
     /// The two lateral components over the one along the depth axis.
     pub(super) shear: [Row; 2],
     /// Exclusive lower limit of `t`; zero stands for [`LEAST_LOWER`](super::visitor::LEAST_LOWER).
@@ -61,7 +61,7 @@ impl Packet {
         origin: [[[0.0; LANES]; VECTORS]; 3],
         direction: [[[0.0; LANES]; VECTORS]; 3],
         reciprocal: [[[0.0; LANES]; VECTORS]; 3],
-        start: [[[0.0; LANES]; VECTORS]; 3],
+        origin_over_direction: [[[0.0; LANES]; VECTORS]; 3],
         shear: [[[0.0; LANES]; VECTORS]; 2],
         lower: [[0.0; LANES]; VECTORS],
         near: [[0.0; LANES]; VECTORS],
@@ -128,7 +128,7 @@ impl Packet {
         Some(TriangleSlot { leaf, lane: self.lane[vector][lane] })
     }
 
-    /// Computes shears, reciprocals and starts. False if the depth axis or sense of a ray differs from those of the ray whose
+    /// Computes shears, reciprocals and their products with the origins. False if the depth axis or sense of a ray differs from those of the ray whose
     /// component along the depth axis is `depth`.
     #[inline(always)]
     fn prepare<S: Simd>(&mut self, simd: S, depth: f32) -> bool {
@@ -154,7 +154,7 @@ impl Packet {
             for axis in 0..3 {
                 let origin = f32x16::load_array_ref(simd, &self.origin[axis][v]);
                 let reciprocal = f32x16::load_array_ref(simd, &self.reciprocal[axis][v]);
-                (origin * reciprocal).store_array(&mut self.start[axis][v]);
+                (origin * reciprocal).store_array(&mut self.origin_over_direction[axis][v]);
             }
         }
         fits

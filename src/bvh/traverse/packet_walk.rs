@@ -203,10 +203,10 @@ impl PacketWalk<'_> {
             let mut entry = f32x16::load_array_ref(simd, &packet.lower[v]);
             let mut exit = f32x16::load_array_ref(simd, &packet.far[v]);
             for axis in 0..3 {
-                let start = f32x16::load_array_ref(simd, &packet.start[axis][v]);
+                let subtrahend = f32x16::load_array_ref(simd, &packet.origin_over_direction[axis][v]);
                 let reciprocal = f32x16::load_array_ref(simd, &packet.reciprocal[axis][v]);
-                let to = |plane| f32x16::splat(simd, plane).mul_sub(reciprocal, start);
-                let (to_low, to_high) = (to(low[axis]), to(high[axis]));
+                let distance = |plane| distance(f32x16::splat(simd, plane), reciprocal, subtrahend);
+                let (to_low, to_high) = (distance(low[axis]), distance(high[axis]));
                 let (near, far) = match self.frustum.sense[axis] {
                     Sense::Rising => (to_low, to_high),
                     Sense::Falling => (to_high, to_low),
@@ -265,6 +265,13 @@ impl PacketWalk<'_> {
         }
         changed
     }
+}
+
+/// Distances to a plane: its products with the reciprocals, less those of the origins.
+#[inline(always)]
+#[expect(clippy::disallowed_methods, reason = "whichever way it is rounded, no box with a hit is missed")]
+fn distance<S: Simd>(plane: f32x16<S>, reciprocal: f32x16<S>, subtrahend: f32x16<S>) -> f32x16<S> {
+    plane.mul_sub(reciprocal, subtrahend)
 }
 
 /// Largest distance at which any ray still looks for hits.

@@ -8,7 +8,7 @@ use super::visitor::positive_lower;
 use crate::bvh::simd::dispatch_lanes;
 use crate::bvh::wide_tree::{BLOCK, Leaf, Tag, WIDTH, WORDS_PER_SLOT, WideNode, WideTree, write_leaf};
 use crate::bvh::{SimdLevel, TriangleFlags};
-use crate::geometry::{Aabb, BOX_PADDING, Ray, Triangle};
+use crate::geometry::{Aabb, BOX_PADDING, Ray, Triangle, rounded_down, rounded_up};
 
 struct Random(u32);
 
@@ -137,16 +137,6 @@ fn levels_agree_with_each_other_and_with_the_definition() {
     assert!((5_000..30_000).contains(&extreme), "{extreme}");
 }
 
-/// A number not above `value`, or not below it if `up`.
-fn rounded(value: f64, up: bool) -> f32 {
-    let nearest = value as f32;
-    match f64::from(nearest) {
-        rounded if up && rounded < value => nearest.next_up(),
-        rounded if !up && rounded > value => nearest.next_down(),
-        _ => nearest,
-    }
-}
-
 #[test]
 fn boxes_as_far_from_the_ray_as_a_hit_may_be_are_entered() {
     // See the definition of a hit: its point is within 0.63·2⁻²¹ of the largest coordinates from the ray.
@@ -162,10 +152,10 @@ fn boxes_as_far_from_the_ray_as_a_hit_may_be_are_entered() {
         let size = point.abs().max_element();
         let distance = DISTANCE * (f64::from(origin.abs().max_element()) + size);
         let moved = point + random.point().as_dvec3().signum() * distance;
-        let corner = |up: bool| Vec3::from_array(moved.to_array().map(|coordinate| rounded(coordinate, up)));
-        let bounds = Aabb { min: corner(false), max: corner(true) };
+        let corner = |rounded: fn(f64) -> f32| Vec3::from_array(moved.to_array().map(rounded));
+        let bounds = Aabb { min: corner(rounded_down), max: corner(rounded_up) };
         let mut node = WideNode::EMPTY;
-        node.put(0, 0, &bounds.grown(rounded(size, true) * BOX_PADDING + f32::MIN_POSITIVE));
+        node.put(0, 0, &bounds.grown(rounded_up(size) * BOX_PADDING + f32::MIN_POSITIVE));
         let ray = Ray::new(origin, direction);
         for level in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
             assert_eq!(boxes_at(level, &node, &ray, t as f32), [1, 1], "{level:?} {ray:?} {t} {bounds:?}");

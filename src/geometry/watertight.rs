@@ -27,8 +27,8 @@
 //! angle. `P` lies in every box that contains its part of the triangle. Boxes are grown by [`BOX_PADDING`] times the triangle's
 //! largest coordinate and [`BOX_PADDING`] times the largest coordinate of the origin, `2⁻²¹·X` together. What is left,
 //! `2.9·2⁻²⁴·X`, covers two roundings of each: of the grown box and its product, and of the moved origin and its product. Packets do not
-//! move the origin and grow boxes twice as far for it. The slab test therefore finds the ray inside all of these boxes at `t`, up to the relative error of its own arithmetic and of the last
-//! rounding of `t`, which it allows for. No box that contains the hit is missed or entered after the hit, for every split of the
+//! move the origin and grow boxes twice as far for it. The slab test therefore finds the ray inside all of these boxes at `t`, up to
+//! the relative error of its own arithmetic and of the last rounding of `t`, which it allows for. No box that contains the hit is missed or entered after the hit, for every split of the
 //! triangles and every nesting of the boxes.
 
 use glam::Vec3;

@@ -128,8 +128,8 @@ impl Packet {
         Some(TriangleSlot { leaf, lane: self.lane[vector][lane] })
     }
 
-    /// Computes shears, reciprocals and their products with the origins. False if the depth axis or sense of a ray differs from those of the ray whose
-    /// component along the depth axis is `depth`.
+    /// Computes shears, reciprocals and their products with the origins. False if the depth axis or sense of a ray differs from
+    /// those of the ray whose component along the depth axis is `depth`.
     #[inline(always)]
     fn prepare<S: Simd>(&mut self, simd: S, depth: f32) -> bool {
         let [kx, ky, kz] = self.axes;

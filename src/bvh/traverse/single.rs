@@ -35,6 +35,7 @@ fn traverse_scalar(leaves: &LeafIntersector, visitor: &mut dyn Visitor, counters
     traverse_lanes::<_, _, true>(Fallback::new(), leaves, visitor, counters);
 }
 
+/// [`traverse`] with vectors, which extreme rays do without.
 #[inline(always)]
 fn traverse_vectors<S: Simd, V: Visitor>(
     simd: S,

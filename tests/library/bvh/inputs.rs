@@ -119,7 +119,7 @@ pub(crate) fn inputs() -> Vec<(&'static str, Vec<Triangle>)> {
         ("collinear", collinear),
         ("degenerate among others", with_degenerate),
         ("huge", scaled(&soup(300, 0.5, &mut random), 1.0e30)),
-        // The largest of packets, and the largest of single rays with vectors.
+        // Near the limits of packets, and of single rays with vectors.
         ("large", scaled(&soup(300, 0.5, &mut random), 1.0e17)),
         ("very large", scaled(&soup(300, 0.5, &mut random), 1.0e27)),
         ("tiny", scaled(&soup(300, 0.5, &mut random), 1.0e-30)),

@@ -24,6 +24,7 @@ pub struct Albedos {
 impl std::ops::Mul<f32> for Albedos {
     type Output = Self;
 
+    #[inline(always)]
     fn mul(self, scale: f32) -> Self {
         Self {
             specular: self.specular * scale,

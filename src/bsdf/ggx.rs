@@ -40,6 +40,7 @@ pub(super) fn shadowing_of_visible(cos_o: f32, cos_i: f32, alpha: f32) -> f32 {
 }
 
 /// The density over solid angle of reflected directions whose half vectors are sampled by [`visible_normal`].
+#[inline(always)]
 pub(super) fn reflection_pdf(cos_o: f32, half: Vec3, alpha: f32) -> f32 {
     // G1 D (o·h) / cos θ_o, times the mirror's 1 / (4 o·h).
     0.5 * distribution(half, alpha) / (cos_o + masking_root(cos_o, alpha))

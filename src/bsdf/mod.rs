@@ -29,6 +29,7 @@ mod multiple_scattering;
 mod rough_transmission;
 mod rough_volume_albedo;
 mod scattering;
+mod scattering_lanes;
 mod scattering_sampling;
 mod sheen;
 mod specular_lobe;
@@ -51,7 +52,9 @@ pub use coat::Coat;
 pub(crate) use fresnel::exact as dielectric_reflectance;
 pub(crate) use isotropic_albedo::AlbedoTerms;
 pub use scattering::Scattering;
+pub(crate) use scattering_lanes::{ScatteredLanes, ScatteringLanes};
 pub(crate) use scattering_sampling::FacetSample;
+pub(crate) use scattering_sampling::LobeDirection;
 pub(crate) use scattering_sampling::cosine_direction;
 pub use scattering_sampling::{ScatterLobe, ScatterSample};
 

@@ -26,12 +26,12 @@ const UNIFORM: f32 = 0.5 * FRAC_1_PI;
 pub struct Scattering {
     pub(super) bsdf: Bsdf,
     pub(super) wo: Vec3,
-    film: Option<FilmReflectances>,
-    compensation: Compensation,
+    pub(super) film: Option<FilmReflectances>,
+    pub(super) compensation: Compensation,
     /// Below the coat.
     pub(super) albedos: Albedos,
     /// Share of the light below sheen and coat that leaves the surface.
-    below: f32,
+    pub(super) below: f32,
     pub(super) coat: Option<CoatLobe>,
     pub(super) transmission: TransmissionLobe,
     pub(super) probabilities: LobeProbabilities,
@@ -80,9 +80,27 @@ pub(super) struct LobeProbabilities {
     pub(super) diffuse_transmission: f32,
 }
 
+impl LobeProbabilities {
+    /// The same in proportion, with a sum of 1; all 0 if they are.
+    #[inline(always)]
+    fn normalized(self) -> Self {
+        let Self { coat, specular, transmission, diffuse, sheen, diffuse_transmission } = self;
+        let total = coat + specular + transmission + diffuse + sheen + diffuse_transmission;
+        let share = |of: f32| if total > 0.0 { of / total } else { 0.0 };
+        Self {
+            coat: share(coat),
+            specular: share(specular),
+            transmission: share(transmission),
+            diffuse: share(diffuse),
+            sheen: share(sheen),
+            diffuse_transmission: share(diffuse_transmission),
+        }
+    }
+}
+
 /// Whether smooth reflection and smooth thin walls count as the sharpest rough lobes.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum SmoothLobes {
+pub(super) enum SmoothLobes {
     Without,
     Sharpest,
 }
@@ -90,33 +108,47 @@ enum SmoothLobes {
 impl Scattering {
     /// The lobes of `bsdf` towards `wo`, in the local shading frame, below a coat with its own frame: the matrix takes directions of the
     /// shading frame to that of the coat.
+    #[inline]
     pub fn new(bsdf: Bsdf, wo: Vec3, coat: Option<(Coat, Mat3)>) -> Self {
-        // Smooth lobes are exact.
-        let terms = if bsdf.lobe.is_smooth() { bsdf.mirror_terms(wo) } else { bsdf.albedo_terms(wo) };
-        let film = bsdf.film_reflectances(wo.z);
+        let terms = bsdf.scattering_terms(wo, || bsdf.albedo_terms(wo));
         let coat = coat.map(|(coat, coat_from_local)| {
             let wo = coat_from_local * wo;
             let (albedo, scale) = (coat.albedo(wo.z), coat.lobe_scale(wo.z));
             CoatLobe { coat, coat_from_local, wo, albedo, scale }
         });
-        let below_coat = coat.map_or(1.0, |lobe| lobe.coat.transmittance(lobe.wo.z));
-        let albedos = bsdf.facet_albedos(wo, terms) * below_coat;
-        let mut scattering = Self {
-            bsdf,
-            wo,
-            film,
-            compensation: bsdf.compensation(film.as_ref(), terms),
-            albedos,
-            below: below_coat * bsdf.sheen.map_or(1.0, |sheen| sheen.below(wo.z)),
-            coat,
-            transmission: TransmissionLobe::None,
-            probabilities: LobeProbabilities::default(),
-        };
+        let mut scattering = Self::reflecting(bsdf, wo, terms, coat);
         if wo.z > 0.0 {
             scattering.transmission = scattering.transmission_lobe(terms);
             scattering.probabilities = scattering.lobe_probabilities();
         }
         scattering
+    }
+
+    /// [`Scattering::new`] for lobes without layers and transmission, by [`Bsdf::scattering_terms`]. For loops over lanes.
+    #[inline(always)]
+    pub(super) fn opaque(bsdf: Bsdf, wo: Vec3, terms: AlbedoTerms) -> Self {
+        let scattering = Self::reflecting(bsdf, wo, terms, None);
+        let probabilities = scattering.lobe_probabilities();
+        let none = LobeProbabilities::default();
+        Self { probabilities: if wo.z > 0.0 { probabilities } else { none }, ..scattering }
+    }
+
+    /// The lobes but for transmission and probabilities.
+    #[inline(always)]
+    fn reflecting(bsdf: Bsdf, wo: Vec3, terms: AlbedoTerms, coat: Option<CoatLobe>) -> Self {
+        let film = bsdf.film_reflectances(wo.z);
+        let below_coat = coat.map_or(1.0, |lobe| lobe.coat.transmittance(lobe.wo.z));
+        Self {
+            bsdf,
+            wo,
+            film,
+            compensation: bsdf.compensation(film.as_ref(), terms),
+            albedos: bsdf.facet_albedos(wo, terms) * below_coat,
+            below: below_coat * bsdf.sheen.map_or(1.0, |sheen| sheen.below(wo.z)),
+            coat,
+            transmission: TransmissionLobe::None,
+            probabilities: LobeProbabilities::default(),
+        }
     }
 
     /// f · |cos θ_i| of all lobes but the smooth ones.
@@ -148,6 +180,7 @@ impl Scattering {
     }
 
     /// Whether all lobes are smooth: then no direction has a density.
+    #[inline(always)]
     pub fn is_smooth(&self) -> bool {
         let LobeProbabilities { coat, specular, transmission, diffuse, sheen, diffuse_transmission } =
             self.probabilities;
@@ -168,6 +201,7 @@ impl Scattering {
     }
 
     /// Share of uniform light that the coat reflects. It dims what lies below, emission included, by the same share.
+    #[inline(always)]
     pub fn coat_albedo(&self) -> f32 {
         self.coat.map_or(0.0, |lobe| lobe.albedo)
     }
@@ -216,32 +250,21 @@ impl Scattering {
         TransmissionLobe::Refracted { scale }
     }
 
+    #[inline(always)]
     fn lobe_probabilities(&self) -> LobeProbabilities {
         let Albedos { specular, diffuse, transmission, diffuse_transmission, sheen } = self.albedos;
         let transmitted =
             if self.transmission == TransmissionLobe::None { 0.0 } else { luminance(transmission) };
         let facet_decides = matches!(self.transmission, TransmissionLobe::Refracted { .. });
-        let mut all = LobeProbabilities {
+        LobeProbabilities {
             coat: self.coat_albedo(),
             specular: luminance(specular) + if facet_decides { transmitted } else { 0.0 },
             transmission: if facet_decides { 0.0 } else { transmitted },
             diffuse: luminance(diffuse),
             sheen: luminance(sheen),
             diffuse_transmission: luminance(diffuse_transmission),
-        };
-        let shares = [
-            &mut all.coat,
-            &mut all.specular,
-            &mut all.transmission,
-            &mut all.diffuse,
-            &mut all.sheen,
-            &mut all.diffuse_transmission,
-        ];
-        let total: f32 = shares.iter().map(|share| **share).sum();
-        for share in shares {
-            *share = if total > 0.0 { *share / total } else { 0.0 };
         }
-        all
+        .normalized()
     }
 
     /// f · |cos θ_i| and the density.
@@ -278,7 +301,8 @@ impl Scattering {
     }
 
     /// For light from the side of the view.
-    fn reflected(&self, wi: Vec3, smooth: SmoothLobes) -> (Vec3, f32) {
+    #[inline(always)]
+    pub(super) fn reflected(&self, wi: Vec3, smooth: SmoothLobes) -> (Vec3, f32) {
         let Self { bsdf, wo, albedos, probabilities, .. } = self;
         let mut value = albedos.diffuse * (wi.z * FRAC_1_PI);
         let mut pdf = probabilities.diffuse * wi.z * FRAC_1_PI + probabilities.sheen * UNIFORM;
@@ -333,17 +357,20 @@ impl Scattering {
     }
 
     /// Fresnel factors of the dielectric and of the metal at a facet.
+    #[inline(always)]
     pub(super) fn facet_reflectances(&self, facet_cosine: f32) -> (Vec3, Vec3) {
         self.bsdf.reflectances(self.film.as_ref(), facet_cosine)
     }
 
     /// Factor of the specular lobe at a facet.
+    #[inline(always)]
     pub(super) fn reflected_at(&self, facet_cosine: f32) -> Vec3 {
         let reflectances = self.facet_reflectances(facet_cosine);
         self.bsdf.specular_factor(reflectances, &self.compensation) * self.below
     }
 
     /// Probability that a sampled facet reflects instead of refracting; `factor` is [`Scattering::reflected_at`] it.
+    #[inline(always)]
     pub(super) fn reflection_probability(&self, factor: Vec3, facet_cosine: f32) -> f32 {
         let TransmissionLobe::Refracted { scale } = self.transmission else { return 1.0 };
         let transmitted = luminance(scale) * share_below(self.facet_reflectances(facet_cosine).0);
@@ -351,13 +378,21 @@ impl Scattering {
         if transmitted > 0.0 { reflected / (reflected + transmitted) } else { 1.0 }
     }
 
+    #[inline(always)]
     fn below_coat(&self) -> f32 {
         self.coat.map_or(1.0, |lobe| 1.0 - lobe.albedo)
     }
 }
 
 impl Bsdf {
+    /// The albedo terms of [`Scattering`]: those of a mirror where the specular lobe is smooth, so that its weights are exact, and else `rough`.
+    #[inline(always)]
+    pub(super) fn scattering_terms(&self, wo: Vec3, rough: impl Fn() -> AlbedoTerms) -> AlbedoTerms {
+        if self.lobe.is_smooth() { self.mirror_terms(wo) } else { rough() }
+    }
+
     /// The albedo terms of a mirror.
+    #[inline(always)]
     fn mirror_terms(&self, wo: Vec3) -> AlbedoTerms {
         let schlick = fresnel::schlick_weight(wo.z);
         AlbedoTerms { total: 1.0, schlick, exact: fresnel::exact(wo.z, self.dielectric.relative_ior) }

@@ -45,6 +45,15 @@ pub struct ScatterSample {
     pub is_unbent: bool,
 }
 
+/// A direction sampled by one lobe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum LobeDirection {
+    /// The only one of a smooth lobe.
+    Smooth(ScatterSample),
+    /// One of a rough lobe, in the local shading frame, whose weight is not known yet.
+    Rough { wi: Vec3, lobe: ScatterLobe },
+}
+
 /// Directions of light that one sampled facet reflects and refracts, each with `f · |cos θ_i|` of its lobe over the density of the facet: the mean of
 /// the weights is the albedo of the lobe. `None` where light is masked.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,10 +75,34 @@ enum LobeKind {
     DiffuseTransmission,
 }
 
+impl ScatterSample {
+    /// The sample in a direction with these [`Scattering::eval_and_pdf`]; `None` where its value is zero.
+    pub(crate) fn of_rough(wi: Vec3, lobe: ScatterLobe, (value, pdf): (Vec3, f32)) -> Option<Self> {
+        let weight = value / pdf;
+        let is_lit = pdf > 0.0 && value != Vec3::ZERO;
+        is_lit.then_some(Self { wi, weight, pdf, lobe, is_smooth: false, is_unbent: false })
+    }
+}
+
 impl Scattering {
     /// Samples `wi` with a density close to `f · |cos θ_i|`. `u_lobe` and `u` are uniform in the unit interval and square. `None` where
     /// nothing is scattered or the sample is masked; its value is zero.
     pub fn sample(&self, u_lobe: f32, u: Vec2) -> Option<ScatterSample> {
+        match self.sample_direction(u_lobe, u)? {
+            LobeDirection::Smooth(sample) => Some(sample),
+            LobeDirection::Rough { wi, lobe } => ScatterSample::of_rough(wi, lobe, self.eval_and_pdf(wi)),
+        }
+    }
+
+    /// The direction of [`Scattering::sample`].
+    pub(crate) fn sample_direction(&self, u_lobe: f32, u: Vec2) -> Option<LobeDirection> {
+        self.direction_by(u_lobe, u)
+    }
+
+    /// The same, for lobes of which some are known to be absent where it is compiled.
+    #[inline(always)]
+    pub(super) fn direction_by(&self, u_lobe: f32, u: Vec2) -> Option<LobeDirection> {
+        let smooth = |wi, weight, lobe| Some(LobeDirection::Smooth(smooth_sample(wi, weight, lobe)));
         let Chosen { choice, probability, rest } = self.choose(u_lobe)?;
         let (wi, lobe) = match choice {
             LobeKind::Coat => {
@@ -78,23 +111,21 @@ impl Scattering {
                 if lobe.coat.is_smooth() {
                     let wi = local_from_coat * mirrored_at_normal(lobe.wo);
                     let weight = Vec3::splat(lobe.albedo / probability);
-                    return Some(smooth(wi, weight, ScatterLobe::SpecularReflection));
+                    return smooth(wi, weight, ScatterLobe::SpecularReflection);
                 }
                 let half = ggx::visible_normal(lobe.wo, lobe.coat.alpha, ggx::disk_point(u));
                 (local_from_coat * reflected_at(half, lobe.wo)?, ScatterLobe::SpecularReflection)
             }
             LobeKind::Specular if self.bsdf.lobe.is_smooth() => {
                 let weight = self.albedos.specular / probability;
-                return Some(smooth(mirrored_at_normal(self.wo), weight, ScatterLobe::SpecularReflection));
+                return smooth(mirrored_at_normal(self.wo), weight, ScatterLobe::SpecularReflection);
             }
             LobeKind::Specular => self.sample_facet(rest, u)?,
             LobeKind::Transmission => {
                 if let TransmissionLobe::Smooth { wi, is_unbent } = self.transmission {
                     let weight = self.albedos.transmission / probability;
-                    return Some(ScatterSample {
-                        is_unbent,
-                        ..smooth(wi, weight, ScatterLobe::Transmission)
-                    });
+                    let sample = smooth_sample(wi, weight, ScatterLobe::Transmission);
+                    return Some(LobeDirection::Smooth(ScatterSample { is_unbent, ..sample }));
                 }
                 let wi = self.sampled_reflection(&self.bsdf.transmission_lobe, u)?;
                 (Vec3::new(wi.x, wi.y, -wi.z), ScatterLobe::Transmission)
@@ -103,11 +134,7 @@ impl Scattering {
             LobeKind::Sheen => (uniform_direction(u), ScatterLobe::Diffuse),
             LobeKind::DiffuseTransmission => (-cosine_direction(u), ScatterLobe::DiffuseTransmission),
         };
-        let (value, pdf) = self.eval_and_pdf(wi);
-        if pdf <= 0.0 || value == Vec3::ZERO {
-            return None;
-        }
-        Some(ScatterSample { wi, weight: value / pdf, pdf, lobe, is_smooth: false, is_unbent: false })
+        Some(LobeDirection::Rough { wi, lobe })
     }
 
     /// Samples a facet of a volume's surface, and both directions in which it sends light. [`super::Bsdf::is_refraction_smooth`] is false there.
@@ -137,6 +164,7 @@ impl Scattering {
     }
 
     /// Samples a facet that the view sees; where the lobe transmits, too, `u_facet` decides between both.
+    #[inline(always)]
     fn sample_facet(&self, u_facet: f32, u: Vec2) -> Option<(Vec3, ScatterLobe)> {
         let Self { bsdf, wo, .. } = self;
         let half = bsdf.lobe.visible_normal(*wo, ggx::disk_point(u));
@@ -152,6 +180,7 @@ impl Scattering {
         reflected_at(lobe.visible_normal(self.wo, ggx::disk_point(u)), self.wo)
     }
 
+    #[inline(always)]
     fn choose(&self, u_lobe: f32) -> Option<Chosen> {
         let LobeProbabilities { coat, specular, transmission, diffuse, sheen, diffuse_transmission } =
             self.probabilities;
@@ -186,7 +215,7 @@ struct Chosen {
     rest: f32,
 }
 
-fn smooth(wi: Vec3, weight: Vec3, lobe: ScatterLobe) -> ScatterSample {
+fn smooth_sample(wi: Vec3, weight: Vec3, lobe: ScatterLobe) -> ScatterSample {
     ScatterSample { wi, weight, pdf: 0.0, lobe, is_smooth: true, is_unbent: false }
 }
 

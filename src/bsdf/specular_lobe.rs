@@ -9,7 +9,7 @@ use super::ggx_anisotropic::AnisotropicGgx;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SpecularLobe {
     pub(super) roughness: f32,
-    alpha: f32,
+    pub(super) alpha: f32,
     pub(super) anisotropic: Option<AnisotropicGgx>,
 }
 
@@ -24,6 +24,7 @@ impl SpecularLobe {
     }
 
     /// Whether the lobe is a mirror's.
+    #[inline(always)]
     pub(super) fn is_smooth(&self) -> bool {
         self.anisotropic.is_none() && self.alpha <= MIN_ALPHA
     }
@@ -67,6 +68,7 @@ impl SpecularLobe {
     }
 
     /// The density of the reflected directions of these normals, with respect to solid angle.
+    #[inline(always)]
     pub(super) fn reflection_pdf(&self, wo: Vec3, half: Vec3) -> f32 {
         match &self.anisotropic {
             Some(anisotropic) => anisotropic.reflection_pdf(wo, half),

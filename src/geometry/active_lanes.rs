@@ -3,7 +3,7 @@
 use super::LANES;
 
 /// A set of lanes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct ActiveLanes(u16);
 
 impl ActiveLanes {
@@ -17,6 +17,11 @@ impl ActiveLanes {
     pub(crate) fn filtered(self, is_active: impl Fn(usize) -> bool) -> Self {
         let active = self.into_iter().filter(|&lane| is_active(lane));
         Self(active.fold(0, |bits, lane| bits | 1 << lane))
+    }
+
+    /// The same and one more.
+    pub(crate) fn with(self, lane: usize) -> Self {
+        Self(self.0 | 1 << lane)
     }
 
     /// Whether there are none.

@@ -75,6 +75,11 @@ pub(super) struct Incidence {
     pub(super) span: Vec3,
 }
 
+impl Incidence {
+    /// No light.
+    pub(super) const NONE: Self = Self { wi: Vec3::Z, irradiance: Vec3::ZERO, span: Vec3::ZERO };
+}
+
 /// A sampled point of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LightSample {
@@ -87,6 +92,11 @@ pub(super) struct LightSample {
 }
 
 impl LightSample {
+    /// The light without the point.
+    pub(super) fn incidence(self) -> Incidence {
+        Incidence { wi: self.wi, irradiance: self.irradiance, span: Vec3::ZERO }
+    }
+
     /// Whether the light is beyond all surfaces.
     pub(super) fn is_distant(&self) -> bool {
         self.position.is_none()
@@ -121,8 +131,9 @@ impl IncidenceLanes {
         Incidence { wi: self.wi.get(lane), irradiance: self.irradiance.get(lane), span: self.span.get(lane) }
     }
 
+    /// Replaces the light at a point.
     #[inline(always)]
-    fn set(&mut self, lane: usize, incidence: Incidence) {
+    pub(super) fn set(&mut self, lane: usize, incidence: Incidence) {
         self.wi.set(lane, incidence.wi);
         self.irradiance.set(lane, incidence.irradiance);
         self.span.set(lane, incidence.span);
@@ -179,6 +190,14 @@ impl PreparedLight {
     /// Whether the light is a peak of the environment, which rays see, too.
     pub(super) fn is_peak(&self) -> bool {
         self.is_peak
+    }
+
+    /// Whether [`PreparedLight::sample`] samples more than one point of the light.
+    pub(super) fn is_sized(&self) -> bool {
+        match self.emitter {
+            Emitter::Distant { .. } => self.size.sun_angle_radians > 0.0,
+            Emitter::Point { .. } => self.size.radius > 0.0,
+        }
     }
 
     /// Unoccluded light at `point`; `None` where it is zero.

@@ -1,5 +1,7 @@
 //! Dimensions of a path's sample points.
 
+use std::rc::Rc;
+
 use glam::Vec2;
 
 use crate::integrator::zsobol::{DimensionKeys, SampleSequence};
@@ -66,14 +68,14 @@ impl BounceKeys {
 }
 
 /// The sample points of one path after some number of bounces.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct BounceSamples<'k> {
+#[derive(Clone, Debug)]
+pub(super) struct BounceSamples {
     pub(super) sequence: SampleSequence,
     /// The keys of `sequence`.
-    pub(super) keys: &'k BounceKeys,
+    pub(super) keys: Rc<BounceKeys>,
 }
 
-impl BounceSamples<'_> {
+impl BounceSamples {
     /// A number in [0, 1).
     pub(super) fn number(&self, decision: Decision) -> f32 {
         self.sequence.number_by(&self.keys.keys[decision as usize])
@@ -92,12 +94,12 @@ mod tests {
 
     #[test]
     fn samples_by_keys_are_those_of_the_dimensions() {
-        let mut keys = BounceKeys::default();
+        let mut keys: Rc<BounceKeys> = Rc::default();
         // Sample 5 is beyond the four of a pixel and has a seed of its own.
         for (depth, sample) in [(0, 1), (3, 1), (3, 5), (0, 2)] {
             let sequence = ZSobol::new(4, 7).sequence((10, 20), sample);
-            keys.prepare(&sequence, depth);
-            let samples = BounceSamples { sequence, keys: &keys };
+            Rc::make_mut(&mut keys).prepare(&sequence, depth);
+            let samples = BounceSamples { sequence, keys: Rc::clone(&keys) };
             for decision in [Decision::Channel, Decision::Direction, Decision::Coverage] {
                 let dimension = decision.dimension(depth);
                 assert_eq!(samples.number(decision), sequence.number(dimension));

@@ -21,6 +21,7 @@ pub(in crate::integrator) struct EmissiveTriangles {
 }
 
 /// A point on an emissive triangle.
+#[derive(Clone, Copy)]
 pub(super) struct EmitterSample {
     /// Where a shadow ray towards it ends, just off the triangle.
     pub(super) end: Vec3,

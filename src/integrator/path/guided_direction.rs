@@ -2,9 +2,9 @@
 
 use glam::{Vec2, Vec3};
 
-use super::guiding::Guidance;
+use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
-use crate::bsdf::{ScatterLobe, ScatterSample};
+use crate::bsdf::{LobeDirection, ScatterLobe, ScatterSample};
 
 /// A sampled direction.
 pub(super) struct SampledDirection {
@@ -15,51 +15,83 @@ pub(super) struct SampledDirection {
     pub(super) unguided_ratio: f32,
 }
 
+/// A direction before what the lobes scatter from there is known.
+#[derive(Clone, Copy)]
+pub(super) enum ProposedDirection {
+    /// Sampled by the lobes.
+    ByLobes { direction: Vec3, sampled: LobeDirection },
+    /// Sampled by the guide with a density.
+    ByGuide { direction: Vec3, wi: Vec3, density: f32 },
+}
+
+impl ProposedDirection {
+    /// The local direction, unless a smooth lobe sampled it.
+    pub(super) fn rough(&self) -> Option<Vec3> {
+        match *self {
+            Self::ByLobes { sampled: LobeDirection::Rough { wi, .. }, .. } | Self::ByGuide { wi, .. } => {
+                Some(wi)
+            }
+            Self::ByLobes { sampled: LobeDirection::Smooth(_), .. } => None,
+        }
+    }
+}
+
 impl ShadedPoint<'_, '_> {
     /// Samples a direction; `None` where the path ends. `u_lobe` and `u` are uniform in the unit interval and square.
-    pub(super) fn sample_direction(&self, u_lobe: f32, u: Vec2) -> Option<SampledDirection> {
-        let Some(guidance) = &self.guidance else {
-            let sample = self.scattering.sample(u_lobe, u)?;
-            let direction = self.world_direction(&sample)?;
-            return Some(SampledDirection { sample, direction, unguided_ratio: 1.0 });
+    pub(super) fn propose_direction(
+        &self,
+        block: &PathBlock,
+        u_lobe: f32,
+        u: Vec2,
+    ) -> Option<ProposedDirection> {
+        let u_lobe = match &self.guidance {
+            None => u_lobe,
+            Some(guidance) if u_lobe < guidance.share => {
+                let (direction, density) = guidance.sample(u);
+                let wi = self.local(direction).filter(|wi| wi.z > 0.0)?;
+                return Some(ProposedDirection::ByGuide { direction, wi, density });
+            }
+            Some(guidance) => {
+                ((u_lobe - guidance.share) / (1.0 - guidance.share)).min(1.0 - f32::EPSILON / 2.0)
+            }
         };
-        let lobe_share = 1.0 - guidance.share;
-        if u_lobe < guidance.share {
-            return self.sample_guided(guidance, u);
-        }
-        let u_lobe = ((u_lobe - guidance.share) / lobe_share).min(1.0 - f32::EPSILON / 2.0);
-        let mut sample = self.scattering.sample(u_lobe, u)?;
-        let direction = self.world_direction(&sample)?;
-        // Smooth lobes have no density, and no photons follow them.
-        let unguided_ratio = if sample.is_smooth {
-            lobe_share
-        } else {
-            let pdf = guidance.mixed_pdf(direction, sample.pdf);
-            let ratio = pdf / sample.pdf;
-            sample.pdf = pdf;
-            ratio
+        let sampled = block.sample_direction(self.lane, u_lobe, u)?;
+        let (wi, is_unbent) = match sampled {
+            LobeDirection::Smooth(sample) => (sample.wi, sample.is_unbent),
+            LobeDirection::Rough { wi, .. } => (wi, false),
         };
-        sample.weight /= unguided_ratio;
-        Some(SampledDirection { sample, direction, unguided_ratio })
+        let direction = self.world_direction(wi, is_unbent)?;
+        Some(ProposedDirection::ByLobes { direction, sampled })
     }
 
-    fn sample_guided(&self, guidance: &Guidance<'_>, u: Vec2) -> Option<SampledDirection> {
-        let (direction, density) = guidance.sample(u);
-        let wi = self.local(direction).filter(|wi| wi.z > 0.0)?;
-        let (value, lobe_pdf) = self.scattering.eval_and_pdf(wi);
-        if lobe_pdf <= 0.0 || value == Vec3::ZERO {
-            return None;
+    /// The sample in a proposed direction from where the lobes scatter `value` and which they sample with `lobe_pdf`; `None` where the path ends.
+    pub(super) fn sample_in(
+        &self,
+        proposed: ProposedDirection,
+        (value, lobe_pdf): (Vec3, f32),
+    ) -> Option<SampledDirection> {
+        let share = self.guidance.as_ref().map_or(0.0, |guidance| guidance.share);
+        match proposed {
+            ProposedDirection::ByGuide { direction, wi, density } => {
+                let pdf = share * density + (1.0 - share) * lobe_pdf;
+                let sample = ScatterSample::of_rough(wi, ScatterLobe::Diffuse, (value, lobe_pdf))?;
+                let sample = ScatterSample { weight: value / pdf, pdf, ..sample };
+                Some(SampledDirection { sample, direction, unguided_ratio: pdf / lobe_pdf })
+            }
+            // Smooth lobes have no density, and no photons follow them.
+            ProposedDirection::ByLobes { direction, sampled: LobeDirection::Smooth(mut sample) } => {
+                let unguided_ratio = 1.0 - share;
+                sample.weight /= unguided_ratio;
+                Some(SampledDirection { sample, direction, unguided_ratio })
+            }
+            ProposedDirection::ByLobes { direction, sampled: LobeDirection::Rough { wi, lobe } } => {
+                let mut sample = ScatterSample::of_rough(wi, lobe, (value, lobe_pdf))?;
+                sample.pdf = self.direction_pdf(direction, lobe_pdf);
+                let unguided_ratio = sample.pdf / lobe_pdf;
+                sample.weight /= unguided_ratio;
+                Some(SampledDirection { sample, direction, unguided_ratio })
+            }
         }
-        let pdf = guidance.share * density + (1.0 - guidance.share) * lobe_pdf;
-        let sample = ScatterSample {
-            wi,
-            weight: value / pdf,
-            pdf,
-            lobe: ScatterLobe::Diffuse,
-            is_smooth: false,
-            is_unbent: false,
-        };
-        Some(SampledDirection { sample, direction, unguided_ratio: pdf / lobe_pdf })
     }
 
     /// The density with which [`ShadedPoint::sample_direction`] samples a world-space direction that the lobes sample with `lobe_pdf`.
@@ -67,12 +99,12 @@ impl ShadedPoint<'_, '_> {
         self.guidance.as_ref().map_or(lobe_pdf, |guidance| guidance.mixed_pdf(direction, lobe_pdf))
     }
 
-    /// The world-space direction of a sample; `None` where the normals disagree about its side.
-    fn world_direction(&self, sample: &ScatterSample) -> Option<Vec3> {
-        if sample.is_unbent {
+    /// The world-space direction of a sampled one; `None` where the normals disagree about its side.
+    fn world_direction(&self, wi: Vec3, is_unbent: bool) -> Option<Vec3> {
+        if is_unbent {
             return Some(-self.point.wo);
         }
-        let direction = (self.world_from_local * sample.wi).normalize();
-        (direction.dot(self.point.geometric_normal) * sample.wi.z > 0.0).then_some(direction)
+        let direction = (self.world_from_local * wi).normalize();
+        (direction.dot(self.point.geometric_normal) * wi.z > 0.0).then_some(direction)
     }
 }

@@ -25,6 +25,7 @@ mod guiding;
 mod mis;
 mod next_event;
 mod normal_axis;
+mod path_block;
 mod photon_tracing;
 mod scatter;
 mod shade;
@@ -37,6 +38,7 @@ pub(super) use emissive_triangles::EmissiveTriangles;
 pub(crate) use guiding::most_photon_bytes;
 pub(super) use guiding::{PathGuide, PhotonStore};
 pub(super) use mis::LastScatter;
+pub(super) use path_block::PathBlock;
 pub(super) use visible_environment::{VisibleEntry, VisibleEnvironment};
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::LastScatter;
 use super::guiding::{Photon, PhotonPath, PhotonStore};
+use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
 use crate::color::luminance;
 use crate::geometry::Ray;
@@ -27,10 +28,10 @@ impl Tracer<'_, '_> {
     }
 
     /// Stores a photon at a surface; `false` where it ends.
-    pub(super) fn store_photon(&mut self, shaded: &ShadedPoint<'_, '_>) -> bool {
+    pub(super) fn store_photon(&mut self, shaded: &ShadedPoint<'_, '_>, block: &PathBlock) -> bool {
         let Some(store) = &mut self.photon_store else { return false };
         let state = shaded.state;
-        if !shaded.transmits && shaded.scattering.diffuse_probability() > 0.0 {
+        if !shaded.transmits && block.diffuse_probability(shaded.lane) > 0.0 {
             // Smooth surfaces alone pass on a share of what guides the denoising.
             let path = match (state.guide_share > 0.0, shaded.last) {
                 (true, Some(_)) => PhotonPath::Direct,

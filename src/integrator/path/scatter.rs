@@ -5,9 +5,10 @@ use glam::Vec3;
 use super::dimensions::Decision;
 use super::guided_direction::SampledDirection;
 use super::mis::LastScatter;
+use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
 use crate::bsdf::{ScatterLobe, ScatterSample};
-use crate::geometry::Ray;
+use crate::geometry::{ActiveLanes, LANES, Ray};
 use crate::integrator::whitted::Tracer;
 use crate::integrator::{LightPass, RayKind, RayState};
 use crate::interaction::RayDifferential;
@@ -16,16 +17,48 @@ use crate::interaction::RayDifferential;
 const ROULETTE_DEPTH: u32 = 2;
 
 impl Tracer<'_, '_> {
-    /// Samples the ray with which a path goes on, unless the path ends. Returns whether a mirror or clear glass ends the path or
+    /// Samples the rays with which the paths of a block go on.
+    pub(super) fn send_paths(&mut self, surfaces: &[ShadedPoint<'_, '_>], block: &mut PathBlock) {
+        let mut proposed = [None; LANES];
+        for surface in surfaces {
+            let u = surface.samples.point(Decision::Direction);
+            let choices = surface.samples.point(Decision::LobeAndRoulette);
+            let direction = surface.propose_direction(block, choices.x, u);
+            if let Some(wi) = direction.and_then(|direction| direction.rough()) {
+                block.wi.set(surface.lane, wi);
+            }
+            proposed[surface.lane] = direction.map(|direction| (direction, choices.y));
+        }
+        let rough = |lane: usize| proposed[lane].and_then(|(direction, _)| direction.rough());
+        let rough = ActiveLanes::first(LANES).filtered(|lane| rough(lane).is_some());
+        if !rough.is_empty() {
+            block.scatter(self.context.view.bvh.simd_level(), rough);
+        }
+        for surface in surfaces {
+            let sampled = proposed[surface.lane].and_then(|(direction, u_roulette)| {
+                let sampled = surface.sample_in(direction, block.scattered(surface.lane))?;
+                Some((sampled, u_roulette))
+            });
+            let is_smooth = sampled.is_some_and(|(sampled, u)| self.send_path(surface, sampled, u));
+            // Mirrors and clear glass show what guides the denoising.
+            if !is_smooth {
+                self.add_guide((surface.state, surface.share), (surface.material, surface.point));
+            }
+        }
+    }
+
+    /// Sends the ray with which a path goes on, unless the path ends. Returns whether a mirror or clear glass ends the path or
     /// sends it on.
-    pub(super) fn send_path(&mut self, shaded: &ShadedPoint<'_, '_>, share: f32) -> bool {
+    fn send_path(
+        &mut self,
+        shaded: &ShadedPoint<'_, '_>,
+        sampled: SampledDirection,
+        u_roulette: f32,
+    ) -> bool {
         let depth = shaded.state.depth;
-        let u = shaded.samples.point(Decision::Direction);
-        let choices = shaded.samples.point(Decision::LobeAndRoulette);
-        let Some(sampled) = shaded.sample_direction(choices.x, u) else { return false };
         let SampledDirection { sample, direction, unguided_ratio } = sampled;
         let mut weight = shaded.weight * sample.weight;
-        let mut guide_share = if sample.is_smooth { shaded.state.guide_share * share } else { 0.0 };
+        let mut guide_share = if sample.is_smooth { shaded.state.guide_share * shaded.share } else { 0.0 };
         let largest = weight.max_element();
         if !(largest > 0.0 && largest < f32::INFINITY) {
             return false;
@@ -36,7 +69,7 @@ impl Tracer<'_, '_> {
         // Behind the mirror or clear glass of a path that was guided there most likely is light.
         let is_guided = sample.is_smooth && unguided_ratio > 1.0;
         if depth >= ROULETTE_DEPTH && survival < 1.0 && !is_guided {
-            if choices.y >= survival {
+            if u_roulette >= survival {
                 return sample.is_smooth;
             }
             weight /= survival;
@@ -66,7 +99,7 @@ impl Tracer<'_, '_> {
             }
         };
         // A clear thin wall neither bends nor scatters: the ray is still that of the last surface.
-        let last = if sample.is_unbent && shaded.is_thin {
+        let last = if sample.is_unbent && shaded.material.thin {
             shaded.last
         } else {
             let (position, normal) = (point.position, shaded.light_normal());

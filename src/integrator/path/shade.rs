@@ -5,18 +5,24 @@ use std::rc::Rc;
 use glam::{Mat3, Vec3};
 
 use super::dimensions::{BounceSamples, Decision};
+use super::guiding::Guidance;
 use super::mis::LastScatter;
+use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
 use crate::bsdf::{Bsdf, Coat, Scattering};
+use crate::integrator::opaque_materials::is_opaque;
 use crate::integrator::whitted::{
     RaySignature, SurfaceHit, Tracer, Wavefront, ior_outside, ior_transmission_side, local_frame,
     shading_frame,
 };
 use crate::integrator::{ColorChannels, GuideSample, LightPass, RayState};
-use crate::interaction::{MaterialSample, SurfacePoint};
+use crate::interaction::{MaterialSample, SurfaceBlock, SurfacePoint};
+use crate::scene::Material;
 
 /// A path where it arrives at a surface.
 struct PathArrival<'s> {
+    /// Lane of the surface in its block.
+    lane: usize,
     /// Signature of its ray.
     signature: RaySignature,
     state: &'s RayState,
@@ -32,15 +38,59 @@ struct PathArrival<'s> {
     coat: Option<(Coat, Mat3)>,
 }
 
-impl Tracer<'_, '_> {
-    /// Adds the light of a surface to its path, and sends the ray that goes on.
-    pub(in crate::integrator) fn shade_path(
+impl<'w, 'a> Tracer<'w, 'a> {
+    /// Adds the light of the surfaces of a block to their paths, and sends the rays that go on.
+    pub(in crate::integrator) fn shade_paths(
         &mut self,
         wavefront: &Wavefront,
-        surface_hit: &SurfaceHit,
-        (index, point): (usize, &SurfacePoint<'_>),
-        material: &MaterialSample,
+        (material, hits): (&Material, &[SurfaceHit]),
+        (points, materials): (&SurfaceBlock<'a>, &[MaterialSample]),
     ) {
+        let Some(mut block) = self.path_block.take() else { return };
+        let context = self.context;
+        let level = context.view.bvh.simd_level();
+        let in_vacuum = |hit: &SurfaceHit| wavefront.ray(hit.slot).1.media.is_empty();
+        let table = context.opaque_albedos.table(material).filter(|_| is_opaque(material));
+        block.begin(table.is_some() && hits.iter().all(in_vacuum), hits.len());
+        // Lobes that are not in lanes gain nothing from stages.
+        let together = if block.is_in_lanes() { hits.len() } else { 1 };
+        let mut surfaces = Vec::with_capacity(together);
+        for (stage, hits) in hits.chunks(together.max(1)).enumerate() {
+            surfaces.clear();
+            for (lane, hit) in (stage * together..).zip(hits) {
+                let of_point = (lane, &points.points[lane]);
+                let surface = self.shade_path(wavefront, hit, of_point, &materials[lane], &mut block);
+                if let Some(surface) = surface {
+                    surfaces.push(surface);
+                }
+            }
+            block.fill(level, (material, table), &surfaces, points.viewers());
+            if self.photon_store.is_some() {
+                surfaces.retain(|surface| self.store_photon(surface, &block));
+            } else {
+                for surface in &mut surfaces {
+                    surface.guidance = self.guidance(surface, &block);
+                }
+                self.queue_lights(&surfaces, &mut block, points.positions());
+            }
+            self.send_paths(&surfaces, &mut block);
+        }
+        self.path_block = Some(block);
+    }
+
+    /// Adds the light of a surface to its path, and prepares the surface for scattering; `None` where the path ends.
+    #[inline(always)]
+    fn shade_path<'p>(
+        &mut self,
+        wavefront: &'p Wavefront,
+        surface_hit: &SurfaceHit,
+        (lane, point): (usize, &'p SurfacePoint<'a>),
+        material: &'p MaterialSample,
+        block: &mut PathBlock,
+    ) -> Option<ShadedPoint<'p, 'a>>
+    where
+        'w: 'p,
+    {
         let SurfaceHit { slot, hit, share, light_pass } = *surface_hit;
         let (_, state) = wavefront.ray(slot);
         let last = wavefront.last_scatter(slot).copied();
@@ -49,8 +99,9 @@ impl Tracer<'_, '_> {
         // Emission
         if material.unlit {
             let radiance = weight * material.base_color;
-            self.add_guide(state, share, (material, point));
-            return self.add_to_path(state, light_pass.unwrap_or(LightPass::Emission), radiance);
+            self.add_guide((state, share), (material, point));
+            self.add_to_path(state, light_pass.unwrap_or(LightPass::Emission), radiance);
+            return None;
         }
         let coat = material.clear_coat.map(|sample| {
             let world_from_coat = local_frame(sample.normal);
@@ -64,34 +115,39 @@ impl Tracer<'_, '_> {
         // The ray that the deepest surface sent finds lights alone, so that both ways to find them go equally far.
         if state.depth > self.context.settings.max_depth {
             self.statistics.dropped_weight += f64::from(weight.max_element());
-            self.add_guide(state, share, (material, point));
-            return;
+            self.add_guide((state, share), (material, point));
+            return None;
         }
-
-        let regularized = self.regularized(last.as_ref(), material);
-        let material = regularized.as_ref().unwrap_or(material);
         let coat = coat.map(|(coat, world_from_coat, _)| (coat, world_from_coat));
-        let arrival = PathArrival { signature: slot.signature, state, light_pass, last, weight, share, coat };
-        self.scatter_path(&arrival, (index, point), material);
+        let arrival =
+            PathArrival { lane, signature: slot.signature, state, light_pass, last, weight, share, coat };
+        Some(self.prepare_surface(&arrival, point, material, block))
     }
 
-    /// Sends the shadow rays of a surface, and the ray that goes on.
-    fn scatter_path(
+    /// The surface with its lobes.
+    #[inline(always)]
+    fn prepare_surface<'p>(
         &mut self,
-        arrival: &PathArrival<'_>,
-        (index, point): (usize, &SurfacePoint<'_>),
-        material: &MaterialSample,
-    ) {
-        let PathArrival { signature, state, light_pass, last, mut weight, share, coat } = *arrival;
+        arrival: &PathArrival<'p>,
+        point: &'p SurfacePoint<'a>,
+        material: &'p MaterialSample,
+        block: &mut PathBlock,
+    ) -> ShadedPoint<'p, 'a>
+    where
+        'w: 'p,
+    {
+        let PathArrival { lane, signature, state, light_pass, last, mut weight, share, coat } = *arrival;
+        // Regularisation
+        let regularized = self.regularized(last.as_ref(), material);
+        let lobe_material = regularized.as_ref().unwrap_or(material);
 
         // One colour channel of three where the surface disperses light
-        let transmission_side = self.transmission_side(state, (index, point));
+        let transmission_side = self.transmission_side(state, (lane, point));
         let own_medium = self.context.interiors.medium(point.instance);
         let is_dispersive = transmission_side.disperses(state, own_medium, material);
         let sequence = self.sequences[state.sample as usize];
         Rc::make_mut(&mut self.bounce_keys).prepare(&sequence, state.depth);
-        let keys = Rc::clone(&self.bounce_keys);
-        let samples = BounceSamples { sequence, keys: &keys };
+        let samples = BounceSamples { sequence, keys: Rc::clone(&self.bounce_keys) };
         let mut channels = state.channels;
         if is_dispersive {
             let u = samples.number(Decision::Channel);
@@ -102,47 +158,49 @@ impl Tracer<'_, '_> {
         // Lobes
         let outside = ior_outside(state, own_medium, point.facing, channels);
         let inside = ior_transmission_side(material, &transmission_side.media, channels);
-        let albedo_slice = self.albedo_slices.between(outside, inside);
-        let bsdf = Bsdf::with_albedos(material, outside, inside, albedo_slice);
         let world_from_local = shading_frame(point.shading_normal, material.anisotropy.as_ref());
-        let local_from_world = world_from_local.transpose();
-        let coat = coat.map(|(coat, world_from_coat)| (coat, world_from_coat.transpose() * world_from_local));
-        let scattering = Scattering::new(bsdf, local_from_world * point.wo, coat);
+        if block.is_in_lanes() {
+            block.set_material(lane, lobe_material);
+        } else {
+            let albedo_slice = self.albedo_slices.between(outside, inside);
+            let bsdf = Bsdf::with_albedos(lobe_material, outside, inside, albedo_slice);
+            let local_from_world = world_from_local.transpose();
+            let coat =
+                coat.map(|(coat, world_from_coat)| (coat, world_from_coat.transpose() * world_from_local));
+            block.set_lobes(lane, Scattering::new(bsdf, local_from_world * point.wo, coat));
+        }
         let transmits = material.transmission > 0.0 || material.diffuse_transmission > 0.0;
         let visible = self.context.visible_environment.as_ref().filter(|_| !transmits);
         let visible = visible.and_then(|visible| visible.entry(point.position, point.geometric_normal));
-        let guide = self.context.path_guide.as_ref().filter(|_| !transmits);
-        let guidance = guide.and_then(|guide| {
-            guide.guidance((point.position, point.geometric_normal), scattering.diffuse_probability())
-        });
-        let shaded = ShadedPoint {
+        ShadedPoint {
+            lane,
             signature,
             state,
             light_pass,
+            share,
             point,
-            scattering: &scattering,
+            material,
             world_from_local,
             weight,
             channels,
             transmission_side,
             relative_ior: if outside > 0.0 && inside > 0.0 { inside / outside } else { 1.0 },
-            is_glass: material.transmission > 0.0,
-            is_thin: material.thin,
             transmits,
-            guidance,
+            guidance: None,
             visible,
             samples,
             last,
-        };
-        if self.photon_store.is_none() {
-            self.queue_lights(&shaded);
-        } else if !self.store_photon(&shaded) {
-            return;
         }
-        // Mirrors and clear glass show what guides the denoising.
-        if !self.send_path(&shaded, share) {
-            self.add_guide(state, share, (material, point));
-        }
+    }
+
+    /// How a surface guides its rays.
+    fn guidance<'p>(&self, surface: &ShadedPoint<'p, 'a>, block: &PathBlock) -> Option<Guidance<'p>>
+    where
+        'w: 'p,
+    {
+        let guide = self.context.path_guide.as_ref().filter(|_| !surface.transmits)?;
+        let at = (surface.point.position, surface.point.geometric_normal);
+        guide.guidance(at, block.diffuse_probability(surface.lane))
     }
 
     /// The material, rougher where a ray that a rough surface sampled finds it: such rays hardly ever find what a smooth one focuses.
@@ -154,10 +212,10 @@ impl Tracer<'_, '_> {
         is_regularized.then(|| material.regularized())
     }
 
-    fn add_guide(
+    /// Adds what guides the denoising, of a surface at which `share` of a ray stays.
+    pub(super) fn add_guide(
         &mut self,
-        state: &RayState,
-        share: f32,
+        (state, share): (&RayState, f32),
         (material, point): (&MaterialSample, &SurfacePoint<'_>),
     ) {
         let albedo = material.base_color.max(material.emission).min(Vec3::ONE);

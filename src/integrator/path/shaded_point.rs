@@ -2,10 +2,9 @@
 
 use glam::{Mat3, Vec3};
 
-use crate::bsdf::Scattering;
 use crate::integrator::whitted::{RaySignature, TransmissionSide};
 use crate::integrator::{ColorChannels, LightPass, RayState};
-use crate::interaction::SurfacePoint;
+use crate::interaction::{MaterialSample, SurfacePoint};
 
 use super::VisibleEntry;
 use super::dimensions::BounceSamples;
@@ -14,13 +13,17 @@ use super::mis::LastScatter;
 
 /// A surface with its lobes, seen by one path.
 pub(super) struct ShadedPoint<'p, 'a> {
+    /// Its lane in the block that is shaded.
+    pub(super) lane: usize,
     /// Signature of the ray.
     pub(super) signature: RaySignature,
     pub(super) state: &'p RayState,
     /// See [`crate::integrator::whitted::SurfaceHit::light_pass`].
     pub(super) light_pass: Option<LightPass>,
+    /// See [`crate::integrator::whitted::SurfaceHit::share`].
+    pub(super) share: f32,
     pub(super) point: &'p SurfacePoint<'a>,
-    pub(super) scattering: &'p Scattering,
+    pub(super) material: &'p MaterialSample,
     /// Columns are tangent, bitangent and normal.
     pub(super) world_from_local: Mat3,
     /// Multiplies radiance that leaves the surface towards the viewer.
@@ -32,15 +35,11 @@ pub(super) struct ShadedPoint<'p, 'a> {
     pub(super) relative_ior: f32,
     /// Whether the surface scatters light from its other side.
     pub(super) transmits: bool,
-    /// Whether the surface is glass.
-    pub(super) is_glass: bool,
-    /// Whether the surface is a thin wall.
-    pub(super) is_thin: bool,
     /// How the surface guides its rays.
     pub(super) guidance: Option<Guidance<'p>>,
     /// What the surface sees of the environment.
     pub(super) visible: Option<VisibleEntry>,
-    pub(super) samples: BounceSamples<'p>,
+    pub(super) samples: BounceSamples,
     /// The surface that sampled the ray.
     pub(super) last: Option<LastScatter>,
 }
@@ -61,7 +60,7 @@ impl ShadedPoint<'_, '_> {
 
     /// Whether the light of a lamp that rays cannot hit reached the last surface straight through this one, from the local direction `wi`.
     pub(super) fn has_passed_straight(&self, wi: Vec3) -> bool {
-        wi.z < 0.0 && self.is_glass && self.last.is_some()
+        wi.z < 0.0 && self.material.transmission > 0.0 && self.last.is_some()
     }
 
     /// Start of shadow rays towards light from the local direction `wi`.

@@ -68,15 +68,14 @@ impl<'a> Tracer<'_, 'a> {
         let mut materials = std::mem::take(&mut self.block_materials);
         self.find_materials(&block, &mut materials);
         self.probe_transmission_sides(&block.points, &materials);
-        if self.context.settings.integrator == Integrator::Whitted {
-            self.find_incidences(&block);
-        }
-        for (index, surface_hit) in hits.iter().enumerate() {
-            let point = (index, &block.points[index]);
-            match self.context.settings.integrator {
-                Integrator::Whitted => self.shade(wavefront, surface_hit, point, &materials[index]),
-                Integrator::Path => self.shade_path(wavefront, surface_hit, point, &materials[index]),
+        match self.context.settings.integrator {
+            Integrator::Whitted => {
+                self.find_incidences(&block);
+                for (index, surface_hit) in hits.iter().enumerate() {
+                    self.shade(wavefront, surface_hit, (index, &block.points[index]), &materials[index]);
+                }
             }
+            Integrator::Path => self.shade_paths(wavefront, (material, hits), (&block, &materials)),
         }
         self.block_materials = materials;
         self.surface_block = Some(block);

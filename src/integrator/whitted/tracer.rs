@@ -20,7 +20,7 @@ use crate::integrator::albedo_slices::AlbedoSlices;
 use crate::integrator::camera_samples::CameraRayBatch;
 use crate::integrator::lights::IncidenceLanes;
 use crate::integrator::media::MediaCache;
-use crate::integrator::path::{BounceKeys, PhotonStore};
+use crate::integrator::path::{BounceKeys, PathBlock, PhotonStore};
 use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{
     CameraRays, CameraSamples, GuideSample, IntegratorContext, IntegratorStatistics, LightPass, LightPasses,
@@ -77,6 +77,8 @@ pub struct Tracer<'w, 'a> {
     pub(super) block_incidences: Vec<IncidenceLanes>,
     /// Taken out while a block is shaded.
     pub(super) opaque_block: Option<Box<OpaqueBlock<'a>>>,
+    /// Taken out while a block of paths is shaded.
+    pub(in crate::integrator) path_block: Option<Box<PathBlock>>,
     pub(in crate::integrator) shadows: ShadowQueue,
     /// Taken out while it is filled.
     pub(super) receiver_shadows: ReceiverShadows,
@@ -118,6 +120,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
             block_materials: Vec::new(),
             block_incidences: Vec::new(),
             opaque_block: Some(Box::new(OpaqueBlock::new(context.lights.len()))),
+            path_block: Some(Box::default()),
             shadows: ShadowQueue::new(context.shadow_passages()),
             receiver_shadows: ReceiverShadows::default(),
             first_receivers: Vec::new(),

@@ -43,6 +43,11 @@ impl AnisotropicGgx {
         Self { alpha: Vec2::new(alpha * (1.0 - share) + share, alpha) }
     }
 
+    /// The same with both α scaled, down to that of a mirror.
+    pub(super) fn narrowed(self, scale: f32) -> Self {
+        Self { alpha: (self.alpha * scale).max(Vec2::splat(ggx::MIN_ALPHA)) }
+    }
+
     fn scaled_by_alpha(self, direction: Vec3) -> Vec3 {
         Vec3::new(self.alpha.x * direction.x, self.alpha.y * direction.y, direction.z)
     }

@@ -16,6 +16,7 @@ mod albedo_table;
 mod albedo_tables;
 mod albedos;
 mod coat;
+mod coat_lobe;
 mod cubic_table;
 mod external_albedo;
 mod fresnel;
@@ -24,6 +25,7 @@ mod ggx_anisotropic;
 mod index_planes;
 mod internal_albedo;
 mod isotropic_albedo;
+mod lobe_probabilities;
 mod microfacets;
 mod multiple_scattering;
 mod rough_transmission;
@@ -49,6 +51,7 @@ pub(crate) use albedo_table::{AlbedoTable, AlbedoTermLanes};
 pub use albedo_tables::integrated_albedo_tables;
 pub use albedos::Albedos;
 pub use coat::Coat;
+pub use coat_lobe::PlacedCoat;
 pub(crate) use fresnel::exact as dielectric_reflectance;
 pub(crate) use isotropic_albedo::AlbedoTerms;
 pub use scattering::Scattering;
@@ -116,6 +119,7 @@ impl Bsdf {
         let film_outside = if ior_inside < ior_outside { ior_inside } else { ior_outside };
         let dielectric = Dielectric::between(ior_outside, ior_inside, tint);
         let strength = material.anisotropy.map(|anisotropy| anisotropy.strength);
+        let lobe = SpecularLobe::new(roughness, strength);
         Self {
             base_color: material.base_color,
             metallic: material.metallic.clamp(0.0, 1.0),
@@ -125,11 +129,8 @@ impl Bsdf {
             thin: material.thin,
             dielectric,
             albedo_slice,
-            lobe: SpecularLobe::new(roughness, strength),
-            transmission_lobe: SpecularLobe::new(
-                roughness * transmission_roughness_scale(dielectric.relative_ior),
-                strength,
-            ),
+            lobe,
+            transmission_lobe: lobe.narrowed(transmission_roughness_scale(dielectric.relative_ior)),
             thin_film: material.iridescence.map(|film| ThinFilm {
                 factor: film.factor,
                 ior: film.ior,

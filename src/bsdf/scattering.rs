@@ -8,13 +8,15 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use glam::{Mat3, Vec3};
+use glam::Vec3;
 
+use super::coat_lobe::{CoatLobe, PlacedCoat};
+use super::lobe_probabilities::LobeProbabilities;
 use super::multiple_scattering::Compensation;
 use super::rough_transmission::{self, RefractingFacet};
 use super::rough_volume_albedo;
 use super::thin_film::FilmReflectances;
-use super::{AlbedoTerms, Albedos, Bsdf, Coat, fresnel, ggx, isotropic_albedo, share_below};
+use super::{AlbedoTerms, Albedos, Bsdf, fresnel, ggx, isotropic_albedo, share_below};
 use crate::color::luminance;
 use crate::geometry::normalized_or;
 
@@ -37,18 +39,6 @@ pub struct Scattering {
     pub(super) probabilities: LobeProbabilities,
 }
 
-/// The coat towards the view.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct CoatLobe {
-    pub(super) coat: Coat,
-    pub(super) coat_from_local: Mat3,
-    /// In the frame of the coat.
-    pub(super) wo: Vec3,
-    pub(super) albedo: f32,
-    /// Factor of the lobe, for this view.
-    scale: f32,
-}
-
 /// How light is transmitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum TransmissionLobe {
@@ -68,36 +58,6 @@ pub(super) enum TransmissionLobe {
     },
 }
 
-/// Probabilities of the lobes; they sum to 1, or are all 0.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct LobeProbabilities {
-    pub(super) coat: f32,
-    /// With transmission where facets refract: then the facet decides.
-    pub(super) specular: f32,
-    pub(super) transmission: f32,
-    pub(super) diffuse: f32,
-    pub(super) sheen: f32,
-    pub(super) diffuse_transmission: f32,
-}
-
-impl LobeProbabilities {
-    /// The same in proportion, with a sum of 1; all 0 if they are.
-    #[inline(always)]
-    fn normalized(self) -> Self {
-        let Self { coat, specular, transmission, diffuse, sheen, diffuse_transmission } = self;
-        let total = coat + specular + transmission + diffuse + sheen + diffuse_transmission;
-        let share = |of: f32| if total > 0.0 { of / total } else { 0.0 };
-        Self {
-            coat: share(coat),
-            specular: share(specular),
-            transmission: share(transmission),
-            diffuse: share(diffuse),
-            sheen: share(sheen),
-            diffuse_transmission: share(diffuse_transmission),
-        }
-    }
-}
-
 /// Whether smooth reflection and smooth thin walls count as the sharpest rough lobes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum SmoothLobes {
@@ -106,16 +66,11 @@ pub(super) enum SmoothLobes {
 }
 
 impl Scattering {
-    /// The lobes of `bsdf` towards `wo`, in the local shading frame, below a coat with its own frame: the matrix takes directions of the
-    /// shading frame to that of the coat.
+    /// The lobes of `bsdf` towards `wo`, in the local shading frame, below a coat with its own frame.
     #[inline]
-    pub fn new(bsdf: Bsdf, wo: Vec3, coat: Option<(Coat, Mat3)>) -> Self {
+    pub fn new(bsdf: Bsdf, wo: Vec3, coat: Option<PlacedCoat>) -> Self {
         let terms = bsdf.scattering_terms(wo, || bsdf.albedo_terms(wo));
-        let coat = coat.map(|(coat, coat_from_local)| {
-            let wo = coat_from_local * wo;
-            let (albedo, scale) = (coat.albedo(wo.z), coat.lobe_scale(wo.z));
-            CoatLobe { coat, coat_from_local, wo, albedo, scale }
-        });
+        let coat = coat.map(|coat| CoatLobe::new(coat, wo));
         let mut scattering = Self::reflecting(bsdf, wo, terms, coat);
         if wo.z > 0.0 {
             scattering.transmission = scattering.transmission_lobe(terms);
@@ -153,8 +108,8 @@ impl Scattering {
 
     /// f · |cos θ_i| of all lobes but the smooth ones.
     ///
-    /// The coat counts wherever light is above it, by the cosine to its own normal. Whether `wi` is on the right side of the geometric
-    /// surface is not known here.
+    /// The coat counts wherever light is above it and above the geometric surface, by the cosine to its own normal. Below a coat the other lobes count where
+    /// their normal and the geometric one agree about the side of `wi`; without one that is left to the caller.
     pub fn eval(&self, wi: Vec3) -> Vec3 {
         self.values(wi, SmoothLobes::Without).0
     }
@@ -188,6 +143,12 @@ impl Scattering {
             && (coat == 0.0 || self.coat.is_none_or(|lobe| lobe.coat.is_smooth()))
             && (specular == 0.0 || self.bsdf.lobe.is_smooth())
             && (transmission == 0.0 || matches!(self.transmission, TransmissionLobe::Smooth { .. }))
+    }
+
+    /// The albedo of what passes a clear thin wall unbent; `None` for any other surface.
+    pub(crate) fn clear_wall_transmittance(&self) -> Option<Vec3> {
+        let is_clear = self.bsdf.thin && matches!(self.transmission, TransmissionLobe::Smooth { .. });
+        is_clear.then_some(self.albedos.transmission)
     }
 
     /// Probability with which [`Scattering::sample`] samples the diffuse lobe.
@@ -272,9 +233,10 @@ impl Scattering {
         if self.wo.z <= 0.0 {
             return (Vec3::ZERO, 0.0);
         }
-        let (value, pdf) = if wi.z > 0.0 {
+        let agrees = self.coat.is_none_or(|coat| coat.is_above(wi) == (wi.z > 0.0));
+        let (value, pdf) = if wi.z > 0.0 && agrees {
             self.reflected(wi, smooth)
-        } else if wi.z < 0.0 {
+        } else if wi.z < 0.0 && agrees {
             self.transmitted(wi, smooth)
         } else {
             (Vec3::ZERO, 0.0)
@@ -284,20 +246,9 @@ impl Scattering {
     }
 
     fn coated(&self, wi: Vec3, smooth: SmoothLobes) -> (f32, f32) {
-        let Some(CoatLobe { coat, coat_from_local, wo, scale, .. }) = self.coat else { return (0.0, 0.0) };
-        let is_smooth = coat.is_smooth();
-        // A coat's own normal may lean so far that it faces light from below the surface.
-        if wi.z <= 0.0 {
-            return (0.0, 0.0);
-        }
-        let wi = coat_from_local * wi;
-        if wo.z <= 0.0 || wi.z <= 0.0 || (is_smooth && smooth == SmoothLobes::Without) {
-            return (0.0, 0.0);
-        }
-        let half = normalized_or(wo + wi, Vec3::Z);
-        let lobe = ggx::distribution(half, coat.alpha) * ggx::visibility(wo.z, wi.z, coat.alpha);
-        let pdf = if is_smooth { 0.0 } else { ggx::reflection_pdf(wo.z, half, coat.alpha) };
-        (scale * lobe * wi.z, self.probabilities.coat * pdf)
+        let Some(coat) = &self.coat else { return (0.0, 0.0) };
+        let (value, pdf) = coat.eval_and_pdf(wi, smooth);
+        (value, self.probabilities.coat * pdf)
     }
 
     /// For light from the side of the view.

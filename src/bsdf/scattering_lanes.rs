@@ -6,8 +6,9 @@ use fearless_simd::Level;
 use glam::{Vec2, Vec3};
 
 use super::fresnel::{Dielectric, FresnelCurve};
+use super::lobe_probabilities::LobeProbabilities;
 use super::multiple_scattering::Compensation;
-use super::scattering::{LobeProbabilities, SmoothLobes, TransmissionLobe};
+use super::scattering::{SmoothLobes, TransmissionLobe};
 use super::specular_lobe::SpecularLobe;
 use super::{AlbedoSlice, AlbedoTable, AlbedoTermLanes, Albedos, Bsdf, LobeDirection, Scattering};
 use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec3Lanes, vectorized};

@@ -9,8 +9,9 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
+use super::lobe_probabilities::LobeProbabilities;
 use super::rough_transmission::refracted_at;
-use super::scattering::{LobeProbabilities, Scattering, TransmissionLobe};
+use super::scattering::{Scattering, TransmissionLobe};
 use super::specular_lobe::SpecularLobe;
 use super::{ggx, share_below};
 use crate::geometry::sin_cos_of_turn;
@@ -73,6 +74,16 @@ enum LobeKind {
     Diffuse,
     Sheen,
     DiffuseTransmission,
+}
+
+impl ScatterLobe {
+    /// Whether the lobe sends light to the side of the view.
+    pub(crate) fn is_reflective(self) -> bool {
+        match self {
+            Self::SpecularReflection | Self::Diffuse => true,
+            Self::Transmission | Self::DiffuseTransmission => false,
+        }
+    }
 }
 
 impl ScatterSample {

@@ -23,6 +23,14 @@ impl SpecularLobe {
         Self { roughness, alpha, anisotropic }
     }
 
+    /// The lobe of facets that tilt light by `scale` times less; as sharp as a mirror's where both its α are.
+    #[inline(always)]
+    pub(super) fn narrowed(&self, scale: f32) -> Self {
+        let narrowed = self.anisotropic.map(|ggx| ggx.narrowed(scale * scale));
+        let anisotropic = narrowed.filter(|ggx| ggx.alpha.x > MIN_ALPHA);
+        Self { anisotropic, ..Self::new(self.roughness * scale, None) }
+    }
+
     /// Whether the lobe is a mirror's.
     #[inline(always)]
     pub(super) fn is_smooth(&self) -> bool {

@@ -1,5 +1,7 @@
 //! State of a traced ray besides its segment.
 
+use std::ops::Deref;
+
 use glam::Vec3;
 
 use super::color_channels::ColorChannels;
@@ -9,6 +11,7 @@ use super::media::MediaStack;
 use super::random::Seed;
 use super::whitted::PrefilteredLobe;
 use crate::bvh::Hit;
+use crate::geometry::Facing;
 use crate::interaction::RayDifferential;
 
 /// State of one ray of Whitted's tree. The direction of the ray has unit length, so that its `t` is in metres.
@@ -18,8 +21,8 @@ pub struct RayState {
     pub differential: RayDifferential,
     /// The closed volumes in which the ray starts.
     pub media: MediaStack,
-    /// A surface that touches the one that the ray passes: it is hit first, at `t` = 0. Few rays have one.
-    pub touching: Option<Box<Hit>>,
+    /// A surface that touches the one that the ray passed. Few rays have one.
+    pub touching: Option<Box<Touching>>,
     /// Multiplies the radiance that the ray finds.
     pub weight: Vec3,
     /// The kind of the ray.
@@ -47,6 +50,74 @@ pub struct RayState {
     pub sample: u32,
     /// Seed of the ray's random numbers.
     pub seed: Seed,
+}
+
+/// A surface that touches the one that a ray passed, and bounds no volume.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Touching {
+    /// The ray hits it first, at `t` = 0.
+    pub hit: Hit,
+    /// The volumes on the viewer's side of both surfaces.
+    pub media: MediaStack,
+    /// The sides of surfaces there that the ray passed; the touching surface is not among them.
+    pub passed: Vec<PassedSide>,
+}
+
+/// One side of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PassedSide {
+    /// A triangle of the surface.
+    pub triangle: u32,
+    /// The side.
+    pub facing: Facing,
+}
+
+/// The state of a ray where it arrives at a surface.
+#[derive(Debug)]
+pub(super) enum ArrivingState<'s> {
+    /// That of the ray.
+    OfRay(&'s RayState),
+    /// With the volumes on the viewer's side of touching surfaces.
+    AtTouching(Box<RayState>),
+}
+
+impl Deref for ArrivingState<'_> {
+    type Target = RayState;
+
+    #[inline]
+    fn deref(&self) -> &RayState {
+        match self {
+            Self::OfRay(state) => state,
+            Self::AtTouching(state) => state,
+        }
+    }
+}
+
+impl RayState {
+    /// The state where the ray arrives at a surface.
+    #[inline]
+    pub(super) fn arriving_at(&self, hit: &Hit) -> ArrivingState<'_> {
+        match self.touching_at(hit.triangle) {
+            Some(touching) if hit.t == 0.0 => ArrivingState::AtTouching(Box::new(Self {
+                media: touching.media.clone(),
+                touching: None,
+                ..self.clone()
+            })),
+            _ => ArrivingState::OfRay(self),
+        }
+    }
+
+    /// Whether the ray is outside of all volumes, at its first surface as well.
+    #[inline]
+    pub(super) fn is_in_vacuum(&self) -> bool {
+        self.media.is_empty() && self.touching.is_none()
+    }
+
+    /// How the ray arrives at its touching surface, if that has this triangle.
+    #[inline]
+    pub(super) fn touching_at(&self, triangle: u32) -> Option<&Touching> {
+        self.touching.as_deref().filter(|touching| touching.hit.triangle == triangle)
+    }
 }
 
 /// The interaction that made a ray.

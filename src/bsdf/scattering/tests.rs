@@ -3,7 +3,7 @@
 use glam::{Mat3, Vec2, Vec3};
 
 use super::*;
-use crate::bsdf::{ScatterLobe, ScatterSample};
+use crate::bsdf::{Coat, ScatterLobe, ScatterSample};
 use crate::interaction::{AnisotropySample, IridescenceSample, MaterialSample, SheenSample};
 
 mod densities;
@@ -22,7 +22,12 @@ pub(super) struct Surface {
 impl Surface {
     fn scattering(&self, wo: Vec3) -> Scattering {
         let bsdf = Bsdf::new(&self.material, self.ior_outside, self.ior_inside);
-        Scattering::new(bsdf, wo, self.coat.map(|roughness| (Coat::new(1.0, roughness), Mat3::IDENTITY)))
+        let placed = |roughness| PlacedCoat {
+            coat: Coat::new(1.0, roughness),
+            coat_from_local: Mat3::IDENTITY,
+            geometric_normal: Vec3::Z,
+        };
+        Scattering::new(bsdf, wo, self.coat.map(placed))
     }
 }
 

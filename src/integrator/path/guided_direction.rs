@@ -48,7 +48,7 @@ impl ShadedPoint<'_, '_> {
             None => u_lobe,
             Some(guidance) if u_lobe < guidance.share => {
                 let (direction, density) = guidance.sample(u);
-                let wi = self.local(direction).filter(|wi| wi.z > 0.0)?;
+                let wi = self.local(direction).filter(|_| self.is_outside(direction))?;
                 return Some(ProposedDirection::ByGuide { direction, wi, density });
             }
             Some(guidance) => {
@@ -56,11 +56,12 @@ impl ShadedPoint<'_, '_> {
             }
         };
         let sampled = block.sample_direction(self.lane, u_lobe, u)?;
-        let (wi, is_unbent) = match sampled {
-            LobeDirection::Smooth(sample) => (sample.wi, sample.is_unbent),
-            LobeDirection::Rough { wi, .. } => (wi, false),
+        let direction = match sampled {
+            LobeDirection::Smooth(sample) if sample.is_unbent => -self.point.wo,
+            LobeDirection::Smooth(ScatterSample { wi, lobe, .. }) | LobeDirection::Rough { wi, lobe } => {
+                self.world_direction(wi, lobe)?
+            }
         };
-        let direction = self.world_direction(wi, is_unbent)?;
         Some(ProposedDirection::ByLobes { direction, sampled })
     }
 
@@ -99,12 +100,10 @@ impl ShadedPoint<'_, '_> {
         self.guidance.as_ref().map_or(lobe_pdf, |guidance| guidance.mixed_pdf(direction, lobe_pdf))
     }
 
-    /// The world-space direction of a sampled one; `None` where the normals disagree about its side.
-    fn world_direction(&self, wi: Vec3, is_unbent: bool) -> Option<Vec3> {
-        if is_unbent {
-            return Some(-self.point.wo);
-        }
+    /// The world-space direction of a sampled one; `None` where it is not on the side to which the lobe sends light.
+    fn world_direction(&self, wi: Vec3, lobe: ScatterLobe) -> Option<Vec3> {
         let direction = (self.world_from_local * wi).normalize();
-        (direction.dot(self.point.geometric_normal) * wi.z > 0.0).then_some(direction)
+        let side = if lobe.is_reflective() { 1.0 } else { -1.0 };
+        (direction.dot(self.point.geometric_normal) * side > 0.0).then_some(direction)
     }
 }

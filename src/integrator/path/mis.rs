@@ -7,7 +7,7 @@ use super::VisibleEntry;
 /// The surface that sampled a ray, as far as the weight of a light at the ray's end depends on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::integrator) struct LastScatter {
-    /// Density of the ray's direction with respect to solid angle.
+    /// Density of the ray's direction with respect to solid angle; infinite where no shadow rays look for lights in that direction.
     pub(in crate::integrator) pdf: f32,
     pub(in crate::integrator) position: Vec3,
     /// Normal of a surface that scatters light of its own side alone.
@@ -35,5 +35,6 @@ mod tests {
         }
         assert_eq!(power_heuristic(1.0, 3.0), 0.1);
         assert_eq!(power_heuristic(1e-30, 1e30), 0.0);
+        assert_eq!(power_heuristic(f32::INFINITY, 1e30), 1.0);
     }
 }

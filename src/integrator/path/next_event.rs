@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::dimensions::Decision;
 use super::emission::clamped;
+use super::emissive_triangles::EmitterSample;
 use super::mis::power_heuristic;
 use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
@@ -11,7 +12,25 @@ use crate::geometry::{ActiveLanes, LANES, Ray, Vec3Lanes, vectorized};
 use crate::integrator::lights::{Incidence, LightSample};
 use crate::integrator::media::SurfaceMedia;
 use crate::integrator::whitted::{ShadowRay, Tracer};
-use crate::integrator::{GlassShadows, LightPass, MediaStack};
+use crate::integrator::{GlassShadows, LightPass};
+
+/// A sampled direction to the environment.
+#[derive(Clone, Copy)]
+struct EnvironmentSample {
+    wi: Vec3,
+    /// Density with respect to solid angle.
+    pdf: f32,
+}
+
+/// What the surfaces of a block scatter of one kind of light, with its samples; `None` where there is no light.
+type ScatteredSamples<T> = [Option<(T, ScatteredLight)>; LANES];
+
+/// See [`crate::bsdf::Scattering::eval_and_pdf`].
+#[derive(Clone, Copy)]
+struct ScatteredLight {
+    value: Vec3,
+    pdf: f32,
+}
 
 impl Tracer<'_, '_> {
     /// Queues one shadow ray to each kind of light, for each surface of a block. `positions` are those of its points.
@@ -21,26 +40,29 @@ impl Tracer<'_, '_> {
         block: &mut PathBlock,
         positions: &Vec3Lanes,
     ) {
-        self.queue_punctual_lights(surfaces, block, positions);
-        self.queue_environment(surfaces, block);
-        self.queue_emitters(surfaces, block);
+        self.choose_lamps(surfaces, block, positions);
+        let to_environment = self.sample_environment(surfaces, block);
+        let to_emitters = self.sample_emitters(surfaces, block);
+        // Surface by surface, since one sample may see several: it sums their light in this order, whatever else is in the block.
+        for surface in surfaces {
+            self.queue_lamp(surface, block.chosen(surface.lane));
+            if let Some((sample, scattered)) = to_environment[surface.lane] {
+                self.queue_environment(surface, sample, scattered);
+            }
+            if let Some((sample, scattered)) = &to_emitters[surface.lane] {
+                self.queue_emitter(surface, sample, *scattered);
+            }
+        }
     }
 
-    /// One of the lights that rays cannot hit, chosen by the light that the surface would scatter without occlusion.
-    fn queue_punctual_lights(
-        &mut self,
-        surfaces: &[ShadedPoint<'_, '_>],
-        block: &mut PathBlock,
-        positions: &Vec3Lanes,
-    ) {
+    /// Chooses one of the lights that rays cannot hit for each surface, by the light that it would scatter without occlusion.
+    fn choose_lamps(&self, surfaces: &[ShadedPoint<'_, '_>], block: &mut PathBlock, positions: &Vec3Lanes) {
         let context = self.context;
-        if context.lights.is_empty() {
-            return;
+        for surface in surfaces {
+            let u = if context.lights.is_empty() { 0.0 } else { surface.samples.number(Decision::Light) };
+            block.begin_choices(surface, u);
         }
         let level = context.view.bvh.simd_level();
-        for surface in surfaces {
-            block.begin_choices(surface, surface.samples.number(Decision::Light));
-        }
         let is_straight = context.settings.glass_shadows == GlassShadows::Straight;
         let passes_straight =
             |surface: &ShadedPoint<'_, '_>, wi| is_straight && surface.has_passed_straight(wi);
@@ -58,97 +80,114 @@ impl Tracer<'_, '_> {
             }
             block.choose((level, index), surfaces, passes_straight);
         }
-        for surface in surfaces {
-            self.queue_punctual_light(surface, block.chosen(surface.lane));
-        }
     }
 
-    fn queue_punctual_light(&mut self, shaded: &ShadedPoint<'_, '_>, chosen: Option<(usize, Vec3)>) {
+    fn queue_lamp(&mut self, shaded: &ShadedPoint<'_, '_>, chosen: Option<(usize, Vec3)>) {
         let Some((light, contribution)) = chosen else { return };
         let position = shaded.point.position;
         let u_point = shaded.samples.point(Decision::LightPoint);
         let Some(sample) = self.context.lights[light].sample(position, u_point) else { return };
-        let wi = shaded.world_from_local.transpose() * sample.wi;
-        let end = shaded.shadow_start(wi, sample.span(position));
+        let end = shaded.shadow_start(sample.wi, sample.span(position));
         let at = if sample.is_distant() { SurfaceMedia::AtStart } else { SurfaceMedia::AtEnd };
-        let media = at(media_towards(shaded, wi));
+        let media = at(shaded.media_towards(sample.wi));
         self.push_shadow(shaded, (light, LightPass::Direct), (sample.shadow_ray(end), media), contribution);
     }
 
-    fn queue_environment(&mut self, surfaces: &[ShadedPoint<'_, '_>], block: &mut PathBlock) {
+    fn sample_environment(
+        &self,
+        surfaces: &[ShadedPoint<'_, '_>],
+        block: &mut PathBlock,
+    ) -> ScatteredSamples<EnvironmentSample> {
         let context = self.context;
-        let mut samples = [None; LANES];
-        // Smooth lobes find lights that rays can hit by their sampled rays alone.
-        for surface in surfaces {
-            if block.is_smooth(surface.lane) || !context.samples_environment(surface.visible) {
-                continue;
+        self.scatter_samples(surfaces, block, |surface| {
+            if !context.samples_environment(surface.visible) {
+                return None;
             }
             let u = surface.samples.point(Decision::Environment);
-            let Some((wi, pdf)) = context.sample_environment(surface.visible, u) else { continue };
-            let Some(local) = surface.local(wi) else { continue };
-            block.wi.set(surface.lane, local);
-            samples[surface.lane] = Some((wi, pdf));
-        }
-        let active = ActiveLanes::first(LANES).filtered(|lane| samples[lane].is_some());
-        if active.is_empty() {
-            return;
-        }
-        block.scatter(context.view.bvh.simd_level(), active);
-        for surface in surfaces {
-            let Some((wi, pdf)) = samples[surface.lane] else { continue };
-            let (local, (scattered, scattered_pdf)) =
-                (block.wi.get(surface.lane), block.scattered(surface.lane));
-            if scattered == Vec3::ZERO {
-                continue;
-            }
-            let share = power_heuristic(pdf, surface.direction_pdf(wi, scattered_pdf)) / pdf;
-            let ray = Ray::new(surface.shadow_start(local, Vec3::ZERO), wi);
-            let media = SurfaceMedia::AtStart(media_towards(surface, local));
-            let queue = context.lights.len();
-            let contribution = surface.weight * scattered * share;
-            self.push_shadow(surface, (queue, LightPass::Environment), (ray, media), contribution);
-        }
+            let (wi, pdf) = context.sample_environment(surface.visible, u)?;
+            Some((wi, EnvironmentSample { wi, pdf }))
+        })
     }
 
-    fn queue_emitters(&mut self, surfaces: &[ShadedPoint<'_, '_>], block: &mut PathBlock) {
+    fn queue_environment(
+        &mut self,
+        shaded: &ShadedPoint<'_, '_>,
+        sample: EnvironmentSample,
+        scattered: ScatteredLight,
+    ) {
+        let EnvironmentSample { wi, pdf } = sample;
+        let share = power_heuristic(pdf, shaded.direction_pdf(wi, scattered.pdf)) / pdf;
+        let ray = Ray::new(shaded.shadow_start(wi, Vec3::ZERO), wi);
+        let media = SurfaceMedia::AtStart(shaded.media_towards(wi));
+        let queue = self.context.lights.len();
+        let contribution = shaded.weight * scattered.value * share;
+        self.push_shadow(shaded, (queue, LightPass::Environment), (ray, media), contribution);
+    }
+
+    fn sample_emitters(
+        &self,
+        surfaces: &[ShadedPoint<'_, '_>],
+        block: &mut PathBlock,
+    ) -> ScatteredSamples<EmitterSample> {
         let context = self.context;
         let lights = context.emissive_triangles.as_ref().filter(|lights| !lights.is_empty());
-        let Some(lights) = lights else { return };
-        let mut samples = [None; LANES];
-        // Smooth lobes find lights that rays can hit by their sampled rays alone.
-        for surface in surfaces {
-            if block.is_smooth(surface.lane) {
-                continue;
-            }
+        let Some(lights) = lights else { return [None; LANES] };
+        self.scatter_samples(surfaces, block, |surface| {
             let u_emitter = surface.samples.number(Decision::Emitter);
             let u = surface.samples.point(Decision::EmitterPoint);
             let of = (surface.point.position, surface.light_normal());
-            let Some(sample) = lights.sample_emitter(context.view, of, (u_emitter, u)) else { continue };
-            let Some(local) = surface.local(sample.wi) else { continue };
-            block.wi.set(surface.lane, local);
-            samples[surface.lane] = Some(sample);
-        }
-        let active = ActiveLanes::first(LANES).filtered(|lane| samples[lane].is_some());
-        if active.is_empty() {
-            return;
-        }
-        block.scatter(context.view.bvh.simd_level(), active);
+            let sample = lights.sample_emitter(context.view, of, (u_emitter, u))?;
+            Some((sample.wi, sample))
+        })
+    }
+
+    fn queue_emitter(
+        &mut self,
+        shaded: &ShadedPoint<'_, '_>,
+        sample: &EmitterSample,
+        scattered: ScatteredLight,
+    ) {
+        let own_pdf = shaded.direction_pdf(sample.wi, scattered.pdf);
+        let share = power_heuristic(sample.pdf, own_pdf) / sample.pdf;
+        let start = shaded.shadow_start(sample.wi, Vec3::ZERO);
+        let ray = Ray { t_max: 1.0, ..Ray::new(start, sample.end - start) };
+        let media = SurfaceMedia::AtStart(shaded.media_towards(sample.wi));
+        let queue = self.context.lights.len() + 1;
+        let contribution = shaded.weight * scattered.value * sample.radiance * share;
+        self.push_shadow(shaded, (queue, LightPass::Direct), (ray, media), contribution);
+    }
+
+    /// Samples light for each surface, and evaluates what it scatters. `sample` gives a world-space direction.
+    fn scatter_samples<T: Copy>(
+        &self,
+        surfaces: &[ShadedPoint<'_, '_>],
+        block: &mut PathBlock,
+        sample: impl Fn(&ShadedPoint<'_, '_>) -> Option<(Vec3, T)>,
+    ) -> ScatteredSamples<T> {
+        let mut samples = [None; LANES];
+        let mut active = ActiveLanes::default();
         for surface in surfaces {
-            let Some(sample) = &samples[surface.lane] else { continue };
-            let (local, (scattered, scattered_pdf)) =
-                (block.wi.get(surface.lane), block.scattered(surface.lane));
-            if scattered == Vec3::ZERO {
+            // Smooth lobes find these lights by their sampled rays alone.
+            if block.is_smooth(surface.lane) {
                 continue;
             }
-            let own_pdf = surface.direction_pdf(sample.wi, scattered_pdf);
-            let share = power_heuristic(sample.pdf, own_pdf) / sample.pdf;
-            let start = surface.shadow_start(local, Vec3::ZERO);
-            let ray = Ray { t_max: 1.0, ..Ray::new(start, sample.end - start) };
-            let media = SurfaceMedia::AtStart(media_towards(surface, local));
-            let queue = context.lights.len() + 1;
-            let contribution = surface.weight * scattered * sample.radiance * share;
-            self.push_shadow(surface, (queue, LightPass::Direct), (ray, media), contribution);
+            let Some((wi, sample)) = sample(surface) else { continue };
+            let Some(local) = surface.local(wi) else { continue };
+            block.wi.set(surface.lane, local);
+            samples[surface.lane] = Some(sample);
+            active = active.with(surface.lane);
         }
+        let mut scattered = [None; LANES];
+        if active.is_empty() {
+            return scattered;
+        }
+        block.scatter(self.context.view.bvh.simd_level(), active);
+        for lane in active {
+            let (value, pdf) = block.scattered(lane);
+            let sample = samples[lane].filter(|_| value != Vec3::ZERO);
+            scattered[lane] = sample.map(|sample| (sample, ScatteredLight { value, pdf }));
+        }
+        scattered
     }
 
     fn push_shadow(
@@ -175,9 +214,4 @@ impl Tracer<'_, '_> {
             media,
         });
     }
-}
-
-/// The volumes on the side of a local direction.
-fn media_towards(shaded: &ShadedPoint<'_, '_>, wi: Vec3) -> MediaStack {
-    if wi.z > 0.0 { shaded.state.media.clone() } else { shaded.transmission_side.media.clone() }
 }

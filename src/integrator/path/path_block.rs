@@ -125,6 +125,12 @@ impl PathBlock {
         }
     }
 
+    /// See [`Scattering::clear_wall_transmittance`].
+    pub(super) fn clear_wall_transmittance(&self, lane: usize) -> Option<Vec3> {
+        let BlockLobes { in_lanes, separate, .. } = &self.lobes;
+        separate[lane].as_ref().filter(|_| !in_lanes)?.clear_wall_transmittance()
+    }
+
     /// See [`Scattering::diffuse_probability`].
     pub(super) fn diffuse_probability(&self, lane: usize) -> f32 {
         let BlockLobes { in_lanes, lanes, separate } = &self.lobes;
@@ -169,7 +175,7 @@ impl PathBlock {
         (left[surface.lane], sum[surface.lane], importance[surface.lane]) = (u, 0.0, 0.0);
     }
 
-    /// Adds the lamp of [`PathBlock::incidences`] to the choice. `passes_straight` says whether a lamp's light from a local direction reached the
+    /// Adds the lamp of [`PathBlock::incidences`] to the choice. `passes_straight` says whether a lamp's light from a world-space direction reached the
     /// last surface straight through this one, where surfaces are not in lanes.
     pub(super) fn choose(
         &mut self,
@@ -192,11 +198,11 @@ impl PathBlock {
             if !(irradiance.max_element() > 0.0) {
                 continue;
             }
-            let Some(wi) = surface.local(wi) else { continue };
+            let Some(local) = surface.local(wi) else { continue };
             let scattered = if passes_straight(surface, wi) {
-                lobes.eval_diffuse_transmission(wi)
+                lobes.eval_diffuse_transmission(local)
             } else {
-                lobes.eval_with_smooth(wi)
+                lobes.eval_with_smooth(local)
             };
             self.choices.add(lane, light, surface.weight * scattered * irradiance);
         }

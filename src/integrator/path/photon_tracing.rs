@@ -30,7 +30,7 @@ impl Tracer<'_, '_> {
     /// Stores a photon at a surface; `false` where it ends.
     pub(super) fn store_photon(&mut self, shaded: &ShadedPoint<'_, '_>, block: &PathBlock) -> bool {
         let Some(store) = &mut self.photon_store else { return false };
-        let state = shaded.state;
+        let state = &*shaded.state;
         if !shaded.transmits && block.diffuse_probability(shaded.lane) > 0.0 {
             // Smooth surfaces alone pass on a share of what guides the denoising.
             let path = match (state.guide_share > 0.0, shaded.last) {

@@ -42,7 +42,7 @@ impl Tracer<'_, '_> {
             let is_smooth = sampled.is_some_and(|(sampled, u)| self.send_path(surface, sampled, u));
             // Mirrors and clear glass show what guides the denoising.
             if !is_smooth {
-                self.add_guide((surface.state, surface.share), (surface.material, surface.point));
+                self.add_guide((&surface.state, surface.share), (surface.material, surface.point));
             }
         }
     }
@@ -80,6 +80,24 @@ impl Tracer<'_, '_> {
         is_smooth
     }
 
+    /// Sends a path on through a clear thin wall. Returns its weight.
+    pub(super) fn pass_wall(&mut self, wall: &ShadedPoint<'_, '_>, transmittance: Vec3) -> Vec3 {
+        let weight = wall.weight * transmittance;
+        if weight.max_element() > 0.0 {
+            let direction = -wall.point.wo;
+            let sample = ScatterSample {
+                wi: wall.world_from_local.transpose() * direction,
+                weight: transmittance,
+                pdf: 0.0,
+                lobe: ScatterLobe::Transmission,
+                is_smooth: true,
+                is_unbent: true,
+            };
+            self.push_path(wall, sample, direction, (weight, 0.0, wall.state.unguided_ratio));
+        }
+        weight
+    }
+
     fn push_path(
         &mut self,
         shaded: &ShadedPoint<'_, '_>,
@@ -87,8 +105,8 @@ impl Tracer<'_, '_> {
         direction: Vec3,
         (weight, guide_share, unguided_ratio): (Vec3, f32, f32),
     ) {
-        let (state, point) = (shaded.state, shaded.point);
-        let is_reflected = sample.wi.z > 0.0;
+        let (state, point) = (&*shaded.state, shaded.point);
+        let is_reflected = shaded.is_outside(direction);
         let origin = if is_reflected { point.origin_outside() } else { point.origin_inside() };
         let frame = self.context.view.frame;
         let differential = match (sample.is_smooth, is_reflected) {
@@ -103,8 +121,10 @@ impl Tracer<'_, '_> {
             shaded.last
         } else {
             let (position, normal) = (point.position, shaded.light_normal());
+            // No shadow rays look for lights behind a touching surface.
+            let is_covered = !is_reflected && shaded.transmission_side.touching.is_some();
             (sample.pdf > 0.0).then_some(LastScatter {
-                pdf: sample.pdf,
+                pdf: if is_covered { f32::INFINITY } else { sample.pdf },
                 position,
                 normal,
                 visible: shaded.visible,
@@ -119,7 +139,7 @@ impl Tracer<'_, '_> {
         let (media, touching) = if is_reflected {
             (state.media.clone(), None)
         } else {
-            (side.media.clone(), side.touching.map(Box::new))
+            (side.media.clone(), side.touching.clone())
         };
         let child = RayState {
             differential,

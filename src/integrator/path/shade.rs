@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use arrayvec::ArrayVec;
 use glam::{Mat3, Vec3};
 
 use super::dimensions::{BounceSamples, Decision};
@@ -9,11 +10,13 @@ use super::guiding::Guidance;
 use super::mis::LastScatter;
 use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
-use crate::bsdf::{Bsdf, Coat, Scattering};
+use crate::bsdf::{Bsdf, Coat, PlacedCoat, Scattering};
+use crate::geometry::LANES;
 use crate::integrator::opaque_materials::is_opaque;
+use crate::integrator::ray_state::ArrivingState;
 use crate::integrator::whitted::{
-    RaySignature, SurfaceHit, Tracer, Wavefront, ior_outside, ior_transmission_side, local_frame,
-    shading_frame,
+    RaySignature, SurfaceHit, Tracer, TransmissionSide, Wavefront, ior_outside, ior_transmission_side,
+    local_frame, shading_frame,
 };
 use crate::integrator::{ColorChannels, GuideSample, LightPass, RayState};
 use crate::interaction::{MaterialSample, SurfaceBlock, SurfacePoint};
@@ -25,7 +28,8 @@ struct PathArrival<'s> {
     lane: usize,
     /// Signature of its ray.
     signature: RaySignature,
-    state: &'s RayState,
+    state: ArrivingState<'s>,
+    transmission_side: TransmissionSide,
     /// See [`SurfaceHit::light_pass`].
     light_pass: Option<LightPass>,
     /// The surface that sampled its ray.
@@ -49,12 +53,12 @@ impl<'w, 'a> Tracer<'w, 'a> {
         let Some(mut block) = self.path_block.take() else { return };
         let context = self.context;
         let level = context.view.bvh.simd_level();
-        let in_vacuum = |hit: &SurfaceHit| wavefront.ray(hit.slot).1.media.is_empty();
+        let in_vacuum = |hit: &SurfaceHit| wavefront.ray(hit.slot).1.is_in_vacuum();
         let table = context.opaque_albedos.table(material).filter(|_| is_opaque(material));
         block.begin(table.is_some() && hits.iter().all(in_vacuum), hits.len());
         // Lobes that are not in lanes gain nothing from stages.
         let together = if block.is_in_lanes() { hits.len() } else { 1 };
-        let mut surfaces = Vec::with_capacity(together);
+        let mut surfaces = ArrayVec::<_, LANES>::new();
         for (stage, hits) in hits.chunks(together.max(1)).enumerate() {
             surfaces.clear();
             for (lane, hit) in (stage * together..).zip(hits) {
@@ -92,15 +96,20 @@ impl<'w, 'a> Tracer<'w, 'a> {
         'w: 'p,
     {
         let SurfaceHit { slot, hit, share, light_pass } = *surface_hit;
-        let (_, state) = wavefront.ray(slot);
+        let ray_state = wavefront.ray(slot).1;
+        let transmission_side = self.transmission_side(ray_state, (lane, point));
+        if self.shades_touching_instead((surface_hit, point), &transmission_side) {
+            return None;
+        }
+        let state = ray_state.arriving_at(&hit);
         let last = wavefront.last_scatter(slot).copied();
         let weight = state.weight * state.media.transmittance(hit.t) * share;
 
         // Emission
         if material.unlit {
             let radiance = weight * material.base_color;
-            self.add_guide((state, share), (material, point));
-            self.add_to_path(state, light_pass.unwrap_or(LightPass::Emission), radiance);
+            self.add_guide((&state, share), (material, point));
+            self.add_to_path(&state, light_pass.unwrap_or(LightPass::Emission), radiance);
             return None;
         }
         let coat = material.clear_coat.map(|sample| {
@@ -110,25 +119,46 @@ impl<'w, 'a> Tracer<'w, 'a> {
         let below = coat.as_ref().map_or(1.0, |(coat, _, cosine)| coat.transmittance(*cosine));
         let emitted = weight * material.emission * below;
         if self.photon_store.is_none() {
-            self.add_path_emission(state, (&hit, point), (light_pass, last.as_ref()), emitted);
-        }
-        // The ray that the deepest surface sent finds lights alone, so that both ways to find them go equally far.
-        if state.depth > self.context.settings.max_depth {
-            self.statistics.dropped_weight += f64::from(weight.max_element());
-            self.add_guide((state, share), (material, point));
-            return None;
+            self.add_path_emission(&state, (&hit, point), (light_pass, last.as_ref()), emitted);
         }
         let coat = coat.map(|(coat, world_from_coat, _)| (coat, world_from_coat));
+        let is_too_deep = state.depth > self.context.settings.max_depth;
+        let signature = slot.signature;
         let arrival =
-            PathArrival { lane, signature: slot.signature, state, light_pass, last, weight, share, coat };
-        Some(self.prepare_surface(&arrival, point, material, block))
+            PathArrival { lane, signature, state, transmission_side, light_pass, last, weight, share, coat };
+        if is_too_deep {
+            self.end_path(arrival, (point, material), block);
+            return None;
+        }
+        Some(self.prepare_surface(arrival, point, material, block))
+    }
+
+    /// Ends a path beyond its deepest surface. The ray that this one sent finds lights alone, also through clear thin walls, so that both ways
+    /// to find them go equally far.
+    fn end_path(
+        &mut self,
+        arrival: PathArrival<'_>,
+        (point, material): (&SurfacePoint<'a>, &MaterialSample),
+        block: &mut PathBlock,
+    ) {
+        let (lane, weight) = (arrival.lane, arrival.weight);
+        self.add_guide((&arrival.state, arrival.share), (material, point));
+        let may_pass = arrival.last.is_some() && material.thin && material.transmission > 0.0;
+        let mut passed = Vec3::ZERO;
+        if may_pass {
+            let wall = self.prepare_surface(arrival, point, material, block);
+            if let Some(transmittance) = block.clear_wall_transmittance(lane) {
+                passed = self.pass_wall(&wall, transmittance);
+            }
+        }
+        self.statistics.dropped_weight += f64::from((weight - passed).max_element());
     }
 
     /// The surface with its lobes.
     #[inline(always)]
     fn prepare_surface<'p>(
         &mut self,
-        arrival: &PathArrival<'p>,
+        arrival: PathArrival<'p>,
         point: &'p SurfacePoint<'a>,
         material: &'p MaterialSample,
         block: &mut PathBlock,
@@ -136,15 +166,24 @@ impl<'w, 'a> Tracer<'w, 'a> {
     where
         'w: 'p,
     {
-        let PathArrival { lane, signature, state, light_pass, last, mut weight, share, coat } = *arrival;
+        let PathArrival {
+            lane,
+            signature,
+            state,
+            transmission_side,
+            light_pass,
+            last,
+            mut weight,
+            share,
+            coat,
+        } = arrival;
         // Regularisation
         let regularized = self.regularized(last.as_ref(), material);
         let lobe_material = regularized.as_ref().unwrap_or(material);
 
         // One colour channel of three where the surface disperses light
-        let transmission_side = self.transmission_side(state, (lane, point));
         let own_medium = self.context.interiors.medium(point.instance);
-        let is_dispersive = transmission_side.disperses(state, own_medium, material);
+        let is_dispersive = transmission_side.disperses(&state, own_medium, material);
         let sequence = self.sequences[state.sample as usize];
         Rc::make_mut(&mut self.bounce_keys).prepare(&sequence, state.depth);
         let samples = BounceSamples { sequence, keys: Rc::clone(&self.bounce_keys) };
@@ -156,7 +195,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
         }
 
         // Lobes
-        let outside = ior_outside(state, own_medium, point.facing, channels);
+        let outside = ior_outside(&state, own_medium, point.facing, channels);
         let inside = ior_transmission_side(material, &transmission_side.media, channels);
         let world_from_local = shading_frame(point.shading_normal, material.anisotropy.as_ref());
         if block.is_in_lanes() {
@@ -164,10 +203,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
         } else {
             let albedo_slice = self.albedo_slices.between(outside, inside);
             let bsdf = Bsdf::with_albedos(lobe_material, outside, inside, albedo_slice);
-            let local_from_world = world_from_local.transpose();
-            let coat =
-                coat.map(|(coat, world_from_coat)| (coat, world_from_coat.transpose() * world_from_local));
-            block.set_lobes(lane, Scattering::new(bsdf, local_from_world * point.wo, coat));
+            block.set_lobes(lane, scattering_at(point, &world_from_local, bsdf, coat));
         }
         let transmits = material.transmission > 0.0 || material.diffuse_transmission > 0.0;
         let visible = self.context.visible_environment.as_ref().filter(|_| !transmits);
@@ -222,4 +258,21 @@ impl<'w, 'a> Tracer<'w, 'a> {
         let guide = GuideSample { albedo, normal: point.shading_normal };
         self.aovs.add_guide(state.sample, state.guide_share * share, guide);
     }
+}
+
+/// The lobes of a surface towards the viewer of a point, below its coat with the coat's frame.
+#[inline(always)]
+fn scattering_at(
+    point: &SurfacePoint<'_>,
+    world_from_local: &Mat3,
+    bsdf: Bsdf,
+    coat: Option<(Coat, Mat3)>,
+) -> Scattering {
+    let local_from_world = world_from_local.transpose();
+    let coat = coat.map(|(coat, world_from_coat)| PlacedCoat {
+        coat,
+        coat_from_local: world_from_coat.transpose() * *world_from_local,
+        geometric_normal: local_from_world * point.geometric_normal,
+    });
+    Scattering::new(bsdf, local_from_world * point.wo, coat)
 }

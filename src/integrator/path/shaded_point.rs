@@ -2,8 +2,9 @@
 
 use glam::{Mat3, Vec3};
 
+use crate::integrator::ray_state::ArrivingState;
 use crate::integrator::whitted::{RaySignature, TransmissionSide};
-use crate::integrator::{ColorChannels, LightPass, RayState};
+use crate::integrator::{ColorChannels, LightPass, MediaStack};
 use crate::interaction::{MaterialSample, SurfacePoint};
 
 use super::VisibleEntry;
@@ -17,7 +18,7 @@ pub(super) struct ShadedPoint<'p, 'a> {
     pub(super) lane: usize,
     /// Signature of the ray.
     pub(super) signature: RaySignature,
-    pub(super) state: &'p RayState,
+    pub(super) state: ArrivingState<'p>,
     /// See [`crate::integrator::whitted::SurfaceHit::light_pass`].
     pub(super) light_pass: Option<LightPass>,
     /// See [`crate::integrator::whitted::SurfaceHit::share`].
@@ -50,21 +51,38 @@ impl ShadedPoint<'_, '_> {
         (!self.transmits).then_some(self.point.shading_normal)
     }
 
-    /// The local direction of light from the world-space direction `wi`; `None` where normals disagree about its side, and where another surface
-    /// touches this one on that side.
+    /// Whether a world-space direction is on the viewer's side.
+    pub(super) fn is_outside(&self, wi: Vec3) -> bool {
+        self.point.geometric_normal.dot(wi) > 0.0
+    }
+
+    /// The local direction of light from the world-space direction `wi`; `None` where normals disagree about its side, unless a coat reflects
+    /// it, and where another surface touches this one on that side.
     pub(super) fn local(&self, wi: Vec3) -> Option<Vec3> {
         let local = self.world_from_local.transpose() * wi;
-        let is_covered = local.z < 0.0 && self.transmission_side.touching.is_some();
-        (local.z * self.point.geometric_normal.dot(wi) > 0.0 && !is_covered).then_some(local)
+        let is_outside = self.is_outside(wi);
+        let agrees = local.z * self.point.geometric_normal.dot(wi) > 0.0;
+        let is_covered = !is_outside && self.transmission_side.touching.is_some();
+        let by_coat = is_outside && self.material.clear_coat.is_some();
+        ((agrees || by_coat) && !is_covered).then_some(local)
     }
 
-    /// Whether the light of a lamp that rays cannot hit reached the last surface straight through this one, from the local direction `wi`.
+    /// Whether the light of a lamp that rays cannot hit reached the last surface straight through this one, from the world-space direction `wi`.
     pub(super) fn has_passed_straight(&self, wi: Vec3) -> bool {
-        wi.z < 0.0 && self.material.transmission > 0.0 && self.last.is_some()
+        !self.is_outside(wi) && self.material.transmission > 0.0 && self.last.is_some()
     }
 
-    /// Start of shadow rays towards light from the local direction `wi`.
+    /// Start of shadow rays towards light from the world-space direction `wi`.
     pub(super) fn shadow_start(&self, wi: Vec3, span: Vec3) -> Vec3 {
-        if wi.z > 0.0 { self.point.shadow_end_outside(span) } else { self.point.shadow_end_inside(span) }
+        if self.is_outside(wi) {
+            self.point.shadow_end_outside(span)
+        } else {
+            self.point.shadow_end_inside(span)
+        }
+    }
+
+    /// The volumes on the side of a world-space direction.
+    pub(super) fn media_towards(&self, wi: Vec3) -> MediaStack {
+        if self.is_outside(wi) { self.state.media.clone() } else { self.transmission_side.media.clone() }
     }
 }

@@ -5,6 +5,7 @@ use std::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use super::environment_shadows::{EnvironmentLookup, EnvironmentLookups, LookupLobe};
+use super::lamps_through_glass::is_covered;
 use super::local_frame::mirror_direction;
 use super::prefiltered_lobe::PrefilteredLobe;
 use super::shading::Shading;
@@ -50,7 +51,7 @@ impl Tracer<'_, '_> {
         for (albedo, normal, is_outside) in
             [(albedos.diffuse + albedos.sheen, normal, true), (albedos.diffuse_transmission, -normal, false)]
         {
-            if albedo != Vec3::ZERO {
+            if albedo != Vec3::ZERO && (is_outside || !is_covered(self.context, shading)) {
                 let albedo = reached * albedo;
                 lookups.push(EnvironmentLookup {
                     radiance: albedo * environment.irradiance(normal) * FRAC_1_PI,

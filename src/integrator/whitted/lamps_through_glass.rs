@@ -32,12 +32,11 @@ pub(super) struct TransmittedLampLight {
 impl TransmittedLampLight {
     /// The light that a surface transmits.
     pub(super) fn of(context: &IntegratorContext<'_>, shading: &Shading<'_, '_>) -> Self {
-        let touching = shading.transmission_side.touching;
         Self {
             frosted: shading.is_frosted().then(|| Scattering::new(*shading.bsdf, shading.wo, None)),
             diffuse: shading.albedos.diffuse_transmission,
             is_thin: shading.material.thin,
-            is_covered: touching.is_some_and(|hit| stops_light(context, &hit, GlassPassage::Straight)),
+            is_covered: is_covered(context, shading),
             shown: lamps_shown_through_glass(context, shading),
         }
     }
@@ -61,6 +60,12 @@ impl TransmittedLampLight {
         let is_behind = point.geometric_normal.dot(incidence.wi) < 0.0;
         Some(if is_behind { frosted.eval(wi) } else { Vec3::ZERO })
     }
+}
+
+/// Whether another surface touches this one from behind and stops light.
+pub(super) fn is_covered(context: &IntegratorContext<'_>, shading: &Shading<'_, '_>) -> bool {
+    let touching = shading.transmission_side.touching.as_deref();
+    touching.is_some_and(|touching| stops_light(context, &touching.hit, GlassPassage::Straight))
 }
 
 /// The lamps that an earlier surface showed straight through this one.

@@ -7,10 +7,10 @@ use super::prefiltered_lobe::PrefilteredLobe;
 use super::rough_reflection::ReflectedLobe;
 use super::shading::{Arrival, Shading};
 use super::tracer::{MIN_WEIGHT, Tracer};
-use crate::bvh::Hit;
 use crate::geometry::Ray;
 use crate::integrator::lights::LightSet;
 use crate::integrator::random::Purpose;
+use crate::integrator::ray_state::Touching;
 use crate::integrator::{ColorChannels, LightPass, MediaStack, RayKind, RayState, Seed};
 use crate::interaction::RayDifferential;
 
@@ -36,7 +36,7 @@ struct Beyond {
     /// See [`RayState::media`].
     media: MediaStack,
     /// See [`RayState::touching`].
-    touching: Option<Box<Hit>>,
+    touching: Option<Box<Touching>>,
     /// See [`RayState::sees_peaks`].
     sees_peaks: bool,
     /// See [`RayState::shown_lamps`].
@@ -193,7 +193,7 @@ impl Tracer<'_, '_> {
         };
         let beyond = Beyond {
             media: side.media.clone(),
-            touching: side.touching.map(Box::new),
+            touching: side.touching.clone(),
             sees_peaks: self.transmits_peaks(shading),
             shown_lamps: self.shown_beyond(shading),
         };

@@ -9,28 +9,36 @@ use super::shading_order::RunKey;
 use super::surface_hit::SurfaceHit;
 use super::traced_share::traced_share;
 use super::tracer::Tracer;
-use super::transmission_side::{ior_outside, ior_transmission_side};
+use super::transmission_side::{TransmissionSide, ior_outside, ior_transmission_side};
 use super::wavefront::Wavefront;
 use crate::bsdf::{Albedos, Bsdf};
 use crate::geometry::{LANES, vectorized};
 use crate::integrator::lights::IncidenceLanes;
-use crate::integrator::{ColorChannels, Integrator, LightPass};
+use crate::integrator::{ColorChannels, Integrator, LightPass, RayState};
 use crate::interaction::{MaterialSample, SurfaceBlock, SurfacePoint, untextured_color};
 use crate::scene::Material;
 
 impl<'a> Tracer<'_, 'a> {
     /// Shades all surfaces that a wavefront sees.
     pub(super) fn shade_surface_hits(&mut self, wavefront: &Wavefront) {
+        // Surfaces may have others shaded in their place.
+        while !self.surface_hits.is_empty() {
+            self.shade_found_surfaces(wavefront);
+        }
+    }
+
+    fn shade_found_surfaces(&mut self, wavefront: &Wavefront) {
         let (frame, opaque) = (self.context.view.frame, &self.context.opaque_materials);
         let traces_lobes = self.context.settings.glossy_samples > 0;
         let is_path = self.context.settings.integrator == Integrator::Path;
         let mut order = std::mem::take(&mut self.shading_order);
         order.sort(&self.surface_hits, |surface_hit| {
             let material = frame.instance(surface_hit.hit.triangle).material.index();
-            let in_vacuum = wavefront.ray(surface_hit.slot).1.media.is_empty();
+            let in_vacuum = wavefront.ray(surface_hit.slot).1.is_in_vacuum();
             let is_layered = !opaque[material] || !in_vacuum || traces_lobes || is_path;
             RunKey { is_layered, material: material as u32 }
         });
+        self.surface_hits.clear();
         for (RunKey { is_layered, material }, hits) in order.runs() {
             let material = &frame.materials[material as usize];
             if material.unlit && material.texture_refs().next().is_none() {
@@ -46,7 +54,6 @@ impl<'a> Tracer<'_, 'a> {
             }
         }
         self.shading_order = order;
-        self.surface_hits.clear();
     }
 
     /// Shades hits on a surface without light and textures.
@@ -116,8 +123,22 @@ impl<'a> Tracer<'_, 'a> {
         (index, point): (usize, &SurfacePoint<'_>),
         material: &MaterialSample,
     ) {
+        let state = wavefront.ray(surface_hit.slot).1;
+        let transmission_side = self.transmission_side(state, (index, point));
+        if !self.shades_touching_instead((surface_hit, point), &transmission_side) {
+            let state = state.arriving_at(&surface_hit.hit);
+            self.shade_surface(&state, surface_hit, (index, point), (material, &transmission_side));
+        }
+    }
+
+    fn shade_surface(
+        &mut self,
+        state: &RayState,
+        surface_hit: &SurfaceHit,
+        (index, point): (usize, &SurfacePoint<'_>),
+        (material, transmission_side): (&MaterialSample, &TransmissionSide),
+    ) {
         let &SurfaceHit { slot, hit, share, light_pass } = surface_hit;
-        let (_, state) = wavefront.ray(slot);
 
         // Emission
         let emission_pass = light_pass.unwrap_or(LightPass::Emission);
@@ -132,7 +153,6 @@ impl<'a> Tracer<'_, 'a> {
         self.add(state.sample, emission_pass, weight_below * material.emission);
 
         // Lobes between the media on both sides, one set for each colour channel where these disperse
-        let transmission_side = self.transmission_side(state, (index, point));
         let own_medium = self.context.interiors.medium(point.instance);
         let iors = |channels| {
             let outside = ior_outside(state, own_medium, point.facing, channels);
@@ -169,7 +189,7 @@ impl<'a> Tracer<'_, 'a> {
             weight_below,
             coat: coat.as_ref(),
             dispersed: dispersed.as_ref(),
-            transmission_side: &transmission_side,
+            transmission_side,
             iors: [outside, inside],
             traced_share: traced_share_of(bsdf.widest_roughness()),
             follows_transmission: self.follows_transmission(&bsdf, state),

@@ -2,11 +2,14 @@
 
 use std::time::Instant;
 
+use super::surface_hit::SurfaceHit;
 use super::tracer::{Tracer, seconds_since};
 use super::transmission_probes::TransmissionProbes;
 use crate::bvh::{Hit, HitOrder, TriangleFlags};
+use crate::frame::transmits;
 use crate::geometry::{Facing, Ray};
 use crate::integrator::media::MediaCache;
+use crate::integrator::ray_state::{PassedSide, Touching};
 use crate::integrator::{ColorChannels, IntegratorContext, MediaStack, Medium, RayState};
 use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, catches_shadows};
 use crate::scene_view::SceneView;
@@ -16,7 +19,7 @@ pub(in crate::integrator) struct TransmissionSide {
     /// The volumes there.
     pub(in crate::integrator) media: MediaStack,
     /// A surface that bounds no volume and touches this one.
-    pub(in crate::integrator) touching: Option<Hit>,
+    pub(in crate::integrator) touching: Option<Box<Touching>>,
 }
 
 impl TransmissionSide {
@@ -47,8 +50,9 @@ impl Tracer<'_, '_> {
         rays.clear();
         of_point.clear();
         for (point, material) in points.iter().zip(materials) {
-            let transmits =
-                material.transmission > 0.0 || self.context.interiors.medium(point.instance).is_some();
+            let transmits = material.transmission > 0.0
+                || material.diffuse_transmission > 0.0
+                || self.context.interiors.medium(point.instance).is_some();
             of_point.push(transmits.then_some(rays.len() as u32));
             if transmits {
                 let start = point.origin_outside();
@@ -74,8 +78,8 @@ impl Tracer<'_, '_> {
         touching.sort(rays.len(), |probe| !is_occluded[probe]);
     }
 
-    /// The transmission side of the point with index `index` of the probed block. A refracted ray starts beyond every face that touches
-    /// this one, so all of their volumes are entered or left here, up to the first surface that bounds none.
+    /// The transmission side of the point with index `index` of the probed block, for a ray with this state. A refracted ray starts beyond every face
+    /// that touches this one, so all of their volumes are entered or left here, up to the first surface that bounds none.
     pub(in crate::integrator) fn transmission_side(
         &mut self,
         state: &RayState,
@@ -83,11 +87,12 @@ impl Tracer<'_, '_> {
     ) -> TransmissionSide {
         let mut side = TransmissionSide { media: state.media.clone(), touching: None };
         let Some(probe) = self.probes.of_point[index] else { return side };
+        let view = self.context.view;
         if let Some(medium) = self.context.interiors.medium(point.instance) {
             side.media.cross(medium, point.facing, &mut self.media_cache);
         }
-        let view = self.context.view;
         let TransmissionProbes { rays, is_occluded, touching, .. } = &self.probes;
+        let side_and_cache = (&mut side, &mut self.media_cache);
         if is_occluded[probe as usize] || touching.is_overfull() {
             // Opaque surfaces are not collected: one query for each surface.
             let ray = &rays[probe as usize];
@@ -95,11 +100,32 @@ impl Tracer<'_, '_> {
                 let is_surface = |hit: &Hit| is_surface(view, hit);
                 view.bvh.closest_hit_of_any_side(ray, after, is_surface, &mut self.counters)
             };
-            cross_touching(self.context, (&mut side, &mut self.media_cache), point, next);
+            cross_touching(self.context, side_and_cache, (state, point), next);
         } else {
-            cross_touching(self.context, (&mut side, &mut self.media_cache), point, touching.along(probe));
+            cross_touching(self.context, side_and_cache, (state, point), touching.along(probe));
         }
         side
+    }
+
+    /// Where an opaque surface touches the surface of a volume, light does not leave the one before it reaches the other: the ray hits the opaque one instead,
+    /// whichever of both it found. Returns whether that is so, and has it shaded.
+    pub(in crate::integrator) fn shades_touching_instead(
+        &mut self,
+        (surface_hit, point): (&SurfaceHit, &SurfacePoint<'_>),
+        side: &TransmissionSide,
+    ) -> bool {
+        let (Some(touching), Some(_)) = (&side.touching, self.context.interiors.medium(point.instance))
+        else {
+            return false;
+        };
+        let (view, hit) = (self.context.view, touching.hit);
+        let material = view.frame.instance(hit.triangle).material;
+        let is_opaque = alpha_at(view, &hit) >= 1.0 && !transmits(&view.frame.materials[material.index()]);
+        if is_opaque {
+            let hit = Hit { t: surface_hit.hit.t, ..hit };
+            self.surface_hits.push(SurfaceHit { hit, ..*surface_hit });
+        }
+        is_opaque
     }
 }
 
@@ -112,24 +138,36 @@ fn is_surface(view: SceneView<'_>, hit: &Hit) -> bool {
 fn cross_touching(
     context: &IntegratorContext<'_>,
     (side, cache): (&mut TransmissionSide, &mut MediaCache),
-    point: &SurfacePoint<'_>,
+    (state, point): (&RayState, &SurfacePoint<'_>),
     mut next: impl FnMut(Option<HitOrder>) -> Option<Hit>,
 ) {
     let frame = context.view.frame;
+    let arriving = state.touching_at(point.triangle);
+    let own = PassedSide { triangle: point.triangle, facing: point.facing };
+    let mut crossed = Vec::new();
     let mut after = None;
     while let Some(hit) = next(after) {
         after = Some(hit.order());
         let instance = frame.instance(hit.triangle);
         // The surface itself, or a neighbouring triangle where the point lies just beyond its edge
-        if std::ptr::eq(instance, point.instance) && hit.facing == point.facing {
+        let is_this = |side: &PassedSide| {
+            std::ptr::eq(instance, frame.instance(side.triangle)) && hit.facing == side.facing
+        };
+        let before = arriving.map_or(&[][..], |touching| &touching.passed);
+        if is_this(&own) || before.iter().any(is_this) {
             continue;
         }
         let flags = frame.flags[hit.triangle as usize];
         match context.interiors.medium(instance) {
-            Some(medium) => side.media.cross(medium, hit.facing, cache),
+            Some(medium) => {
+                side.media.cross(medium, hit.facing, cache);
+                crossed.push(PassedSide { triangle: hit.triangle, facing: hit.facing });
+            }
             None if hit.facing == Facing::Back && flags.has(TriangleFlags::SINGLE_SIDED) => {}
             None => {
-                side.touching = Some(Hit { t: 0.0, ..hit });
+                let media = arriving.map_or(&state.media, |touching| &touching.media).clone();
+                let passed = before.iter().copied().chain([own]).chain(crossed).collect();
+                side.touching = Some(Box::new(Touching { hit: Hit { t: 0.0, ..hit }, media, passed }));
                 break;
             }
         }

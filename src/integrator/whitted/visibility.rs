@@ -32,7 +32,7 @@ impl Tracer<'_, '_> {
 
         // Transparent surfaces and misses, ray by ray
         self.follow_all(wavefront, |_, slot, state| {
-            state.touching.as_deref().copied().or_else(|| wavefront.hit(slot))
+            state.touching.as_deref().map(|touching| touching.hit).or_else(|| wavefront.hit(slot))
         });
     }
 

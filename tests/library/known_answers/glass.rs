@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec4};
 use rayframe::film::PixelWindow;
 use rayframe::integrator::{GlassShadows, Integrator};
-use rayframe::scene::{Environment, LightKind, Material, Projection, Transmission, Volume};
+use rayframe::scene::{Anisotropy, Environment, LightKind, Material, Projection, Transmission, Volume};
 
 use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
 
@@ -46,10 +46,11 @@ fn a_slab_shifts_a_slanted_ray_by_snells_law() {
 #[test]
 fn rough_glass_of_index_one_does_not_blur() {
     // Microfacets of index 1 neither refract nor reflect: the floor is as sharp and bright as without the glass.
-    for volume in [None, Some(Volume::CLEAR)] {
+    let brushed = Some(Anisotropy { strength: 0.7, rotation_radians: 0.3, texture: None });
+    for (volume, anisotropy) in [(None, None), (Some(Volume::CLEAR), None), (None, brushed)] {
         let mut stage = Stage::new();
         split_floor(&mut stage);
-        let rough = Material { roughness: 0.8, ..glass(1.0, volume) };
+        let rough = Material { roughness: 0.8, anisotropy, ..glass(1.0, volume) };
         stage.add(cuboid(Vec3::Y * 2.0, Vec3::new(6.0, 0.5, 6.0)), rough);
         for aim in [-0.01, 0.01] {
             let seen = stage.look(Vec3::new(aim, 4.0, 0.0), Vec3::new(aim, 0.0, 0.0));

@@ -17,4 +17,5 @@ mod normals;
 mod path;
 mod reflection;
 mod surface;
+mod touching;
 mod visible_environment;

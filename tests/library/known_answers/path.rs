@@ -5,7 +5,8 @@ use std::f32::consts::{FRAC_1_PI, PI};
 use glam::Vec3;
 use rayframe::render::{Integrator, LightSize};
 use rayframe::scene::{
-    AlphaMode, BuiltInLight, Environment, LightKind, Material, Primitive, Projection, Transmission,
+    AlphaMode, BuiltInLight, ClearCoat, Environment, LightKind, Material, NormalTexture, Primitive,
+    Projection, Transmission,
 };
 
 use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle};
@@ -281,4 +282,59 @@ fn lamps_shine_through_frosted_glass_once() {
     stage.settings.integrator = Integrator::Whitted;
     let straight = look(&stage);
     assert_close(bounced, straight.truncate(), 0.06 * straight.x);
+}
+
+#[test]
+fn clear_walls_before_a_lamp_count_for_no_depth() {
+    // A wall of index 1 changes nothing, also where it is beyond the deepest surface: shadow rays and sampled rays find the lamp through it.
+    for depth in [0, 1] {
+        let see = |has_wall: bool| {
+            let mut stage = stage(4096);
+            stage.settings.max_depth = depth;
+            stage.add(floor(5.0), lambert(Vec3::splat(0.5)));
+            let above = |height: f32| rectangle(Vec3::Y * height, Vec3::X * 3.0, Vec3::Z * 3.0);
+            stage.add(above(1.0), Material { double_sided: true, ..lamp(1.0) });
+            if has_wall {
+                let transmission = Some(Transmission { factor: 1.0, texture: None });
+                let clear =
+                    Material { transmission, roughness: 0.0, double_sided: true, ..lambert(Vec3::ONE) };
+                stage.add(above(0.5), clear);
+            }
+            stage.look(Vec3::new(0.0, 0.1, 0.4), Vec3::ZERO).x
+        };
+        let (bare, behind) = (see(false), see(true));
+        assert!((bare - behind).abs() < 0.01 && bare > 0.4, "{depth}: {bare} {behind}");
+    }
+}
+
+#[test]
+fn coats_over_leaning_bases_reflect_as_their_own_normal_does() {
+    // Seen at 80° in uniform light, a coat of index 1.5 reflects F(80°) = 0.3877, although the base's normal leans 30° to the viewer.
+    for (roughness, integrator) in
+        [0.0, 0.3].into_iter().flat_map(|r| [(r, Integrator::Whitted), (r, Integrator::Path)])
+    {
+        let mut stage = stage(4096);
+        stage.settings.integrator = integrator;
+        stage.environment = Environment::Constant(Vec3::ONE);
+        // (0.5, 0, 0.866) in tangent space
+        let texture = stage.add_texel([191, 128, 238, 255]);
+        let coat = ClearCoat {
+            factor: 1.0,
+            texture: None,
+            roughness,
+            roughness_texture: None,
+            normal_texture: None,
+        };
+        let base = Material {
+            normal_texture: Some(NormalTexture { texture, scale: 1.0 }),
+            clear_coat: Some(coat),
+            ..lambert(Vec3::ZERO)
+        };
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|uv| glam::Vec2::from_array(uv));
+        let surface = rectangle(Vec3::ZERO, Vec3::X * 5.0, Vec3::NEG_Z * 5.0);
+        stage.add(Primitive { uvs: vec![corners.to_vec()], ..surface }, base);
+        let (sine, cosine) = libm::sincosf(80.0_f32.to_radians());
+        let seen = stage.look(Vec3::new(2.0 * sine, 2.0 * cosine, 0.0), Vec3::ZERO);
+        assert_close(seen, Vec3::splat(0.3877), 0.004);
+    }
 }

@@ -148,11 +148,31 @@ fn a_smooth_coat_is_a_mirror_about_its_own_normal() {
     let wo = direction(0.8, 0.0);
     let coat_from_local = Mat3::from_rotation_y(0.2);
     let bsdf = Bsdf::new(&MaterialSample::default(), 1.0, 1.5);
-    let scattering = Scattering::new(bsdf, wo, Some((Coat::new(1.0, 0.0), coat_from_local)));
+    let coat = PlacedCoat { coat: Coat::new(1.0, 0.0), coat_from_local, geometric_normal: Vec3::Z };
+    let scattering = Scattering::new(bsdf, wo, Some(coat));
     let sample = scattering.sample(0.0, Vec2::splat(0.3)).unwrap();
     let normal = coat_from_local.transpose() * Vec3::Z;
     assert!((sample.wi - (normal * (2.0 * wo.dot(normal)) - wo)).length() < 1e-6 && sample.is_smooth);
     assert!((mean_weight(&scattering, 4096) - albedo(&scattering)).abs().max_element() < 5e-3);
+}
+
+#[test]
+fn coats_reflect_light_from_below_a_base_whose_normal_leans() {
+    // Seen at 80° to the geometric normal and the coat, from 50° to the base's: the mirror direction is below the base.
+    let lean = Mat3::from_rotation_y(30.0_f32.to_radians());
+    let (normal, wo) = (lean * Vec3::Z, lean * direction(10.0_f32.to_radians().sin(), PI));
+    let black = MaterialSample { base_color: Vec3::ZERO, specular: 0.0, ..Default::default() };
+    let reflectance = fresnel::exact(10.0_f32.to_radians().sin(), 1.5);
+    assert!(
+        (reflectance - 0.3877).abs() < 1e-4 && wo.z > 0.0 && (normal * (2.0 * wo.dot(normal)) - wo).z < 0.0
+    );
+    for roughness in [0.0, 0.3, 0.6] {
+        let coat_from_local = lean.transpose();
+        let coat = PlacedCoat { coat: Coat::new(1.0, roughness), coat_from_local, geometric_normal: normal };
+        let scattering = Scattering::new(Bsdf::new(&black, 1.0, 1.5), wo, Some(coat));
+        let mean = mean_weight(&scattering, 4096);
+        assert!((mean - reflectance).abs().max_element() < 5e-3, "{roughness}: {mean}");
+    }
 }
 
 #[test]

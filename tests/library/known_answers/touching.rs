@@ -1,0 +1,115 @@
+//! Surfaces that lie on each other: whichever of them a ray finds first, the rays see the same.
+
+use glam::Vec3;
+use rayframe::integrator::Integrator;
+use rayframe::scene::{
+    DiffuseTransmission, Environment, LightKind, Material, Primitive, Transmission, Volume,
+};
+
+use super::path::floor;
+use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
+
+const INTEGRATORS: [Integrator; 2] = [Integrator::Whitted, Integrator::Path];
+
+/// A stage of one narrow pixel.
+fn stage(integrator: Integrator, samples: u32) -> Stage {
+    let mut stage = super::path::stage(samples);
+    stage.settings.integrator = integrator;
+    stage
+}
+
+/// Adds two surfaces in either order.
+fn add(stage: &mut Stage, surfaces: [(Primitive, Material); 2], second_first: bool) {
+    let [first, second] = surfaces;
+    let in_order = if second_first { [second, first] } else { [first, second] };
+    for (primitive, material) in in_order {
+        stage.add(primitive, material);
+    }
+}
+
+fn pane(color: Vec3, roughness: f32) -> Material {
+    let transmission = Some(Transmission { factor: 1.0, texture: None });
+    Material { roughness, ior: 1.5, transmission, double_sided: true, ..lambert(color) }
+}
+
+#[test]
+fn volumes_absorb_on_the_way_back_from_the_floor_on_which_they_stand() {
+    for (integrator, second_first) in INTEGRATORS.into_iter().flat_map(|i| [(i, false), (i, true)]) {
+        let mut stage = stage(integrator, 4096);
+        stage.environment = Environment::Constant(Vec3::ONE);
+        // Half the light is left after half a metre.
+        let volume =
+            Volume { attenuation_distance: 0.5, attenuation_color: Vec3::splat(0.5), ..Volume::CLEAR };
+        let water = Material { ior: 1.0, volume: Some(volume), double_sided: false, ..pane(Vec3::ONE, 0.0) };
+        let mirror = Material { metallic: 1.0, roughness: 0.0, ..lambert(Vec3::ONE) };
+        let block = cuboid(Vec3::Y * 0.5, Vec3::new(3.0, 0.5, 3.0));
+        add(&mut stage, [(block, water), (floor(6.0), mirror)], second_first);
+        // A metre down and another one up.
+        assert_close(stage.look(Vec3::Y * 6.0, Vec3::ZERO), Vec3::splat(0.0625), 2e-3);
+    }
+}
+
+#[test]
+fn volumes_behind_a_pane_that_touches_them_are_entered_once() {
+    for (integrator, second_first) in INTEGRATORS.into_iter().flat_map(|i| [(i, false), (i, true)]) {
+        let mut stage = stage(integrator, 4096);
+        let volume =
+            Volume { attenuation_distance: 1.0, attenuation_color: Vec3::splat(0.5), ..Volume::CLEAR };
+        let water = Material { ior: 1.0, volume: Some(volume), double_sided: false, ..pane(Vec3::ONE, 0.0) };
+        let block = cuboid(Vec3::NEG_Z * 0.5, Vec3::new(2.0, 2.0, 0.5));
+        let front = rectangle(Vec3::ZERO, Vec3::X * 2.0, Vec3::Y * 2.0);
+        let clear = Material { ior: 1.0, ..pane(Vec3::ONE, 0.0) };
+        add(&mut stage, [(block, water), (front, clear)], second_first);
+        stage.add(rectangle(Vec3::NEG_Z * 5.0, Vec3::X * 9.0, Vec3::Y * 9.0), unlit(Vec3::ONE));
+        // Nothing but the metre of the block weakens the light of the wall behind it.
+        assert_close(stage.look(Vec3::Z * 3.0, Vec3::ZERO), Vec3::splat(0.5), 5e-3);
+    }
+}
+
+#[test]
+fn panes_that_coincide_pass_light_one_after_the_other() {
+    for integrator in INTEGRATORS {
+        let mut stage = stage(integrator, 256);
+        for side in [1.0, -1.0] {
+            stage.add(rectangle(Vec3::ZERO, Vec3::X, Vec3::Y * side), pane(Vec3::ONE, 0.0));
+        }
+        stage.add(rectangle(Vec3::NEG_Z * 3.0, Vec3::X * 9.0, Vec3::Y * 9.0), unlit(Vec3::ONE));
+        // Each reflects F = ((1.5 − 1) / (1.5 + 1))² = 0.04, and what is reflected between both may count or not: 0.96² … 0.96 / 1.04.
+        let seen = stage.look(Vec3::Z * 3.0, Vec3::ZERO).x;
+        assert!((0.915..0.93).contains(&seen), "{seen}");
+    }
+}
+
+#[test]
+fn no_light_passes_paper_that_lies_on_a_table() {
+    for (integrator, gap) in INTEGRATORS.into_iter().flat_map(|i| [(i, 0.0), (i, 0.01)]) {
+        let mut stage = stage(integrator, 64);
+        stage.environment = Environment::Constant(Vec3::ONE);
+        stage.settings.show_background = false;
+        let half = DiffuseTransmission { factor: 1.0, texture: None, color: Vec3::ONE, color_texture: None };
+        let paper = Material { diffuse_transmission: Some(half), double_sided: true, ..lambert(Vec3::ONE) };
+        stage.add(floor(2.0), paper);
+        let table = Material { double_sided: true, ..lambert(Vec3::ZERO) };
+        stage.add(rectangle(Vec3::NEG_Y * gap, Vec3::Z * 4.0, Vec3::X * 4.0), table);
+        stage.add_light(LightKind::Point, 10.0, Vec3::NEG_Y, Vec3::Y);
+        let seen = stage.look(Vec3::new(0.0, 1.0, 0.5), Vec3::ZERO);
+        // Light comes in through the narrow gap's open side at most.
+        assert_close(seen, Vec3::ZERO, 0.01);
+    }
+}
+
+#[test]
+fn frosted_sheets_on_lamps_show_all_of_their_light() {
+    for roughness in [0.3, 0.6, 1.0] {
+        let see = |gap: f32| {
+            let mut stage = stage(Integrator::Path, 16384);
+            let lamp = Material { emissive: Vec3::ONE, ..lambert(Vec3::ZERO) };
+            let sheet = rectangle(Vec3::ZERO, Vec3::X * 50.0, Vec3::Y * 50.0);
+            stage.add(sheet, pane(Vec3::ONE, roughness));
+            stage.add(rectangle(Vec3::NEG_Z * gap, Vec3::X * 50.0, Vec3::Y * 50.0), lamp);
+            stage.look(Vec3::new(0.3, 0.2, 3.0), Vec3::ZERO).x
+        };
+        let (touching, apart) = (see(0.0), see(0.01));
+        assert!((touching - apart).abs() < 0.01 && apart > 0.9, "{roughness}: {touching} {apart}");
+    }
+}

@@ -84,3 +84,23 @@ impl SpecularLobe {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn narrowed_lobes_have_the_narrowed_roughness_along_both_axes() {
+        // Without strength a lobe is as wide in both directions, and narrows as the isotropic one: to a roughness of 0.6 · 0.5, α = 0.09.
+        for strength in [None, Some(0.0)] {
+            let lobe = SpecularLobe::new(0.6, strength).narrowed(0.5);
+            let alpha = lobe.anisotropic.map_or(Vec2::splat(lobe.alpha), |ggx| ggx.alpha);
+            assert!((alpha - 0.09).abs().max_element() < 1e-6, "{alpha}");
+        }
+        // mix(0.36, 1, 0.25) = 0.52 along the wider axis; a quarter of both.
+        let brushed = SpecularLobe::new(0.6, Some(0.5)).narrowed(0.5).anisotropic.unwrap();
+        assert!((brushed.alpha - Vec2::new(0.13, 0.09)).abs().max_element() < 1e-6, "{}", brushed.alpha);
+        let clear = SpecularLobe::new(0.6, Some(0.5)).narrowed(0.0);
+        assert!(clear.is_smooth());
+    }
+}

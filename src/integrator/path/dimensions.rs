@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use glam::Vec2;
 
+use crate::integrator::ColorChannels;
 use crate::integrator::zsobol::{DimensionKeys, SampleSequence};
 
 /// Dimensions of one bounce.
@@ -54,13 +55,16 @@ pub(in crate::integrator) struct BounceKeys {
 }
 
 impl BounceKeys {
-    /// Replaces the keys unless they are those of `sequence` after `depth` bounces.
-    pub(super) fn prepare(&mut self, sequence: &SampleSequence, depth: u32) {
-        let of = Some((sequence.seed(), depth));
-        if self.of == of {
-            return;
+    /// The keys of `sequence` after `depth` bounces. They take the place of `known` unless these are the same.
+    pub(super) fn shared(known: &mut Rc<Self>, sequence: &SampleSequence, depth: u32) -> Rc<Self> {
+        if known.of != Some((sequence.seed(), depth)) {
+            Rc::make_mut(known).prepare(sequence, depth);
         }
-        self.of = of;
+        Rc::clone(known)
+    }
+
+    fn prepare(&mut self, sequence: &SampleSequence, depth: u32) {
+        self.of = Some((sequence.seed(), depth));
         for (decision, keys) in (0..).zip(&mut self.keys) {
             *keys = DimensionKeys::new(sequence.seed(), dimension(depth, decision));
         }
@@ -76,6 +80,12 @@ pub(super) struct BounceSamples {
 }
 
 impl BounceSamples {
+    /// The colour channel that goes on.
+    pub(super) fn single_channel(&self) -> ColorChannels {
+        let u = self.number(Decision::Channel);
+        ColorChannels::SINGLE[((u * 3.0) as usize).min(2)]
+    }
+
     /// A number in [0, 1).
     pub(super) fn number(&self, decision: Decision) -> f32 {
         self.sequence.number_by(&self.keys.keys[decision as usize])
@@ -98,8 +108,7 @@ mod tests {
         // Sample 5 is beyond the four of a pixel and has a seed of its own.
         for (depth, sample) in [(0, 1), (3, 1), (3, 5), (0, 2)] {
             let sequence = ZSobol::new(4, 7).sequence((10, 20), sample);
-            Rc::make_mut(&mut keys).prepare(&sequence, depth);
-            let samples = BounceSamples { sequence, keys: Rc::clone(&keys) };
+            let samples = BounceSamples { sequence, keys: BounceKeys::shared(&mut keys, &sequence, depth) };
             for decision in [Decision::Channel, Decision::Direction, Decision::Coverage] {
                 let dimension = decision.dimension(depth);
                 assert_eq!(samples.number(decision), sequence.number(dimension));

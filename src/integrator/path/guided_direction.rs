@@ -95,7 +95,7 @@ impl ShadedPoint<'_, '_> {
         }
     }
 
-    /// The density with which [`ShadedPoint::sample_direction`] samples a world-space direction that the lobes sample with `lobe_pdf`.
+    /// The density with which [`ShadedPoint::propose_direction`] samples a world-space direction that the lobes sample with `lobe_pdf`.
     pub(super) fn direction_pdf(&self, direction: Vec3, lobe_pdf: f32) -> f32 {
         self.guidance.as_ref().map_or(lobe_pdf, |guidance| guidance.mixed_pdf(direction, lobe_pdf))
     }

@@ -1,7 +1,7 @@
 //! What the surfaces of a block of paths scatter, lane by lane.
 //!
-//! Every value is that of the functions for one surface. Where no surface of a block has layers or transmits light, they are computed for all
-//! lanes at once.
+//! Every value is that of the functions for one surface. Where a block has several surfaces, all in vacuum and without layers and
+//! transmission, they are computed for all lanes at once.
 
 use fearless_simd::Level;
 use glam::{Vec2, Vec3};
@@ -20,6 +20,8 @@ const MIN_SURFACES: usize = 3;
 /// Lanes of a block. Keeps its memory from block to block.
 #[derive(Debug, Default)]
 pub(in crate::integrator) struct PathBlock {
+    /// Whether lanes are not used: the reference for tests.
+    pub(super) is_one_by_one: bool,
     lobes: BlockLobes,
     /// Columns of the matrices from the local frames to world space.
     axes: [Vec3Lanes; 3],
@@ -62,7 +64,7 @@ struct LightChoices {
 impl PathBlock {
     /// Begins a block of hits on one material, whose lobes may be in lanes.
     pub(super) fn begin(&mut self, may_be_in_lanes: bool, hits: usize) {
-        self.lobes.in_lanes = may_be_in_lanes && hits >= MIN_SURFACES;
+        self.lobes.in_lanes = may_be_in_lanes && hits >= MIN_SURFACES && !self.is_one_by_one;
     }
 
     /// Whether the lobes are in lanes, and made from material values.
@@ -198,7 +200,7 @@ impl PathBlock {
             if !(irradiance.max_element() > 0.0) {
                 continue;
             }
-            let Some(local) = surface.local(wi) else { continue };
+            let Some(local) = surface.local_of_lamp(wi) else { continue };
             let scattered = if passes_straight(surface, wi) {
                 lobes.eval_diffuse_transmission(local)
             } else {

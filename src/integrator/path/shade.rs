@@ -1,11 +1,9 @@
 //! Shading of a surface of a path.
 
-use std::rc::Rc;
-
 use arrayvec::ArrayVec;
 use glam::{Mat3, Vec3};
 
-use super::dimensions::{BounceSamples, Decision};
+use super::dimensions::{BounceKeys, BounceSamples};
 use super::guiding::Guidance;
 use super::mis::LastScatter;
 use super::path_block::PathBlock;
@@ -18,7 +16,7 @@ use crate::integrator::whitted::{
     RaySignature, SurfaceHit, Tracer, TransmissionSide, Wavefront, ior_outside, ior_transmission_side,
     local_frame, shading_frame,
 };
-use crate::integrator::{ColorChannels, GuideSample, LightPass, RayState};
+use crate::integrator::{GuideSample, LightPass, RayState};
 use crate::interaction::{MaterialSample, SurfaceBlock, SurfacePoint};
 use crate::scene::Material;
 
@@ -98,7 +96,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
         let SurfaceHit { slot, hit, share, light_pass } = *surface_hit;
         let ray_state = wavefront.ray(slot).1;
         let transmission_side = self.transmission_side(ray_state, (lane, point));
-        if self.shades_touching_instead((surface_hit, point), &transmission_side) {
+        if self.replace_by_touching(surface_hit, material, &transmission_side) {
             return None;
         }
         let state = ray_state.arriving_at(&hit);
@@ -133,7 +131,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
         Some(self.prepare_surface(arrival, point, material, block))
     }
 
-    /// Ends a path beyond its deepest surface. The ray that this one sent finds lights alone, also through clear thin walls, so that both ways
+    /// Ends a path beyond its deepest surface. The ray from there finds lights alone, also through clear thin walls, so that both ways
     /// to find them go equally far.
     fn end_path(
         &mut self,
@@ -185,12 +183,10 @@ impl<'w, 'a> Tracer<'w, 'a> {
         let own_medium = self.context.interiors.medium(point.instance);
         let is_dispersive = transmission_side.disperses(&state, own_medium, material);
         let sequence = self.sequences[state.sample as usize];
-        Rc::make_mut(&mut self.bounce_keys).prepare(&sequence, state.depth);
-        let samples = BounceSamples { sequence, keys: Rc::clone(&self.bounce_keys) };
-        let mut channels = state.channels;
+        let keys = BounceKeys::shared(&mut self.bounce_keys, &sequence, state.depth);
+        let samples = BounceSamples { sequence, keys };
+        let channels = if is_dispersive { samples.single_channel() } else { state.channels };
         if is_dispersive {
-            let u = samples.number(Decision::Channel);
-            channels = ColorChannels::SINGLE[((u * 3.0) as usize).min(2)];
             weight *= channels.mask() * 3.0;
         }
 
@@ -219,6 +215,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
             world_from_local,
             weight,
             channels,
+            hides_lamps: transmission_side.stops_lamps(self.context),
             transmission_side,
             relative_ior: if outside > 0.0 && inside > 0.0 { inside / outside } else { 1.0 },
             transmits,

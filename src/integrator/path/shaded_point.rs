@@ -32,6 +32,8 @@ pub(super) struct ShadedPoint<'p, 'a> {
     /// The colour channels that go on.
     pub(super) channels: ColorChannels,
     pub(super) transmission_side: TransmissionSide,
+    /// Whether a surface touches this one from behind and stops the light of lamps that rays cannot hit.
+    pub(super) hides_lamps: bool,
     /// Index of refraction on the other side over the one on this side.
     pub(super) relative_ior: f32,
     /// Whether the surface scatters light from its other side.
@@ -46,7 +48,7 @@ pub(super) struct ShadedPoint<'p, 'a> {
 }
 
 impl ShadedPoint<'_, '_> {
-    /// The normal that bounds the directions of light.
+    /// The normal by which lights are bounded.
     pub(super) fn light_normal(&self) -> Option<Vec3> {
         (!self.transmits).then_some(self.point.shading_normal)
     }
@@ -57,14 +59,22 @@ impl ShadedPoint<'_, '_> {
     }
 
     /// The local direction of light from the world-space direction `wi`; `None` where normals disagree about its side, unless a coat reflects
-    /// it, and where another surface touches this one on that side.
+    /// it, and where another surface touches this one on that side: sampled rays find what is behind it.
     pub(super) fn local(&self, wi: Vec3) -> Option<Vec3> {
+        self.local_unless(wi, self.transmission_side.touching.is_some())
+    }
+
+    /// The same for light of a lamp that rays cannot hit.
+    pub(super) fn local_of_lamp(&self, wi: Vec3) -> Option<Vec3> {
+        self.local_unless(wi, self.hides_lamps)
+    }
+
+    fn local_unless(&self, wi: Vec3, is_covered: bool) -> Option<Vec3> {
         let local = self.world_from_local.transpose() * wi;
         let is_outside = self.is_outside(wi);
         let agrees = local.z * self.point.geometric_normal.dot(wi) > 0.0;
-        let is_covered = !is_outside && self.transmission_side.touching.is_some();
         let by_coat = is_outside && self.material.clear_coat.is_some();
-        ((agrees || by_coat) && !is_covered).then_some(local)
+        ((agrees || by_coat) && (is_outside || !is_covered)).then_some(local)
     }
 
     /// Whether the light of a lamp that rays cannot hit reached the last surface straight through this one, from the world-space direction `wi`.

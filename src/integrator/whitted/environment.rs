@@ -5,7 +5,6 @@ use std::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use super::environment_shadows::{EnvironmentLookup, EnvironmentLookups, LookupLobe};
-use super::lamps_through_glass::is_covered;
 use super::local_frame::mirror_direction;
 use super::prefiltered_lobe::PrefilteredLobe;
 use super::shading::Shading;
@@ -13,6 +12,7 @@ use super::tracer::Tracer;
 use crate::bsdf::Bsdf;
 use crate::geometry::Ray;
 use crate::integrator::RayState;
+use crate::integrator::shadow::is_opaque_at;
 use crate::scene::KeyLight;
 
 /// α of the narrowest prefiltered lobe, of roughness 1/8.
@@ -51,7 +51,7 @@ impl Tracer<'_, '_> {
         for (albedo, normal, is_outside) in
             [(albedos.diffuse + albedos.sheen, normal, true), (albedos.diffuse_transmission, -normal, false)]
         {
-            if albedo != Vec3::ZERO && (is_outside || !is_covered(self.context, shading)) {
+            if albedo != Vec3::ZERO && (is_outside || !self.is_covered(shading)) {
                 let albedo = reached * albedo;
                 lookups.push(EnvironmentLookup {
                     radiance: albedo * environment.irradiance(normal) * FRAC_1_PI,
@@ -61,6 +61,12 @@ impl Tracer<'_, '_> {
                 });
             }
         }
+    }
+
+    /// Whether an opaque surface touches this one from behind.
+    fn is_covered(&self, shading: &Shading<'_, '_>) -> bool {
+        let touching = shading.transmission_side.touching.as_deref();
+        touching.is_some_and(|touching| is_opaque_at(self.context, &touching.hit))
     }
 
     /// The reflected specular lobe.

@@ -10,9 +10,7 @@ use super::shading::{Arrival, Shading};
 use super::tracer::Tracer;
 use crate::bsdf::Scattering;
 use crate::geometry::Facing;
-use crate::integrator::glass_passage::GlassPassage;
 use crate::integrator::lights::{Incidence, LightSet, PreparedLight};
-use crate::integrator::shadow::stops_light;
 use crate::integrator::{GlassShadows, IntegratorContext};
 use crate::interaction::SurfacePoint;
 
@@ -36,7 +34,7 @@ impl TransmittedLampLight {
             frosted: shading.is_frosted().then(|| Scattering::new(*shading.bsdf, shading.wo, None)),
             diffuse: shading.albedos.diffuse_transmission,
             is_thin: shading.material.thin,
-            is_covered: is_covered(context, shading),
+            is_covered: shading.transmission_side.stops_lamps(context),
             shown: lamps_shown_through_glass(context, shading),
         }
     }
@@ -60,12 +58,6 @@ impl TransmittedLampLight {
         let is_behind = point.geometric_normal.dot(incidence.wi) < 0.0;
         Some(if is_behind { frosted.eval(wi) } else { Vec3::ZERO })
     }
-}
-
-/// Whether another surface touches this one from behind and stops light.
-pub(super) fn is_covered(context: &IntegratorContext<'_>, shading: &Shading<'_, '_>) -> bool {
-    let touching = shading.transmission_side.touching.as_deref();
-    touching.is_some_and(|touching| stops_light(context, &touching.hit, GlassPassage::Straight))
 }
 
 /// The lamps that an earlier surface showed straight through this one.

@@ -125,7 +125,7 @@ impl<'a> Tracer<'_, 'a> {
     ) {
         let state = wavefront.ray(surface_hit.slot).1;
         let transmission_side = self.transmission_side(state, (index, point));
-        if !self.shades_touching_instead((surface_hit, point), &transmission_side) {
+        if !self.replace_by_touching(surface_hit, material, &transmission_side) {
             let state = state.arriving_at(&surface_hit.hit);
             self.shade_surface(&state, surface_hit, (index, point), (material, &transmission_side));
         }

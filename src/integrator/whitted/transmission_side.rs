@@ -2,14 +2,17 @@
 
 use std::time::Instant;
 
+use glam::Vec3;
+
 use super::surface_hit::SurfaceHit;
 use super::tracer::{Tracer, seconds_since};
 use super::transmission_probes::TransmissionProbes;
 use crate::bvh::{Hit, HitOrder, TriangleFlags};
-use crate::frame::transmits;
 use crate::geometry::{Facing, Ray};
+use crate::integrator::glass_passage::GlassPassage;
 use crate::integrator::media::MediaCache;
 use crate::integrator::ray_state::{PassedSide, Touching};
+use crate::integrator::shadow::{is_opaque_at, stops_light};
 use crate::integrator::{ColorChannels, IntegratorContext, MediaStack, Medium, RayState};
 use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, catches_shadows};
 use crate::scene_view::SceneView;
@@ -23,6 +26,12 @@ pub(in crate::integrator) struct TransmissionSide {
 }
 
 impl TransmissionSide {
+    /// Whether the touching surface stops the light of lamps that rays cannot hit.
+    pub(in crate::integrator) fn stops_lamps(&self, context: &IntegratorContext<'_>) -> bool {
+        let touching = self.touching.as_deref();
+        touching.is_some_and(|touching| stops_light(context, &touching.hit, GlassPassage::Straight))
+    }
+
     /// Whether light of different colours is bent differently between the viewer's side of a surface, whose own medium is `own_medium`, and this
     /// one.
     pub(in crate::integrator) fn disperses(
@@ -107,25 +116,25 @@ impl Tracer<'_, '_> {
         side
     }
 
-    /// Where an opaque surface touches the surface of a volume, light does not leave the one before it reaches the other: the ray hits the opaque one instead,
-    /// whichever of both it found. Returns whether that is so, and has it shaded.
-    pub(in crate::integrator) fn shades_touching_instead(
+    /// Replaces a surface by an opaque one that touches it from behind, which is then shaded with the same ray; returns whether there is one. Glass gives way to
+    /// all of them, so that light does not leave a volume before it reaches the floor below, and any surface to those that shine: shadow rays of others end
+    /// before both.
+    pub(in crate::integrator) fn replace_by_touching(
         &mut self,
-        (surface_hit, point): (&SurfaceHit, &SurfacePoint<'_>),
+        surface_hit: &SurfaceHit,
+        material: &MaterialSample,
         side: &TransmissionSide,
     ) -> bool {
-        let (Some(touching), Some(_)) = (&side.touching, self.context.interiors.medium(point.instance))
-        else {
-            return false;
-        };
-        let (view, hit) = (self.context.view, touching.hit);
-        let material = view.frame.instance(hit.triangle).material;
-        let is_opaque = alpha_at(view, &hit) >= 1.0 && !transmits(&view.frame.materials[material.index()]);
-        if is_opaque {
-            let hit = Hit { t: surface_hit.hit.t, ..hit };
+        let Some(touching) = &side.touching else { return false };
+        let frame = self.context.view.frame;
+        let behind = &frame.materials[frame.instance(touching.hit.triangle).material.index()];
+        let gives_way = material.transmission > 0.0 || behind.emissive != Vec3::ZERO;
+        let is_replaced = gives_way && is_opaque_at(self.context, &touching.hit);
+        if is_replaced {
+            let hit = Hit { t: surface_hit.hit.t, ..touching.hit };
             self.surface_hits.push(SurfaceHit { hit, ..*surface_hit });
         }
-        is_opaque
+        is_replaced
     }
 }
 

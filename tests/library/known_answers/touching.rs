@@ -1,4 +1,4 @@
-//! Surfaces that lie on each other: whichever of them a ray finds first, the rays see the same.
+//! Surfaces that lie on each other.
 
 use glam::Vec3;
 use rayframe::integrator::Integrator;
@@ -98,18 +98,47 @@ fn no_light_passes_paper_that_lies_on_a_table() {
     }
 }
 
+fn paper() -> Material {
+    let factor = DiffuseTransmission { factor: 1.0, texture: None, color: Vec3::ONE, color_texture: None };
+    Material { diffuse_transmission: Some(factor), double_sided: true, ..lambert(Vec3::ONE) }
+}
+
 #[test]
-fn frosted_sheets_on_lamps_show_all_of_their_light() {
-    for roughness in [0.3, 0.6, 1.0] {
-        let see = |gap: f32| {
-            let mut stage = stage(Integrator::Path, 16384);
+fn lamps_shine_as_if_bare_through_sheets_that_touch_them() {
+    // Half a metre above the floor, a square of half width 1 and radiance 1 lights it by its form factor.
+    let expected = 0.5 * super::path::square_form_factor(1.0, 0.5);
+    for sheet in [pane(Vec3::ONE, 0.0), pane(Vec3::ONE, 0.6), paper()] {
+        for sheet_last in [false, true] {
+            let mut stage = stage(Integrator::Path, 4096);
+            stage.add(floor(5.0), lambert(Vec3::splat(0.5)));
+            let square = || rectangle(Vec3::Y * 0.5, Vec3::X, Vec3::Z);
             let lamp = Material { emissive: Vec3::ONE, ..lambert(Vec3::ZERO) };
-            let sheet = rectangle(Vec3::ZERO, Vec3::X * 50.0, Vec3::Y * 50.0);
-            stage.add(sheet, pane(Vec3::ONE, roughness));
-            stage.add(rectangle(Vec3::NEG_Z * gap, Vec3::X * 50.0, Vec3::Y * 50.0), lamp);
-            stage.look(Vec3::new(0.3, 0.2, 3.0), Vec3::ZERO).x
+            add(&mut stage, [(square(), sheet.clone()), (square(), lamp)], sheet_last);
+            stage.settings.max_depth = 3;
+            assert_close(stage.look(Vec3::new(0.0, 0.1, 0.4), Vec3::ZERO), Vec3::splat(expected), 0.02);
+            // The lamp itself
+            assert_close(stage.look(Vec3::new(0.1, 0.1, 0.0), Vec3::Y * 0.5), Vec3::ONE, 0.02);
+        }
+    }
+}
+
+#[test]
+fn lamps_shine_through_sheets_that_touch_a_pane() {
+    let clear = pane(Vec3::ONE, 0.0);
+    for (integrator, sheet) in INTEGRATORS.into_iter().flat_map(|i| [(i, paper()), (i, pane(Vec3::ONE, 0.8))])
+    {
+        let see = |gap: f32, sheet_last: bool| {
+            let mut stage = stage(integrator, 4096);
+            let square = |height: f32| rectangle(Vec3::Y * height, Vec3::Z * 2.0, Vec3::X * 2.0);
+            add(&mut stage, [(square(0.0), sheet.clone()), (square(-gap), clear.clone())], sheet_last);
+            stage.add_light(LightKind::Point, 10.0, Vec3::NEG_Y, Vec3::Y);
+            stage.look(Vec3::new(0.0, 1.0, 0.5), Vec3::ZERO).x
         };
-        let (touching, apart) = (see(0.0), see(0.01));
-        assert!((touching - apart).abs() < 0.01 && apart > 0.9, "{roughness}: {touching} {apart}");
+        let apart = see(0.01, false);
+        for sheet_last in [false, true] {
+            // The touching pane may be left out: it reflects a twentieth.
+            let touching = see(0.0, sheet_last);
+            assert!((touching / apart - 1.0).abs() < 0.1 && apart > 0.5, "{touching} {apart}");
+        }
     }
 }

@@ -6,9 +6,9 @@ use super::scattering::SmoothLobes;
 use super::{Coat, ggx};
 use crate::geometry::normalized_or;
 
-/// A coat and where it lies.
+/// A coat with its directions.
 #[derive(Clone, Copy, Debug)]
-pub struct PlacedCoat {
+pub struct OrientedCoat {
     /// The coat.
     pub coat: Coat,
     /// Takes directions of the shading frame to that of the coat.
@@ -33,8 +33,8 @@ pub(super) struct CoatLobe {
 
 impl CoatLobe {
     /// The lobe towards `wo`, in the shading frame.
-    pub(super) fn new(coat: PlacedCoat, wo: Vec3) -> Self {
-        let PlacedCoat { coat, coat_from_local, geometric_normal } = coat;
+    pub(super) fn new(coat: OrientedCoat, wo: Vec3) -> Self {
+        let OrientedCoat { coat, coat_from_local, geometric_normal } = coat;
         let wo = coat_from_local * wo;
         let (albedo, scale) = (coat.albedo(wo.z), coat.lobe_scale(wo.z));
         Self { coat, coat_from_local, geometric_normal, wo, albedo, scale }

@@ -51,7 +51,7 @@ pub(crate) use albedo_table::{AlbedoTable, AlbedoTermLanes};
 pub use albedo_tables::integrated_albedo_tables;
 pub use albedos::Albedos;
 pub use coat::Coat;
-pub use coat_lobe::PlacedCoat;
+pub use coat_lobe::OrientedCoat;
 pub(crate) use fresnel::exact as dielectric_reflectance;
 pub(crate) use isotropic_albedo::AlbedoTerms;
 pub use scattering::Scattering;

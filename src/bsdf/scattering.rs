@@ -10,7 +10,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use super::coat_lobe::{CoatLobe, PlacedCoat};
+use super::coat_lobe::{CoatLobe, OrientedCoat};
 use super::lobe_probabilities::LobeProbabilities;
 use super::multiple_scattering::Compensation;
 use super::rough_transmission::{self, RefractingFacet};
@@ -68,7 +68,7 @@ pub(super) enum SmoothLobes {
 impl Scattering {
     /// The lobes of `bsdf` towards `wo`, in the local shading frame, below a coat with its own frame.
     #[inline]
-    pub fn new(bsdf: Bsdf, wo: Vec3, coat: Option<PlacedCoat>) -> Self {
+    pub fn new(bsdf: Bsdf, wo: Vec3, coat: Option<OrientedCoat>) -> Self {
         let terms = bsdf.scattering_terms(wo, || bsdf.albedo_terms(wo));
         let coat = coat.map(|coat| CoatLobe::new(coat, wo));
         let mut scattering = Self::reflecting(bsdf, wo, terms, coat);

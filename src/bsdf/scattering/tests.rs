@@ -22,12 +22,12 @@ pub(super) struct Surface {
 impl Surface {
     fn scattering(&self, wo: Vec3) -> Scattering {
         let bsdf = Bsdf::new(&self.material, self.ior_outside, self.ior_inside);
-        let placed = |roughness| PlacedCoat {
+        let oriented = |roughness| OrientedCoat {
             coat: Coat::new(1.0, roughness),
             coat_from_local: Mat3::IDENTITY,
             geometric_normal: Vec3::Z,
         };
-        Scattering::new(bsdf, wo, self.coat.map(placed))
+        Scattering::new(bsdf, wo, self.coat.map(oriented))
     }
 }
 

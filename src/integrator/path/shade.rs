@@ -3,12 +3,13 @@
 use arrayvec::ArrayVec;
 use glam::{Mat3, Vec3};
 
+use super::VisibleEntry;
 use super::dimensions::{BounceKeys, BounceSamples};
 use super::guiding::Guidance;
 use super::mis::LastScatter;
 use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
-use crate::bsdf::{Bsdf, Coat, PlacedCoat, Scattering};
+use crate::bsdf::{Bsdf, Coat, OrientedCoat, Scattering};
 use crate::geometry::LANES;
 use crate::integrator::opaque_materials::is_opaque;
 use crate::integrator::ray_state::ArrivingState;
@@ -202,8 +203,6 @@ impl<'w, 'a> Tracer<'w, 'a> {
             block.set_lobes(lane, scattering_at(point, &world_from_local, bsdf, coat));
         }
         let transmits = material.transmission > 0.0 || material.diffuse_transmission > 0.0;
-        let visible = self.context.visible_environment.as_ref().filter(|_| !transmits);
-        let visible = visible.and_then(|visible| visible.entry(point.position, point.geometric_normal));
         ShadedPoint {
             lane,
             signature,
@@ -220,10 +219,16 @@ impl<'w, 'a> Tracer<'w, 'a> {
             relative_ior: if outside > 0.0 && inside > 0.0 { inside / outside } else { 1.0 },
             transmits,
             guidance: None,
-            visible,
+            visible: self.visible_entry(point).filter(|_| !transmits),
             samples,
             last,
         }
+    }
+
+    /// What a surface sees of the environment that scatters light of its own side.
+    fn visible_entry(&self, point: &SurfacePoint<'_>) -> Option<VisibleEntry> {
+        let visible = self.context.visible_environment.as_ref()?;
+        visible.entry(point.position, point.geometric_normal)
     }
 
     /// How a surface guides its rays.
@@ -266,7 +271,7 @@ fn scattering_at(
     coat: Option<(Coat, Mat3)>,
 ) -> Scattering {
     let local_from_world = world_from_local.transpose();
-    let coat = coat.map(|(coat, world_from_coat)| PlacedCoat {
+    let coat = coat.map(|(coat, world_from_coat)| OrientedCoat {
         coat,
         coat_from_local: world_from_coat.transpose() * *world_from_local,
         geometric_normal: local_from_world * point.geometric_normal,

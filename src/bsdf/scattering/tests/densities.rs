@@ -148,7 +148,7 @@ fn a_smooth_coat_is_a_mirror_about_its_own_normal() {
     let wo = direction(0.8, 0.0);
     let coat_from_local = Mat3::from_rotation_y(0.2);
     let bsdf = Bsdf::new(&MaterialSample::default(), 1.0, 1.5);
-    let coat = PlacedCoat { coat: Coat::new(1.0, 0.0), coat_from_local, geometric_normal: Vec3::Z };
+    let coat = OrientedCoat { coat: Coat::new(1.0, 0.0), coat_from_local, geometric_normal: Vec3::Z };
     let scattering = Scattering::new(bsdf, wo, Some(coat));
     let sample = scattering.sample(0.0, Vec2::splat(0.3)).unwrap();
     let normal = coat_from_local.transpose() * Vec3::Z;
@@ -168,7 +168,8 @@ fn coats_reflect_light_from_below_a_base_whose_normal_leans() {
     );
     for roughness in [0.0, 0.3, 0.6] {
         let coat_from_local = lean.transpose();
-        let coat = PlacedCoat { coat: Coat::new(1.0, roughness), coat_from_local, geometric_normal: normal };
+        let coat =
+            OrientedCoat { coat: Coat::new(1.0, roughness), coat_from_local, geometric_normal: normal };
         let scattering = Scattering::new(Bsdf::new(&black, 1.0, 1.5), wo, Some(coat));
         let mean = mean_weight(&scattering, 4096);
         assert!((mean - reflectance).abs().max_element() < 5e-3, "{roughness}: {mean}");

@@ -44,8 +44,8 @@ pub(super) fn find(key: &str) -> Result<&'static Definition, String> {
 }
 
 impl Settings {
-    /// Sets one setting by its name from text. It replaces its earlier value and settings that cannot be combined with it;
-    /// `false` replaces no other setting, and repeated settings add up. After an error nothing has changed.
+    /// Sets one setting by its name from text. It replaces its earlier value and settings that cannot be combined with it, with those
+    /// that have no effect without them; `false` replaces no other setting, and repeated settings add up. After an error nothing has changed.
     ///
     /// # Errors
     /// [`Error::Setting`](crate::error::Error::Setting) for an unknown name, with the closest one, and for a wrong value.
@@ -56,7 +56,12 @@ impl Settings {
         definition.parse(&mut parsed, text, origin).map_err(error)?;
         if definition.is_in_effect(&parsed) {
             for other in DEFINITIONS.iter().filter(|other| other.is_excluded_by(definition)) {
-                self.clear(other.name);
+                if other.origin(self).is_some() {
+                    self.clear(other.name);
+                    let dependent =
+                        DEFINITIONS.iter().filter(|dependent| dependent.requires == Some(other.name));
+                    dependent.for_each(|dependent| self.clear(dependent.name));
+                }
             }
         }
         if definition.form.is_repeated {

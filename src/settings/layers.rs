@@ -2,21 +2,38 @@
 
 use crate::error::{Error, Provenance, Result, SettingError};
 
+use super::conflicts::conflicts;
 use super::definitions::{DEFINITIONS, Definition, Settings};
 
 impl Settings {
-    /// Adds what `lower` gives and these settings neither give nor exclude.
+    /// Adds what `lower` gives and these settings do not, unless it cannot be combined with them or has no effect beside them: then it
+    /// gives way, and so does what has no effect without it.
     pub fn fill_from(&mut self, lower: &Self) {
-        let added: Vec<&Definition> = DEFINITIONS
-            .iter()
-            .filter(|definition| definition.origin(lower).is_some() && definition.origin(self).is_none())
-            .filter(|definition| {
-                !DEFINITIONS.iter().any(|other| other.is_excluded_by(definition) && other.is_in_effect(self))
-            })
-            .collect();
-        for definition in added {
-            (definition.access.copy)(self, lower);
+        let is_new = |definition: &Definition| definition.origin(self).is_none();
+        let mut both = self.clone();
+        for definition in DEFINITIONS.iter().filter(|definition| is_new(definition)) {
+            if definition.origin(lower).is_some() && !self.excludes(definition) {
+                (definition.access.copy)(&mut both, lower);
+            }
         }
+        let values = both.values();
+        let gives_way = |definition: &Definition| {
+            is_new(definition) && (self.excludes(definition) || conflicts(definition.name, self, &values))
+        };
+        let lacks_another = |definition: &Definition| {
+            is_new(definition) && definition.requires.and_then(Definition::of).is_some_and(gives_way)
+        };
+        for definition in DEFINITIONS {
+            if gives_way(definition) || lacks_another(definition) {
+                (definition.access.clear)(&mut both);
+            }
+        }
+        *self = both;
+    }
+
+    /// Whether a setting cannot be combined with one that is in effect here.
+    pub(super) fn excludes(&self, definition: &Definition) -> bool {
+        DEFINITIONS.iter().any(|other| other.is_excluded_by(definition) && other.is_in_effect(self))
     }
 
     /// Checks the settings of one level: no two may exclude each other.

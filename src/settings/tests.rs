@@ -163,6 +163,99 @@ fn stronger_levels_win_and_exclude() {
         if error.to_string().ends_with(":5:1: samples: too few")));
 }
 
+/// Checks which settings of a file give way to stronger ones, and which stay.
+fn check_merged(file: &str, stronger: &[&str], gone: &[&str], stays: &[&str]) {
+    let mut settings = defined(stronger).unwrap();
+    settings.fill_from(&read(file).unwrap());
+    for name in gone {
+        assert!(settings.origin_of(name).is_none(), "{stronger:?} over {file}: {name}");
+    }
+    for name in stays {
+        assert!(settings.origin_of(name).is_some(), "{stronger:?} over {file}: {name}");
+    }
+    settings.check_requirements().unwrap();
+}
+
+#[test]
+fn weaker_settings_without_effect_beside_stronger_ones_give_way() {
+    let paths = "integrator = 'path'\nseed = 3\nseed_per_frame = true\nnoise = 0.1\nclamp_indirect = 9\nregularize = true\n\
+        time_limit = 9\ndenoise = 'oidn'\noidn = '/x'\ncheckpoint = true\naovs = ['noise']\ndepth = 3";
+    let files = "output = 'a.####.exr'\naovs = ['depth']\nexr = 'float'\nsplit_aovs = true\nstamp = true\npreview = 'png'\n\
+        movie = 'a.mp4'\nmanifest = 'm.json'\nresume = true\nstats = 's.json'";
+    let of_exr = ["aovs", "exr", "split_aovs", "stamp", "preview"];
+    let of_frames = ["movie", "manifest", "resume"];
+    let of_paths = [
+        "seed",
+        "seed_per_frame",
+        "noise",
+        "clamp_indirect",
+        "regularize",
+        "time_limit",
+        "denoise",
+        "oidn",
+        "checkpoint",
+        "aovs",
+    ];
+    let of_whitted = "glossy = 3\nenv_samples = 2\nmax_samples = 8\naa_threshold = 0.1\ndepth = 3";
+    for (file, stronger, gone, stays) in [
+        (paths, &["integrator=whitted"][..], &of_paths[..], &["depth"][..]),
+        (paths, &["integrator=path"], &[], &of_paths),
+        (
+            of_whitted,
+            &["integrator=path"],
+            &["glossy", "env_samples", "max_samples", "aa_threshold"],
+            &["depth"],
+        ),
+        (files, &["output=a.png"], &of_exr, &of_frames),
+        (files, &["output=a.gif"], &[&of_exr[..], &of_frames].concat(), &["stats"]),
+        (files, &["output=b.exr"], &[], &[&of_exr[..], &of_frames].concat()),
+    ] {
+        check_merged(file, stronger, gone, stays);
+    }
+}
+
+#[test]
+fn weaker_settings_that_contradict_stronger_ones_give_way() {
+    let edges = "max_samples = 32\naa_threshold = 0.1";
+    let ranges = "samples = 8\nsample_range = '0-3'";
+    for (file, stronger, gone, stays) in [
+        (edges, &["samples=64"][..], &["max_samples", "aa_threshold"][..], &[][..]),
+        (edges, &["samples=32"], &[], &["max_samples", "aa_threshold"]),
+        ("samples = 64\ndepth = 3", &["max_samples=32"], &["samples"], &["depth"]),
+        ("turntable = 5\nelevation = 10", &["camera_path=x.toml"], &["turntable", "elevation"], &[]),
+        ("turntable = 5\nelevation = 10", &["view=back"], &["elevation"], &["turntable"]),
+        ("elevation = 10", &["camera_path=x.toml"], &["elevation"], &[]),
+        ("aperture = 'f/2'\nfocus = 3", &["ortho=true"], &["aperture", "focus"], &[]),
+        ("aperture = 0.1\nfocus = 3", &["ortho=true"], &[], &["aperture", "focus"]),
+        ("ortho = true", &["aperture=f/2"], &["ortho"], &[]),
+        ("crop = [0, 0, 64, 32]", &["resolution=32x32"], &["crop"], &[]),
+        ("crop = [0, 0, 64, 32]", &["width=64", "height=32"], &[], &["crop"]),
+        ("crop = [0, 0, 64, 32]", &["scale=5%"], &[], &["crop"]),
+        ("crop = [0, 0, 64, 32]\nwidth = 64", &["scale=5%"], &[], &["crop", "width"]),
+        ("start = 5\nend = 9\nstep = 2", &["end=3"], &["start"], &["step"]),
+        ("start = 5\nend = 9\nstep = 2", &["start=10"], &["end"], &["step"]),
+        ("start = 5\nend = 9\nstep = 2", &["start=9"], &[], &["end", "step"]),
+        ("exr = 'dwaa'", &["aovs=depth"], &["exr"], &[]),
+        (
+            "exr = 'dwaa'\naovs = 'depth'\nsplit_aovs = true",
+            &["split_aovs=false"],
+            &["exr"],
+            &["aovs", "split_aovs"],
+        ),
+        ("aovs = 'depth'", &["exr=dwaa"], &["aovs"], &[]),
+        (ranges, &["samples=2"], &["sample_range"], &[]),
+        (ranges, &["noise=0.1"], &["sample_range"], &["samples"]),
+        ("noise = 0.1\nsplit_aovs = true", &["sample_range=0-3"], &["noise", "split_aovs"], &[]),
+        ("exr = 'piz'\naovs = 'crypto'", &["sample_range=0-3"], &["aovs"], &["exr"]),
+    ] {
+        check_merged(file, stronger, gone, stays);
+    }
+    // What is stronger stays, and is wrong.
+    let mut settings = defined(&["aa_threshold=0.1", "samples=64"]).unwrap();
+    settings.fill_from(&read(edges).unwrap());
+    settings.check_requirements().unwrap_err();
+}
+
 #[test]
 fn a_later_setting_replaces_those_that_it_excludes() {
     let set = |texts: &[(&str, &str)]| {
@@ -178,6 +271,8 @@ fn a_later_setting_replaces_those_that_it_excludes() {
     assert_eq!((values.start, values.width, values.resolution), (None, None, Some((8, 8))));
     let values = set(&[("resume", "true"), ("overwrite", "false"), ("shadow_catcher", "a")]).values();
     assert!(values.resume && !values.overwrite);
+    let values = set(&[("turntable", "5"), ("elevation", "9"), ("camera_path", "x.toml")]);
+    assert!(values.turntable.is_none() && values.elevation.is_none() && values.camera_path.is_some());
     assert_eq!(set(&[("shadow_catcher", "a"), ("shadow_catcher", "b")]).values().shadow_catcher, ["a", "b"]);
     let mut settings = set(&[("frames", "1-9")]);
     settings.set("start", OsStr::new("first"), &Provenance::Library).unwrap_err();

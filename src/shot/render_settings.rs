@@ -2,18 +2,16 @@
 
 use crate::error::{Error, Result};
 use crate::film::{AovFlags, PixelWindow};
-use crate::output::{Aov, ExrOutput};
+use crate::output::ExrOutput;
 use crate::render::{
-    Adaptive, Aperture, EnvSamples, Focus, Integrator, Lens, LightSize, PathSettings, RenderSettings,
-    SampleRange,
+    Adaptive, Aperture, Focus, Integrator, Lens, LightSize, PathSettings, RenderSettings, SampleRange,
 };
 use crate::scene::{Camera, CameraMotion, NodeIndex, Projection, Scene, SelectedCamera, Selection};
-use crate::settings::{BackgroundSource, DenoiserKind, FocusRequest, OutputFormat, SettingValues};
+use crate::settings::{
+    DEFAULT_RESOLUTION, DenoiserKind, FocusRequest, Named as _, OF_INTEGRATORS, OfIntegrator, SettingValues,
+};
 
 use super::view::named_node;
-
-/// Default image size, pixels.
-const DEFAULT_RESOLUTION: (u32, u32) = (1280, 720);
 
 /// The render settings, without the background.
 pub(crate) fn render_settings(
@@ -21,7 +19,7 @@ pub(crate) fn render_settings(
     scene: &Scene,
     selection: &Selection,
 ) -> Result<RenderSettings> {
-    let resolution = image_size(args, camera_aspect(scene, selection))?;
+    let resolution = args.image_size(camera_aspect(scene, selection))?;
     let window = args.crop.unwrap_or(PixelWindow::full(resolution.0, resolution.1));
     if window.x1 > resolution.0 || window.y1 > resolution.1 {
         return Err(Error::setting(
@@ -68,77 +66,24 @@ pub(super) fn path_settings(args: &SettingValues) -> Result<PathSettings> {
 
 /// Refuses settings of one integrator beside another.
 fn check_path_settings(args: &SettingValues) -> Result<()> {
-    let of_path = [
-        ("seed", args.seed != 0),
-        ("seed_per_frame", args.seed_per_frame),
-        ("noise", args.noise.is_some()),
-        ("clamp_indirect", args.clamp_indirect.is_some()),
-        ("regularize", args.regularize),
-        ("sample_range", args.sample_range.is_some()),
-        ("time_limit", args.time_limit.is_some()),
-        ("denoise", args.denoise != DenoiserKind::None),
-        ("checkpoint", args.checkpoint),
-    ];
-    let other = match args.integrator {
-        Integrator::Path => {
-            let of_whitted = [
-                ("glossy", args.glossy > 0),
-                ("env_samples", args.env_samples != EnvSamples::Auto),
-                ("max_samples", args.max_samples.is_some()),
-            ];
-            of_whitted.into_iter().find(|(_, is_set)| *is_set).map(|(name, _)| (name, "whitted"))
-        }
-        Integrator::Whitted if exr_output(args).aovs.as_slice().iter().any(|aov| aov.is_of_paths()) => {
-            return Err(Error::setting(
-                "aovs",
-                "the groups noise and denoising need `integrator = \"path\"`",
-            ));
-        }
-        Integrator::Whitted => of_path.iter().find(|(_, is_set)| *is_set).map(|(name, _)| (*name, "path")),
-    };
-    match other {
-        Some((name, integrator)) => {
-            Err(Error::setting(name, format!("applies to `integrator = \"{integrator}\"` only")))
-        }
-        None => Ok(()),
+    let has_aovs_of_paths = exr_output(args).aovs.as_slice().iter().any(|aov| aov.is_of_paths());
+    if args.integrator == Integrator::Whitted && has_aovs_of_paths {
+        let why = "the groups noise and denoising need `integrator = \"path\"`";
+        return Err(Error::setting("aovs", why));
     }
+    let is_of_another =
+        |setting: &&OfIntegrator| setting.integrator != args.integrator && (setting.is_set)(args);
+    OF_INTEGRATORS.iter().find(is_of_another).map_or(Ok(()), |OfIntegrator { name, integrator, .. }| {
+        let why = format!("applies to `integrator = \"{}\"` only", integrator.choice_name());
+        Err(Error::setting(name, why))
+    })
 }
 
 /// The samples that are rendered, where they are not all.
 fn sample_range(args: &SettingValues) -> Result<Option<SampleRange>> {
-    let Some(range) = args.sample_range else { return Ok(None) };
-    let refuse = |why: String| Err(Error::setting("sample_range", why));
-    if range.last >= args.samples {
-        let SampleRange { last, .. } = range;
-        return refuse(format!(
-            "ends at {last}, but `samples` {} are 0 to {}",
-            args.samples,
-            args.samples - 1
-        ));
-    }
-    let exr = exr_output(args);
-    let has_mattes =
-        exr.aovs.as_slice().iter().any(|aov| matches!(aov, Aov::CryptoObject | Aov::CryptoMaterial));
-    let beside = [
-        (
-            args.shutter.is_some() && !args.samples.is_multiple_of(args.time_samples),
-            "`samples` must be a multiple of `time_samples`",
-        ),
-        (args.noise.is_some(), "`noise` decides by all samples of a pixel"),
-        (args.time_limit.is_some(), "`time_limit` ends at any sample"),
-        (args.denoise != DenoiserKind::None, "`denoise` needs all samples"),
-        (
-            args.output.as_ref().is_some_and(|output| output.format() != OutputFormat::Exr),
-            "only EXR files hold sums; end `output` with .exr",
-        ),
-        (matches!(args.background, BackgroundSource::Plate(_)), "a plate can only be put behind all samples"),
-        (exr.is_split, "the sums are in one file; leave out `split_aovs`"),
-        (has_mattes, "Cryptomattes cannot be added up; render them without a range"),
-        (exr.compression.is_lossy(), "sums need a lossless compression such as zip"),
-    ];
-    match beside.into_iter().find(|(is_there, _)| *is_there) {
-        Some((_, why)) => refuse(format!("cannot be used here: {why}")),
-        None => Ok(Some(range)),
+    match args.sample_range_refusal() {
+        Some(why) => Err(Error::setting("sample_range", why)),
+        None => Ok(args.sample_range),
     }
 }
 
@@ -209,33 +154,8 @@ fn file_camera<'a>(scene: &'a Scene, selection: &'a Selection) -> Option<&'a Cam
 
 /// The pixel window, where it does not depend on the scene's camera.
 pub(crate) fn known_window(args: &SettingValues) -> Result<Option<PixelWindow>> {
-    if args.width.is_some() != args.height.is_some() {
-        return Ok(None);
-    }
-    let (width, height) = image_size(args, 1.0)?;
-    Ok(Some(args.crop.unwrap_or(PixelWindow::full(width, height))))
-}
-
-/// Columns and rows after `--scale`. One side alone takes the other from the camera.
-fn image_size(args: &SettingValues, camera_aspect: f64) -> Result<(u32, u32)> {
-    let default = (f64::from(DEFAULT_RESOLUTION.0), f64::from(DEFAULT_RESOLUTION.1));
-    let sides = |(width, height)| (f64::from(width), f64::from(height));
-    let (width, height) = match (args.width.map(f64::from), args.height.map(f64::from)) {
-        (Some(width), Some(height)) => (width, height),
-        (Some(width), None) => (width, width / camera_aspect),
-        (None, Some(height)) => (height * camera_aspect, height),
-        (None, None) => args.resolution.map_or(default, sides),
-    };
-    let scale = args.scale.unwrap_or(1.0);
-    let side = |pixels: f64| {
-        let pixels = (pixels * scale).round().max(1.0);
-        // OpenEXR stores corners as signed 32-bit numbers.
-        if pixels > f64::from(i32::MAX) {
-            return Err(Error::setting("resolution", "a side has more than 2147483647 pixels"));
-        }
-        Ok(pixels as u32)
-    };
-    Ok((side(width)?, side(height)?))
+    let size = args.known_image_size()?;
+    Ok(size.map(|(width, height)| args.crop.unwrap_or(PixelWindow::full(width, height))))
 }
 
 /// Aspect ratio of the camera: width over height.

@@ -34,6 +34,7 @@ mod shots;
 mod stale_temporaries;
 mod suite;
 mod watch;
+mod weaker_settings;
 
 use std::path::Path;
 use std::process::{Command, Output};

@@ -238,3 +238,21 @@ fn invalid_watches_are_refused_at_once() {
     }
     assert_eq!(std::fs::read(folder.join("photo.png")).unwrap(), b"not ours");
 }
+
+#[test]
+fn an_image_is_watched_with_the_settings_of_a_shot_file_for_exr_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_scene(folder, "1, 0, 0");
+    write_corners(folder, 1.0);
+    let image = "scene = 'a.gltf'\nresolution = [96, 54]\n";
+    std::fs::write(folder.join("plain.toml"), image).unwrap();
+    let files =
+        "output = 'out/a.####.exr'\nframes = '1-9'\naovs = ['depth']\nsplit_aovs = true\nresume = true\n";
+    std::fs::write(folder.join("a.toml"), format!("{image}{files}")).unwrap();
+    let expected = rendered(folder, &["plain.toml", "-f", "2"]);
+    let mut running = watch(folder, &["a.toml", "-f", "2", "-o", "look.png"]);
+    wait_for(folder, "the image", &expected);
+    assert_eq!(terminate(&mut running), Some(15));
+    assert!(!folder.join("out").exists());
+}

@@ -257,6 +257,26 @@ fn weaker_settings_that_contradict_stronger_ones_give_way() {
 }
 
 #[test]
+fn defaults_are_written_only_beside_what_they_can_be_combined_with() {
+    let given: Vec<Settings> = DEFINITIONS
+        .iter()
+        .map(|definition| {
+            let mut settings = Settings::default();
+            definition.parse(&mut settings, OsStr::new(&example(definition)), &Provenance::Library).unwrap();
+            settings
+        })
+        .collect();
+    for first in &given {
+        for second in &given {
+            let mut both = first.clone();
+            both.fill_from(second);
+            let all = both.with_defaults(Path::new("/folder"));
+            assert!(all.check_exclusions().is_ok(), "{}", all.to_toml());
+        }
+    }
+}
+
+#[test]
 fn a_later_setting_replaces_those_that_it_excludes() {
     let set = |texts: &[(&str, &str)]| {
         let mut settings = Settings::default();

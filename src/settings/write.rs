@@ -10,13 +10,14 @@ use super::definitions::{DEFINITIONS, Definition, Settings};
 use super::setting_type::{Single, ValueForm};
 
 impl Settings {
-    /// The same settings with defaults given where they have a meaning, and files named from `folder`.
+    /// The same settings with defaults given where they have a meaning beside them, and files named from `folder`.
     #[must_use]
     pub fn with_defaults(&self, folder: &Path) -> Self {
         let mut all = Self::default();
         for definition in DEFINITIONS {
-            let is_needless = definition.requires.is_some_and(|needed| self.origin_of(needed).is_none());
-            let default = || (definition.access.write_default)().filter(|_| !is_needless);
+            let lacks_another = definition.requires.is_some_and(|needed| self.origin_of(needed).is_none());
+            let has_meaning = !lacks_another && !self.excludes(definition);
+            let default = || (definition.access.write_default)().filter(|_| has_meaning);
             let Some(texts) = definition.texts(self).or_else(default) else { continue };
             let origin = definition.origin(self).cloned().unwrap_or(crate::error::Provenance::Default);
             if definition.is_flag() && texts.iter().all(|text| text == "false") {

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/demo/whitted_1980.gltf");
+const SMALL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/light/point.gltf");
 const PICTURE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/environment/quarters.hdr");
 
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
@@ -67,6 +68,29 @@ fn a_dry_run_prints_a_shot_that_makes_the_same_files() {
             |shot: &str| shot.split_once("\n# Frames and ").map(|(settings, _)| settings.to_owned());
         assert_eq!(settings(&again), settings(&shot));
         assert!(again.contains(" s keep ") && !again.contains(" s render "), "{again}");
+    }
+}
+
+/// What takes the place of a default is printed without it.
+#[test]
+fn a_dry_run_of_a_turntable_with_a_view_prints_a_shot_that_can_be_rendered() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, view) in [
+        ("orbit", &["--orbit", "30,3"][..]),
+        ("view", &["--view", "back"]),
+        ("plain", &[]),
+        ("elevation", &["--elevation", "5"]),
+    ] {
+        let pattern = format!("{name}/a.####.exr");
+        let options = ["render", SMALL, "-o", &pattern, "-r", "16x9", "--samples", "1", "--turntable", "2"];
+        let render = [&options[..], view].concat();
+        let shot = rendered(folder.path(), &[&render[..], &["-n"]].concat());
+        assert_eq!(shot.contains("\nelevation = "), name == "plain" || name == "elevation", "{shot}");
+        std::fs::write(folder.path().join("t.toml"), shot).unwrap();
+        rendered(folder.path(), &["render", "t.toml", "-q"]);
+        let frames = files(&folder.path().join(name));
+        rendered(folder.path(), &[&render[..], &["--overwrite", "-q"]].concat());
+        assert!(frames.len() == 2 && frames == files(&folder.path().join(name)), "{name}");
     }
 }
 

@@ -99,6 +99,25 @@ fn chunks_cover_every_frame_once() {
 }
 
 #[test]
+fn files_of_all_frames_are_refused() {
+    for (lines, options) in [
+        ("", &["-o", "all.gif"][..]),
+        ("", &["-o", "all.png", "-f", "0", "--movie", "all.gif"]),
+        ("", &["--stats", "all.json"]),
+        ("output = 'all.webp'", &[]),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let (shot, job) = (folder.path().join("a.toml"), folder.path().join("job"));
+        std::fs::write(&shot, format!("scene = '{SCENE}'\nresolution = [16, 9]\n{lines}")).unwrap();
+        let refused = rayframe(&both(&["farm", "parallel", text(&shot), "--out-dir", text(&job)], options));
+        let code = if lines.is_empty() { 2 } else { 65 };
+        assert_eq!(refused.status.code(), Some(code), "{lines}{options:?}: {}", stderr(&refused));
+        assert!(stderr(&refused).contains("cannot write together"), "{}", stderr(&refused));
+        assert!(!job.exists());
+    }
+}
+
+#[test]
 fn costly_frames_have_tasks_of_their_own() {
     let folder = tempfile::tempdir().unwrap();
     let stats = folder.path().join("stats.json");

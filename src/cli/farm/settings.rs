@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 
 use rayframe::error::{Error, Provenance, Result};
 use rayframe::image_file::ExrCompression;
-use rayframe::settings::{DenoiserKind, Integrator, OutputFormat, Settings};
+use rayframe::settings::{DenoiserKind, Integrator, OutputFormat, OutputPattern, Settings};
 use rayframe::shot::{RenderJob, ShotSettings, resolved_settings};
 
 use super::asset_folders::{AssetFolder, take_asset_folders};
@@ -39,11 +39,18 @@ const OF_TASKS: [&str; 16] = [
 /// # Errors
 /// [`Error::Setting`] with the first of them.
 pub(super) fn check_shared_files(shot: &ShotSettings) -> Result<()> {
+    let refused = |name: &str, remedy: &str| {
+        let why = "is one file of all frames, which the tasks of a farm cannot write together";
+        Err(shot.settings.error(name, format!("{why}; {remedy}")))
+    };
     let is_given = |name: &&&str| shot.settings.origin_of(name).is_some();
-    OF_ALL_FRAMES.iter().find(is_given).map_or(Ok(()), |name| {
-        let why = "is one file of all frames, which the tasks of a farm cannot write together; leave it out";
-        Err(shot.settings.error(name, why))
-    })
+    if let Some(name) = OF_ALL_FRAMES.iter().find(is_given) {
+        return refused(name, "leave it out");
+    }
+    if shot.values.output.as_ref().is_some_and(OutputPattern::is_movie) {
+        return refused("output", "name frames such as shot.####.exr, and make the movie of them");
+    }
+    Ok(())
 }
 
 /// The shot as tasks render it: without write-behind unless it is asked for, so that a killed worker loses one frame at most.

@@ -16,16 +16,17 @@ pub(super) struct Presenter<'a> {
     /// Tone mapping of the run, from its event.
     look: OnceLock<PreviewLook>,
     terminal: Option<TerminalImages>,
+    is_quiet: bool,
 }
 
 impl<'a> Presenter<'a> {
-    /// Detects whether the terminal shows images.
-    pub(super) fn new(job: &'a SequenceJob, plan: &'a Plan) -> Self {
+    /// Detects whether the terminal shows images. A quiet one prints warnings alone.
+    pub(super) fn new(job: &'a SequenceJob, plan: &'a Plan, is_quiet: bool) -> Self {
         let terminal = if job.sequence_outputs.shows_frames { TerminalImages::of_stderr() } else { None };
         if job.sequence_outputs.shows_frames && terminal.is_none() {
             print_warning("--show: this terminal shows neither images nor 24-bit colours");
         }
-        Self { job, plan, look: OnceLock::new(), terminal }
+        Self { job, plan, look: OnceLock::new(), terminal, is_quiet }
     }
 
     /// Shows a finished frame.
@@ -65,7 +66,7 @@ impl<'a> Presenter<'a> {
             return Ok(Vec::new());
         }
         let made = write_sequence_outputs(self.job, self.plan, look, cancel)?;
-        for path in &made {
+        for path in made.iter().filter(|_| !self.is_quiet) {
             print_note(&format!("all frames together: {}", path.display()));
         }
         Ok(made)

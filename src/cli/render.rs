@@ -109,7 +109,9 @@ impl Session {
 
     fn render(mut self, shots: &[NamedShot]) -> ExitStatus {
         let start = Instant::now();
-        self.sheets = CommonSheets::new(self.is_many, self.total.scenes > 1);
+        let is_quiet =
+            shots.iter().find_map(|shot| shot.settings.as_ref().ok()).is_some_and(|shot| shot.values.quiet);
+        self.sheets = CommonSheets::new(self.is_many, self.total.scenes > 1).quiet(is_quiet);
         let stopped = self.render_all(shots).err();
         self.total.is_interrupted = matches!(stopped, Some(Stop::Signal(_)));
         if self.is_many && !self.is_dry_run {

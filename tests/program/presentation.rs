@@ -11,6 +11,8 @@ use crate::names;
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/demo/whitted_1980.gltf");
 
+const OTHER_SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/light/point.gltf");
+
 /// Renders three frames of 32x18 pixels to `folder`, with additional options.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn render(folder: &Path, options: &[&str]) -> Output {
@@ -61,6 +63,26 @@ fn a_gif_of_png_frames() {
     let gif = std::fs::read(folder.path().join("b.gif")).unwrap();
     let frames = GifDecoder::new(std::io::Cursor::new(&gif)).unwrap().into_frames();
     assert_eq!(frames.collect_frames().unwrap().len(), 3);
+}
+
+#[test]
+fn quiet_runs_print_nothing_of_the_files_of_all_frames() {
+    let sheet = ["--contact-sheet", "sheet.png", "--movie", "all.gif"];
+    for (options, is_quiet) in [(&["-q"][..], true), (&["-D", "quiet=true"], true), (&[], false)] {
+        let folder = tempfile::tempdir().unwrap();
+        let output = render(folder.path(), &[&sheet[..], options].concat());
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{message}");
+        let has_warnings_alone = message.lines().all(|line| line.starts_with("rayframe: warning: "));
+        assert_eq!(has_warnings_alone, is_quiet, "{options:?}: {message}");
+        assert_eq!(message.contains("all frames together: "), !is_quiet, "{options:?}: {message}");
+        // One sheet of two scenes.
+        let two = [OTHER_SCENE, "-o", "{scene}.####.png", "--contact-sheet", "both.png"];
+        let output = render(folder.path(), &[&two[..], options].concat());
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{message}");
+        assert_eq!(message.contains("all together: "), !is_quiet, "{options:?}: {message}");
+    }
 }
 
 #[test]

@@ -19,6 +19,7 @@ pub(super) struct CommonSheets {
     is_many: bool,
     /// Whether labels name the scene.
     names_scenes: bool,
+    is_quiet: bool,
     /// Each sheet with its tiles, and the position of the scene of each.
     sheets: Vec<(PathBuf, Vec<(usize, LabelledTile)>)>,
     /// Position of the current scene.
@@ -28,7 +29,12 @@ pub(super) struct CommonSheets {
 impl CommonSheets {
     /// No sheets yet.
     pub(super) fn new(is_many: bool, names_scenes: bool) -> Self {
-        Self { is_many, names_scenes, sheets: Vec::new(), position: 0 }
+        Self { is_many, names_scenes, ..Self::default() }
+    }
+
+    /// The same sheets, whose names are printed unless the run is quiet.
+    pub(super) fn quiet(self, is_quiet: bool) -> Self {
+        Self { is_quiet, ..self }
     }
 
     /// Makes the scene at `position` the current one.
@@ -127,7 +133,9 @@ impl CommonSheets {
             tiles.drain(..).for_each(|(_, tile)| sheet.add(tile));
             let image = sheet.image();
             write_single_file(path, &encode_png(image.size, &image.pixels, CONTACT_SHEET)?)?;
-            print_note(&format!("all together: {}", path.display()));
+            if !self.is_quiet {
+                print_note(&format!("all together: {}", path.display()));
+            }
         }
         Ok(())
     }

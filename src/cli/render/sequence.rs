@@ -81,7 +81,7 @@ pub(in crate::cli) fn perform(
         part,
     };
     let reporter = Reporter::new(args.progress, verbosity, &reported);
-    let presenter = Presenter::new(sequence, plan);
+    let presenter = Presenter::new(sequence, plan, args.quiet);
     let manifest = outline.manifest.as_deref().map(|path| Manifest::new(path, job, plan));
     let summary = sequence::run(sequence, plan, cancel, &|event| {
         if let Some(manifest) = &manifest {

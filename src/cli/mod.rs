@@ -29,13 +29,14 @@ mod warnings;
 mod watch;
 
 use std::ffi::{OsStr, OsString};
+use std::io::Write as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory as _, Parser, Subcommand};
 
-use crate::progress::{option_names, print_error, take_output_failure};
+use crate::progress::{note_output_failure, option_names, print_error, take_output_failure};
 use rayframe::error::Error;
 use rayframe::settings::synonym;
 
@@ -164,7 +165,10 @@ fn parse_failure(error: &clap::Error, command: Option<&OsStr>) -> ExitStatus {
         ErrorKind::DisplayHelp
         | ErrorKind::DisplayVersion
         | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-            let _ = error.print();
+            let printed = error.print().and_then(|()| std::io::stdout().flush());
+            if !error.use_stderr() {
+                note_output_failure(printed);
+            }
         }
         _ => print_error(&parse_error_text(error, command)),
     }

@@ -32,7 +32,7 @@ pub(crate) use print::{
 };
 pub(crate) use reported::{Part, ReportedSequence};
 pub(crate) use reporter::Reporter;
-pub(crate) use standard_output::take_failure as take_output_failure;
+pub(crate) use standard_output::{note_failure as note_output_failure, take_failure as take_output_failure};
 pub(crate) use suite::SuiteProgress;
 pub(crate) use terminal_image::TerminalImages;
 pub(crate) use total::{Total, print_scene_failure};

@@ -4,12 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
 use crate::error::{Error, Result};
+use crate::settings::PlatePattern;
 
 use super::{Plan, PlannedFrame};
 
 impl Plan {
-    /// Refuses two files of one name, and files that would replace one of `inputs`. `others` are the files beside the frames,
-    /// each with the setting that names it.
+    /// Refuses two files of one name, and files that would replace one of `inputs` or have the name of a plate, whatever its frame. `others`
+    /// are the files beside the frames, each with the setting that names it.
     ///
     /// # Errors
     /// [`Error::Setting`] with the setting that names the second file.
@@ -25,9 +26,9 @@ impl Plan {
         for (path, purpose, setting) in frames.chain(others) {
             let folder = path.parent().unwrap_or(Path::new(""));
             let real = folders.entry(folder).or_insert_with(|| canonical(&folder.join("x")));
-            if let Some(other) =
-                names.insert(real.with_file_name(path.file_name().unwrap_or_default()), purpose)
-            {
+            let real = real.with_file_name(path.file_name().unwrap_or_default());
+            let plate = self.plates.as_ref().filter(|plates| is_plate(plates, &real)).map(|_| "is a plate");
+            if let Some(other) = names.insert(real, purpose).or(plate) {
                 let path = path.display();
                 let why = format!("\"{path}\" {other} and cannot be written to as well; choose another name");
                 return Err(Error::setting(setting, why));
@@ -35,6 +36,11 @@ impl Plan {
         }
         Ok(())
     }
+}
+
+/// Whether the canonical name `file` is that of a plate of any frame.
+pub fn is_plate(plates: &PlatePattern, file: &Path) -> bool {
+    plates.names_like(file).iter().any(|name| canonical(name) == file)
 }
 
 /// Canonical form of the file name `path`. Links are resolved as far as the folder exists.

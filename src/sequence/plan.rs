@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::film::AovFlags;
 use crate::image_file::{check_name, probe_folder, remove_stale_temporaries};
 use crate::output::ExrOutput;
+use crate::settings::PlatePattern;
 
 use super::file_stamp::FileStamp;
 use super::movie_settings::check_movie;
@@ -62,6 +63,8 @@ pub struct Plan {
     /// compression.
     pub band_rows: Option<u32>,
     is_movie: bool,
+    /// The names of plates, of other frames, too.
+    pub(super) plates: Option<PlatePattern>,
     /// The file of each frame as it was before it was looked at.
     stamps: Vec<Option<FileStamp>>,
 }
@@ -102,7 +105,15 @@ impl Plan {
         if job.existing == ExistingFiles::Protect {
             refuse_to_replace(&replaced)?;
         }
-        Ok(Self { frames, replaced, keeps_checkpoints: job.checkpoint, band_rows, is_movie, stamps })
+        Ok(Self {
+            frames,
+            replaced,
+            keeps_checkpoints: job.checkpoint,
+            band_rows,
+            is_movie,
+            plates: job.plates.as_ref().map(|plates| plates.pattern().clone()),
+            stamps,
+        })
     }
 
     /// The checks of [`Plan::new`] that need neither the camera nor the environment nor existing files. Returns the rows of bands, where the

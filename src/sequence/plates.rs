@@ -57,6 +57,11 @@ impl Plates {
         Ok(Self { pattern: pattern.clone(), fit, max_memory_bytes, files })
     }
 
+    /// The names of all plates, of other frames, too.
+    pub(super) fn pattern(&self) -> &PlatePattern {
+        &self.pattern
+    }
+
     /// The files.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         self.files.keys().map(PathBuf::as_path)

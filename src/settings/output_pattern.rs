@@ -197,7 +197,7 @@ fn part_text(part: &Part) -> OsString {
     }
 }
 
-fn holds_folder(text: &OsStr) -> bool {
+pub(super) fn holds_folder(text: &OsStr) -> bool {
     text.as_encoded_bytes().iter().any(|&byte| std::path::is_separator(char::from(byte)))
 }
 

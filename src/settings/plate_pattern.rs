@@ -1,10 +1,11 @@
 //! Names of image plates: one file, or one for each frame.
 
+use std::collections::BTreeSet;
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use super::name_parts::{Part, filled, parse_parts};
-use super::output_pattern::OutputPattern;
+use super::output_pattern::{OutputPattern, holds_folder};
 
 /// Prefix that makes any image a plate.
 const PREFIX: &str = "plate:";
@@ -65,6 +66,17 @@ impl PlatePattern {
         filled(&self.parts, frame, "")
     }
 
+    /// Names of plates, of any frames, that the canonical name `file` may have: those with a number of its digits.
+    pub(crate) fn names_like(&self, file: &Path) -> BTreeSet<PathBuf> {
+        let ends_folder = |part: &Part| matches!(part, Part::Literal(text) if holds_folder(text));
+        let frame = self.parts.iter().position(|part| matches!(part, Part::Frame { .. }));
+        let Some(frame) = frame else { return BTreeSet::from([self.path(0)]) };
+        let is_in_name = !self.parts[frame..].iter().any(ends_folder);
+        let text = if is_in_name { file.file_name().unwrap_or_default() } else { file.as_os_str() };
+        let paths = numbers_in(text.as_encoded_bytes()).into_iter().map(|frame| self.path(frame));
+        paths.filter(|path| path.file_name() == file.file_name()).collect()
+    }
+
     /// As the setting is written.
     pub(super) fn to_text(&self) -> OsString {
         let mut name = OsString::new();
@@ -101,6 +113,22 @@ pub(super) fn rebased(text: &OsStr, folder: &Path) -> Option<OsString> {
         Path::new(&OutputPattern::escaped(folder)).join(name).into_os_string()
     });
     Some(rebased)
+}
+
+/// The numbers that a place for the frame may have been filled with: those of all digits in a row, with their signs.
+fn numbers_in(text: &[u8]) -> BTreeSet<i64> {
+    let mut numbers = BTreeSet::new();
+    for first in 0..text.len() {
+        let mut number: i64 = 0;
+        for digit in text[first..].iter().take_while(|byte| byte.is_ascii_digit()) {
+            number = number.saturating_mul(10).saturating_add(i64::from(digit - b'0'));
+            if number > i64::from(u32::MAX) {
+                break;
+            }
+            numbers.extend([number, -number]);
+        }
+    }
+    numbers
 }
 
 /// The name without the prefix, and whether there was one.
@@ -154,6 +182,27 @@ mod tests {
         let plate = plate("in/p.####.exr").unwrap();
         assert!(plate.is_numbered());
         assert_eq!(plate.path(7), Path::new("in/p.0007.exr"));
+    }
+
+    #[test]
+    fn names_of_all_plates_are_found_by_their_digits() {
+        for (pattern, file, is_found) in [
+            ("in/p.####.png", "/in/p.0007.png", true),
+            ("in/p.####.png", "/in/p.-007.png", true),
+            ("in/p.####.png", "/in/p.12345.png", true),
+            ("in/p1####.png", "/in/p10007.png", true),
+            ("in/####/p.png", "/in/0007/p.png", true),
+            ("in/%02d/p.%04d.png", "/in/07/p.0007.png", true),
+            ("p.png", "/in/p.png", true),
+            ("in/p.####.png", "/in/p.7.png", false),
+            ("in/p.####.png", "/in/q.0007.png", false),
+            ("in/p.####.png", "/in/p.png", false),
+            ("in/p.##.png", "/in/p.99999999999.png", false),
+        ] {
+            let names = plate(pattern).unwrap().names_like(Path::new(file));
+            let is_same = |name: &PathBuf| Path::new(file).ends_with(name);
+            assert_eq!(names.iter().any(is_same), is_found, "{pattern} {file}: {names:?}");
+        }
     }
 
     #[test]

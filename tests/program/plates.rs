@@ -188,6 +188,21 @@ fn missing_damaged_and_overwritten_plates_are_errors_before_the_first_frame() {
     assert!(code == Some(65) && text.contains("text.png"), "{code:?} {text}");
     let (code, text) = told(&["--background", "plate.png", "-o", "plate.png", "--overwrite"]);
     assert!(code == Some(2) && text.contains("is an input"), "{code:?} {text}");
+    // Plates of frames that are not rendered are inputs, too.
+    let plates = std::fs::read(run.path("p.0000.png")).unwrap();
+    std::fs::copy(run.path("plate.png"), run.path("p.0002.png")).unwrap();
+    let of_two = ["--background", "p.####.png", "-f", "2", "--overwrite"];
+    for options in [
+        &["-o", "p.0000.png"][..],
+        &["-o", "./p.-001.png"],
+        &["-o", "a.exr", "--contact-sheet", "p.0000.png"],
+    ] {
+        let (code, text) = told(&[&of_two, options].concat());
+        assert!(code == Some(2) && text.contains("is a plate and cannot be written"), "{code:?} {text}");
+    }
+    assert!(std::fs::read(run.path("p.0000.png")).unwrap() == plates);
+    let (code, text) = told(&[&of_two[..], &["-o", "p.two.png"]].concat());
+    assert!(code == Some(0), "{code:?} {text}");
     let (_, text) = told(&["--background-fit", "fit", "-o", "b.exr", "-n"]);
     assert!(text.contains("--background-fit does nothing"), "{text}");
 }

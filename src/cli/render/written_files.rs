@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use rayframe::error::{Error, Result};
 use rayframe::image_file::probe_folder;
 use rayframe::output::AovSet;
-use rayframe::sequence::canonical;
-use rayframe::settings::{OutputNames, Placeholder, SettingValues};
+use rayframe::sequence::{canonical, is_plate};
+use rayframe::settings::{BackgroundSource, OutputNames, Placeholder, PlatePattern, SettingValues};
 use rayframe::shot::{SequenceOutline, ShotOutline, ShotSettings};
 
 /// The files of the sequences that were added.
@@ -21,6 +21,8 @@ pub(super) struct WrittenFiles {
     /// Index of the sequence and the setting of each file, by its canonical name in lower case.
     files: BTreeMap<String, (usize, &'static str, PathBuf)>,
     inputs: BTreeSet<PathBuf>,
+    /// Names of plates.
+    plates: Vec<PlatePattern>,
     /// Canonical forms of folders.
     folders: BTreeMap<PathBuf, PathBuf>,
 }
@@ -49,11 +51,16 @@ impl WrittenFiles {
     /// Adds the files of a shot, which was named `path`.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a file that an added sequence writes, too, or that is an input of any shot so far.
+    /// [`Error::Setting`] for a file that an added sequence writes, too, or that is an input or a plate of any shot so far.
     pub(super) fn add(&mut self, path: &Path, settings: &ShotSettings, shot: &ShotOutline) -> Result<()> {
         let args = &settings.values;
         self.shot_count += 1;
         self.inputs.extend(shot.inputs.iter().map(|input| canonical(input)));
+        if let BackgroundSource::Plate(plates) = &args.background
+            && !self.plates.contains(plates)
+        {
+            self.plates.push(plates.clone());
+        }
         for sequence in &shot.sequences {
             let separator = if sequence.label().is_empty() { "" } else { " " };
             let label = format!("{}{separator}{}", path.display(), sequence.label());
@@ -90,7 +97,8 @@ impl WrittenFiles {
 
     fn add_file(&mut self, file: &Path, setting: &'static str) -> Result<()> {
         let canonical = self.canonical(file);
-        if self.inputs.contains(&canonical) {
+        let is_plate = || self.plates.iter().any(|plates| is_plate(plates, &canonical));
+        if self.inputs.contains(&canonical) || is_plate() {
             let why = format!(
                 "\"{}\" is an input and cannot be written to as well; choose another name",
                 file.display()

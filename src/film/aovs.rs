@@ -139,15 +139,37 @@ impl FilmAovs {
         }
     }
 
+    /// Resolves light passes and coverage of one pixel by `mean`. Negative lobes of a filter leave no coverage below zero or above one.
+    /// Light may be negative, so that the passes keep their sum.
+    pub fn map_pixel(&mut self, index: usize, mean: impl Fn(f32) -> f32) {
+        if let Some(light) = &mut self.light {
+            light[index].as_flattened_mut().iter_mut().for_each(|channel| *channel = mean(*channel));
+        }
+        if let Some(coverage) = &mut self.coverage {
+            coverage[index].retain_mut(|(_, share)| {
+                *share = mean(*share).clamp(0.0, 1.0);
+                *share > 0.0
+            });
+        }
+    }
+
     /// Multiplies light passes and coverage.
     pub fn scale(&mut self, factor: f32) {
         for light in self.light.iter_mut().flatten() {
-            light.as_flattened_mut().iter_mut().for_each(|channel| *channel *= factor);
+            scale_light(light, factor);
         }
         for shares in self.coverage.iter_mut().flatten() {
-            for (_, share) in shares {
-                *share *= factor;
-            }
+            scale_shares(shares, factor);
+        }
+    }
+
+    /// Multiplies light passes and coverage of one pixel.
+    pub fn scale_pixel(&mut self, index: usize, factor: f32) {
+        if let Some(light) = &mut self.light {
+            scale_light(&mut light[index], factor);
+        }
+        if let Some(coverage) = &mut self.coverage {
+            scale_shares(&mut coverage[index], factor);
         }
     }
 
@@ -160,6 +182,16 @@ impl FilmAovs {
             noise: self.noise.is_some(),
             guides: self.guides.is_some(),
         }
+    }
+}
+
+fn scale_light(light: &mut LightPasses, factor: f32) {
+    light.as_flattened_mut().iter_mut().for_each(|channel| *channel *= factor);
+}
+
+fn scale_shares(shares: &mut CoverageSample, factor: f32) {
+    for (_, share) in shares {
+        *share *= factor;
     }
 }
 

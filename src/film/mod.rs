@@ -29,6 +29,9 @@ pub struct Film {
     pub window: PixelWindow,
     /// Row-major R, G, B, A of the window, top row first.
     pub pixels: Vec<[f32; 4]>,
+    /// Filter weights of the pixels, where these, their light passes and coverage are sums of weighted samples until
+    /// [`Film::resolve_mean`].
+    pub weights: Option<Vec<f32>>,
     /// Further values of each pixel.
     pub aovs: FilmAovs,
     /// The plate behind the pixels, which do not contain it.
@@ -52,6 +55,7 @@ impl Film {
             resolution,
             window,
             pixels: vec![[0.0; 4]; count],
+            weights: None,
             aovs: FilmAovs::new(count, flags),
             plate: None,
             noisy: None,
@@ -79,6 +83,13 @@ impl Film {
         copy_rows(self.window, &mut self.pixels, tile, pixels);
     }
 
+    /// Writes the filter weights of a tile, where the film records them.
+    pub fn write_weight_tile(&mut self, tile: PixelWindow, weights: &[f32]) {
+        if let Some(all) = &mut self.weights {
+            copy_rows(self.window, all, tile, weights);
+        }
+    }
+
     /// Writes the AOVs of a tile that both the film and `aovs` have.
     pub fn write_aov_tile(&mut self, tile: PixelWindow, aovs: &FilmAovs) {
         let window = self.window;
@@ -93,7 +104,7 @@ impl Film {
         }
     }
 
-    /// Adds the pixels, light passes and coverage of a film of the same window.
+    /// Adds the pixels, their weights, light passes and coverage of a film of the same window.
     pub fn add(&mut self, other: &Self) {
         debug_assert_eq!(self.window, other.window);
         for (sum, pixel) in self.pixels.iter_mut().zip(&other.pixels) {
@@ -101,13 +112,26 @@ impl Film {
                 *sum += channel;
             }
         }
+        if let (Some(weights), Some(others)) = (&mut self.weights, &other.weights) {
+            weights.iter_mut().zip(others).for_each(|(sum, weight)| *sum += weight);
+        }
         self.aovs.add(&other.aovs);
     }
 
-    /// Multiplies all pixels, light passes and coverage by `factor`.
-    pub fn scale(&mut self, factor: f32) {
-        self.aovs.scale(factor);
-        self.pixels.iter_mut().flatten().for_each(|channel| *channel *= factor);
+    /// Turns the sums of `count` films into their mean: of all weighted samples, where weights are recorded. Negative lobes of a filter
+    /// leave neither negative colours nor a coverage outside 0 to 1.
+    pub fn resolve_mean(&mut self, count: u32) {
+        let Some(weights) = self.weights.take() else {
+            let factor = 1.0 / count as f32;
+            self.aovs.scale(factor);
+            self.pixels.iter_mut().flatten().for_each(|channel| *channel *= factor);
+            return;
+        };
+        for (index, (pixel, &weight)) in self.pixels.iter_mut().zip(&weights).enumerate() {
+            let mean = |sum: f32| if weight > 0.0 { sum / weight } else { 0.0 };
+            *pixel = clamp_lobes(pixel.map(mean));
+            self.aovs.map_pixel(index, mean);
+        }
     }
 
     /// Sets pixels with infinite or NaN channels and their light passes to transparent black. Returns their number.
@@ -124,6 +148,12 @@ impl Film {
         }
         count
     }
+}
+
+/// A mean of weighted samples without the negative light, and the coverage outside 0 to 1, that negative lobes of a filter leave.
+pub fn clamp_lobes([red, green, blue, coverage]: [f32; 4]) -> [f32; 4] {
+    let positive = |x: f32| if x < 0.0 { 0.0 } else { x };
+    [positive(red), positive(green), positive(blue), if coverage > 1.0 { 1.0 } else { positive(coverage) }]
 }
 
 /// Copies the row-major values of a tile into those of a window.

@@ -46,6 +46,14 @@ impl PixelFilter {
         }
     }
 
+    /// Whether some samples have a weight of −1.
+    pub fn has_negative_lobes(self) -> bool {
+        match self {
+            Self::Box | Self::BlackmanHarris => false,
+            Self::Mitchell => true,
+        }
+    }
+
     /// Half the width, pixels.
     fn radius(self) -> f64 {
         match self {

@@ -46,7 +46,8 @@ pub fn render_frame(
 }
 
 /// Renders one shutter sample of a frame by Whitted's tree into a film of the settings' resolution and window, whose pixels are overwritten.
-/// Light passes and coverage are recorded where the film has them. Pixel-centre samples are left to [`render_pixel_centers`].
+/// Light passes and coverage are recorded where the film has them. Pixel-centre samples are left to [`render_pixel_centers`]. Pixels of
+/// several shutter samples are sums with [`Film::weights`], where the filter has negative lobes, or else means.
 pub fn render_frame_into(
     film: &mut Film,
     view: &SceneView<'_>,
@@ -58,11 +59,16 @@ pub fn render_frame_into(
     debug_assert!(film.resolution == settings.resolution && film.window == settings.window);
     let plan = SamplePlan::new(settings, shutter_sample);
     let flags = film.aovs.flags();
+    film.weights = plan.leaves_sums.then(|| {
+        let weights = film.weights.take();
+        weights.unwrap_or_else(|| vec![0.0; film.window.pixel_count()])
+    });
     let shared_film = Mutex::new(&mut *film);
     let render = |renderer: &mut TileRenderer<'_, '_>, tile: PixelWindow| {
         let rendered = renderer.render(tile, &plan, cancel)?;
         let mut film = shared_film.lock().unwrap_or_else(PoisonError::into_inner);
         film.write_tile(tile, rendered.pixels);
+        film.write_weight_tile(tile, rendered.weights);
         film.write_aov_tile(tile, &rendered.aovs);
         Ok(RenderStatistics { integrator: rendered.statistics, ..RenderStatistics::default() })
     };

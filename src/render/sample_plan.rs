@@ -51,6 +51,9 @@ pub(super) struct SamplePlan {
     pub(super) threshold: f32,
     /// Index of the first sample among those of all shutter samples.
     pub(super) first_index: u32,
+    /// Whether pixels stay sums of weighted samples, which those of other shutter samples are added to. Where weights are negative, a mean
+    /// of few samples is not defined.
+    pub(super) leaves_sums: bool,
 }
 
 impl SamplePlan {
@@ -70,7 +73,13 @@ impl SamplePlan {
             extra: set(max.saturating_sub(base), 1),
             threshold: settings.adaptive.map_or(0.0, |adaptive| adaptive.threshold),
             first_index: shutter_sample.index.wrapping_mul(base.max(max)),
+            leaves_sums: shutter_sample.count > 1 && settings.filter.has_negative_lobes(),
         }
+    }
+
+    /// Most samples of a pixel.
+    pub(super) fn most_samples(&self) -> u32 {
+        (self.base.len() + self.extra.len()) as u32
     }
 
     /// Whether pixels on edges take extra samples.

@@ -21,6 +21,8 @@ const BATCH_SAMPLES: usize = 1024;
 /// Pixels and AOVs of one tile, row by row, and the counters of its integrator.
 pub(super) struct RenderedTile<'r> {
     pub(super) pixels: &'r [[f32; 4]],
+    /// Filter weights of the pixels.
+    pub(super) weights: &'r [f32],
     pub(super) aovs: FilmAovs,
     pub(super) statistics: IntegratorStatistics,
 }
@@ -47,6 +49,8 @@ pub(super) struct TileRenderer<'w, 'a> {
     pixels: Vec<PixelSum>,
     /// The same, row by row.
     rows: Vec<[f32; 4]>,
+    /// Their filter weights, row by row.
+    weights: Vec<f32>,
 }
 
 impl<'w, 'a> TileRenderer<'w, 'a> {
@@ -62,10 +66,11 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
             aovs: TileAovs::default(),
             pixels: Vec::new(),
             rows: Vec::new(),
+            weights: Vec::new(),
         }
     }
 
-    /// Renders `tile`. Each pixel is the weighted mean of its samples, summed in their order.
+    /// Renders `tile`. Each pixel is the weighted mean of its samples, summed in their order, or their sum, where the plan leaves sums.
     pub(super) fn render(
         &mut self,
         tile: PixelWindow,
@@ -84,18 +89,38 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
             self.add_float_samples(&mut pixels, &plan.base, plan.first_index, None, cancel)?;
         }
 
-        // Means, row by row
-        self.rows.resize(inside, [0.0; 4]);
-        for pixel in &pixels[..inside] {
-            let (x, y) = pixel.position;
-            self.rows[((y - tile.y0) * tile.width() + x - tile.x0) as usize] = pixel.mean();
-        }
-        if flags != AovFlags::NONE {
-            pixels[..inside].iter().for_each(|pixel| self.aovs.normalize(pixel.position, pixel.weight));
+        if plan.leaves_sums {
+            self.store_sums(tile, &pixels[..inside], plan.most_samples());
+        } else {
+            self.store_means(tile, &pixels[..inside]);
         }
         self.pixels = pixels;
         let aovs = std::mem::take(&mut self.aovs).finish();
-        Ok(RenderedTile { pixels: &self.rows, aovs, statistics: self.tracer.take_statistics() })
+        let statistics = self.tracer.take_statistics();
+        Ok(RenderedTile { pixels: &self.rows, weights: &self.weights, aovs, statistics })
+    }
+
+    /// Stores the means of the pixels of `tile`, row by row.
+    fn store_means(&mut self, tile: PixelWindow, pixels: &[PixelSum]) {
+        self.rows.resize(pixels.len(), [0.0; 4]);
+        self.weights.clear();
+        for pixel in pixels {
+            self.rows[row_major_index(tile, pixel.position)] = pixel.mean();
+            self.aovs.normalize(pixel.position, pixel.weight);
+        }
+    }
+
+    /// Stores the sums and weights of the pixels of `tile`, row by row, all as if they had `most_samples`: shutter samples count alike,
+    /// whether or not a pixel is on an edge at their time.
+    fn store_sums(&mut self, tile: PixelWindow, pixels: &[PixelSum], most_samples: u32) {
+        self.rows.resize(pixels.len(), [0.0; 4]);
+        self.weights.resize(pixels.len(), 0.0);
+        for pixel in pixels {
+            let (index, share) = (row_major_index(tile, pixel.position), pixel.share(most_samples));
+            self.rows[index] = pixel.sum().map(|sum| sum * share);
+            self.weights[index] = pixel.weight * share;
+            self.aovs.scale(pixel.position, share);
+        }
     }
 
     /// Adds the samples of `set`, the first of which has the index `first_index`, to those pixels of the window of `sums` for which
@@ -223,4 +248,9 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
             }
         }
     }
+}
+
+/// Index of a pixel of `tile`.
+fn row_major_index(tile: PixelWindow, (x, y): (u32, u32)) -> usize {
+    ((y - tile.y0) * tile.width() + x - tile.x0) as usize
 }

@@ -50,20 +50,17 @@ impl TileAovs {
         }
     }
 
-    /// Divides the sums of a pixel by the weight of its samples. Negative lobes of a filter leave no coverage below zero or above
-    /// one. Light may be negative, so that the passes keep their sum.
+    /// Divides the sums of a pixel by the weight of its samples.
     pub(super) fn normalize(&mut self, position: (u32, u32), weight: f32) {
         let Some(index) = self.index(position) else { return };
         let scale = if weight > 0.0 { 1.0 / weight } else { 0.0 };
-        if let Some(light) = &mut self.sums.light {
-            light[index].as_flattened_mut().iter_mut().for_each(|channel| *channel *= scale);
-        }
-        if let Some(coverage) = &mut self.sums.coverage {
-            coverage[index].retain_mut(|(_, share)| {
-                *share = (*share * scale).clamp(0.0, 1.0);
-                *share > 0.0
-            });
-        }
+        self.sums.map_pixel(index, |sum| sum * scale);
+    }
+
+    /// Multiplies the sums of a pixel.
+    pub(super) fn scale(&mut self, position: (u32, u32), factor: f32) {
+        let Some(index) = self.index(position) else { return };
+        self.sums.scale_pixel(index, factor);
     }
 
     /// The AOVs, row by row.

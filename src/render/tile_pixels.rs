@@ -2,7 +2,7 @@
 
 use super::adaptive::SampleRange;
 use super::filter::PixelSample;
-use crate::film::PixelWindow;
+use crate::film::{PixelWindow, clamp_lobes};
 use crate::integrator::whitted::SampleValue;
 
 /// The sums of one pixel.
@@ -12,11 +12,13 @@ pub(super) struct PixelSum {
     pub(super) position: (u32, u32),
     sum: [f32; 4],
     pub(super) weight: f32,
+    /// Number of samples.
+    count: u32,
 }
 
 impl PixelSum {
     pub(super) fn new(position: (u32, u32)) -> Self {
-        Self { position, sum: [0.0; 4], weight: 0.0 }
+        Self { position, sum: [0.0; 4], weight: 0.0, count: 0 }
     }
 
     /// Adds the values of some samples of the pixel, in their order.
@@ -30,6 +32,7 @@ impl PixelSum {
             total += weight;
         }
         (self.sum, self.weight) = (sum, total);
+        self.count += samples.len() as u32;
     }
 
     /// The filtered value. Negative lobes of a filter leave neither negative light nor a coverage above one.
@@ -37,15 +40,27 @@ impl PixelSum {
         if self.weight <= 0.0 {
             return [0.0; 4];
         }
+        self.ratio()
+    }
+
+    /// The same for the search for edges, also where most of a few weights are negative; `None` where they cancel out.
+    fn compared_mean(&self) -> Option<[f32; 4]> {
+        (self.weight != 0.0).then(|| self.ratio())
+    }
+
+    fn ratio(&self) -> [f32; 4] {
         let scale = 1.0 / self.weight;
-        let [red, green, blue, coverage] = self.sum.map(|channel| channel * scale);
-        let positive = |x: f32| if x < 0.0 { 0.0 } else { x };
-        [
-            positive(red),
-            positive(green),
-            positive(blue),
-            if coverage > 1.0 { 1.0 } else { positive(coverage) },
-        ]
+        clamp_lobes(self.sum.map(|channel| channel * scale))
+    }
+
+    /// Factor by which the sums of this pixel count as much as those of one with `most_samples`.
+    pub(super) fn share(&self, most_samples: u32) -> f32 {
+        most_samples as f32 / self.count as f32
+    }
+
+    /// The sum of the weighted values.
+    pub(super) fn sum(&self) -> [f32; 4] {
+        self.sum
     }
 }
 
@@ -86,9 +101,35 @@ impl PixelGrid {
         let cell = self.cell(pixels[index].position);
         for row in [cell - self.stride, cell, cell + self.stride] {
             for neighbour in self.indices[row - 1..=row + 1].iter().flatten() {
-                range.add(pixels[*neighbour].mean());
+                if let Some(mean) = pixels[*neighbour].compared_mean() {
+                    range.add(mean);
+                }
             }
         }
         range.exceeds(threshold)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{Vec2, Vec3};
+
+    #[test]
+    fn uniform_pixels_are_no_edges_whatever_the_weights_of_their_samples() {
+        let value = SampleValue { radiance: Vec3::splat(0.75), coverage: 1.0 };
+        for weights in [&[1.0][..], &[-1.0], &[1.0, -1.0], &[1.0, 1.0, -1.0]] {
+            let sample = |&weight: &f32| PixelSample { offset: Vec2::ZERO, weight };
+            let samples: Vec<_> = weights.iter().map(sample).collect();
+            let tile = PixelWindow::full(3, 2);
+            let mut pixels: Vec<_> = (0..6).map(|index| PixelSum::new((index % 3, index / 3))).collect();
+            let mut range = SampleRange::EMPTY;
+            range.add(value.to_array());
+            for pixel in &mut pixels {
+                pixel.add(&vec![value; samples.len()], &samples);
+            }
+            let grid = PixelGrid::new(tile, &pixels);
+            assert!((0..6).all(|index| !grid.is_edge(&pixels, index, range, 0.0)), "{weights:?}");
+        }
     }
 }

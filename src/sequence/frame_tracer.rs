@@ -160,7 +160,7 @@ impl<'a> FrameTracer<'a> {
             rendered.rays.add(&rays);
         }
         if times.len() > 1 {
-            film.scale(1.0 / times.len() as f32);
+            film.resolve_mean(times.len() as u32);
         }
         Ok(rendered)
     }

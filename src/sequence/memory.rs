@@ -67,6 +67,7 @@ fn frame_bytes(job: &SequenceJob, window: PixelWindow, has_next: bool) -> u128 {
     let image = PixelMemory {
         window,
         shutter: job.shutter,
+        filter: job.render.filter,
         exr: &job.exr,
         sums: PathFrame::sum_flags(job.render.integrator, &job.render.path, job.render.aovs),
         stores_sums: job.checkpoint || job.render.path.sample_range.is_some(),

@@ -122,6 +122,7 @@ fn check_image(shot: &ShotSettings) -> Result<()> {
     let image = PixelMemory {
         window,
         shutter: shutter(values),
+        filter: values.filter,
         exr: &exr,
         sums: PathFrame::sum_flags(values.integrator, &path, AovFlags { guides, ..aovs }),
         stores_sums: values.checkpoint || path.sample_range.is_some(),

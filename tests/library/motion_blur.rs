@@ -2,13 +2,16 @@
 
 use glam::{Mat4, Vec3, Vec4};
 use rayframe::cancel::CancelFlag;
+use rayframe::film::LightPass;
+use rayframe::output::{Aov, AovSet, ExrOutput};
 use rayframe::regression::Image;
+use rayframe::render::{Adaptive, PixelFilter};
 use rayframe::scene::{
     AnimationTarget, Material, Mesh, MeshIndex, Node, NodeIndex, Projection, Scene, SelectedCamera,
 };
 use rayframe::sequence::{FrameRate, Plan, Shutter, run};
 
-use crate::stage::{animate, rectangle, sequence_job};
+use crate::stage::{animate, rectangle, sequence_job, unlit};
 
 /// A white half plane x < 0 that moves by one metre along x from 0 s to 1 s.
 fn moving_edge() -> Scene {
@@ -63,6 +66,64 @@ fn a_moving_edge_is_a_ramp_as_long_as_its_way() {
                 (seen - expected).abs() < 0.04,
                 "{time_samples}: pixel {pixel}: {seen} is not {expected}"
             );
+        }
+    }
+}
+
+/// Two pixels of an unlit surface of radiance 0.75 that fills the image.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn render_uniform(
+    filter: PixelFilter,
+    (samples, max_samples): (u32, u32),
+    shutter: Shutter,
+) -> rayframe::image::Image {
+    let scene = Scene {
+        nodes: vec![Node { mesh: Some(MeshIndex(0)), ..Node::default() }],
+        node_order: vec![NodeIndex(0)],
+        meshes: vec![Mesh {
+            primitives: vec![rectangle(Vec3::ZERO, Vec3::X * 9.0, Vec3::Y * 9.0)],
+            ..Mesh::default()
+        }],
+        materials: vec![unlit(Vec3::splat(0.75))],
+        ..Scene::default()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let camera = SelectedCamera::Fixed {
+        world_from_camera: Mat4::from_translation(Vec3::Z * 5.0),
+        projection: Projection::Orthographic { x_mag: 0.5, y_mag: 0.25, z_near: 0.0, z_far: 10.0 },
+    };
+    let mut job = sequence_job(scene, camera, (2, 1), &folder.path().join("a.####.exr"));
+    let aovs = AovSet::new(&[Aov::Beauty, Aov::Light(LightPass::Emission), Aov::CryptoObject]);
+    job.exr = ExrOutput { aovs, ..ExrOutput::default() };
+    job.render.aovs = job.exr.aov_flags();
+    job.shutter = shutter;
+    job.render.filter = filter;
+    job.render.samples = samples;
+    let adaptive = Adaptive { max_samples, threshold: 0.05 };
+    job.render.adaptive = (max_samples > samples).then_some(adaptive);
+    let plan = Plan::new(&job).unwrap();
+    plan.prepare().unwrap();
+    run(&job, &plan, &CancelFlag::new(), &|_| ()).outcome().unwrap();
+    Image::read(&folder.path().join("a.0001.exr")).unwrap()
+}
+
+#[test]
+fn a_uniform_image_has_its_value_and_coverage_with_any_filter_and_shutter() {
+    // The weights of Mitchell's filter are 1 and −1. Some times of the shutter have one or two samples, whose weights sum to −1 or 0.
+    for filter in PixelFilter::ALL {
+        for time_samples in [1, 2, 8, 16] {
+            for samples in [(1, 1), (2, 2), (4, 4), (7, 7), (16, 16), (64, 64), (4, 24), (16, 32)] {
+                let image = render_uniform(filter, samples, Shutter { open: 0.5, time_samples });
+                let what = format!("{filter:?} {samples:?} {time_samples}");
+                for pixel in image.rgba().unwrap() {
+                    assert_eq!(pixel, [0.75, 0.75, 0.75, 1.0], "{what}");
+                }
+                for (name, expected) in [("emission.R", 0.75), ("crypto_object00.G", 1.0)] {
+                    let values = image.channel(name).unwrap().samples.floats().unwrap();
+                    let is_exact = |value: &f32| (value - expected).abs() < 1e-6;
+                    assert!(values.iter().all(is_exact), "{what} {name}: {values:?}");
+                }
+            }
         }
     }
 }

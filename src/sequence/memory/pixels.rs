@@ -5,10 +5,13 @@ use crate::film::{
     PixelCenterSample, PixelMoments, PixelSums, PixelWindow, SumFlags,
 };
 use crate::output::{Aov, ExrOutput};
+use crate::render::PixelFilter;
 use crate::sequence::Shutter;
 
 /// A pixel of a film, which takes tiles as they end.
 const BYTES_A_FILM_PIXEL: u128 = 16;
+/// Filter weights of a pixel of two films, where a filter has negative lobes.
+const BYTES_OF_WEIGHTS: u128 = 2 * 4;
 /// Share of their size to which channels besides the colour are compressed: most are smooth or constant. Colour is noise and keeps its size.
 const COMPRESSED_SHARE: u128 = 4;
 /// Copies of the exact sums of a frame that a checkpoint or a file of a sample range takes: its own, the channels, and the encoded file.
@@ -26,6 +29,8 @@ pub struct PixelMemory<'a> {
     pub window: PixelWindow,
     /// The shutter.
     pub shutter: Shutter,
+    /// The reconstruction filter.
+    pub filter: PixelFilter,
     /// The frame's files.
     pub exr: &'a ExrOutput,
     /// The sums of paths.
@@ -55,7 +60,8 @@ impl PixelMemory<'_> {
         let Some(sums) = self.sums else {
             let has_scratch = self.shutter.time_samples > 1;
             let scratch = BYTES_A_FILM_PIXEL + aov_bytes(AovFlags { centers: false, ..aovs });
-            return if has_scratch { scratch } else { 0 };
+            let weights = if self.filter.has_negative_lobes() { BYTES_OF_WEIGHTS } else { 0 };
+            return if has_scratch { scratch + weights } else { 0 };
         };
         let copies = if self.stores_sums { STORED_SUM_COPIES } else { 1 };
         let denoised = if sums.guides { BYTES_A_DENOISED_PIXEL } else { 0 };
@@ -123,7 +129,8 @@ mod tests {
 
     fn plain(exr: &ExrOutput) -> PixelMemory<'_> {
         let window = PixelWindow::full(1, 1);
-        PixelMemory { window, shutter: Shutter::default(), exr, sums: None, stores_sums: false }
+        let (shutter, filter) = (Shutter::default(), PixelFilter::Box);
+        PixelMemory { window, shutter, filter, exr, sums: None, stores_sums: false }
     }
 
     #[test]
@@ -156,5 +163,8 @@ mod tests {
         let shutter = Shutter { time_samples: 2, ..Shutter::default() };
         let blurred = PixelMemory { shutter, ..plain(&exr) };
         assert_eq!(bytes(blurred)[1], bytes(plain(&exr))[1] + 16);
+        // Both films have the weights of a filter with negative lobes, four bytes each.
+        let mitchell = PixelMemory { filter: PixelFilter::Mitchell, ..blurred };
+        assert_eq!(bytes(mitchell)[1], bytes(blurred)[1] + 8);
     }
 }

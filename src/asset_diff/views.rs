@@ -6,8 +6,8 @@ use super::difference::AssetDifference;
 use super::facts::AssetFacts;
 use super::group_kind::GroupKind;
 use crate::scene::{Animation, CameraIndex, Scene};
-use crate::settings::{FrameRate, number_duplicates};
-use crate::shot::default_views::{DefaultCamera, DefaultView, Elements, default_views, first_middle_last};
+use crate::settings::{FrameRate, first_middle_last, number_duplicates};
+use crate::shot::default_views::{DefaultCamera, DefaultView, Elements, default_views};
 
 /// One camera at some times, for both assets.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -5,6 +5,24 @@ use std::collections::BTreeSet;
 /// Largest number of frames in one run. More is taken for a typing error.
 const MAX_FRAMES: usize = 1_000_000;
 
+/// A frame of an animation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NamedFrame {
+    /// Frame 0.
+    First,
+    /// Half of the last one.
+    Middle,
+    /// The last of the animation.
+    Last,
+    /// This one.
+    Number(i64),
+}
+
+/// The first, the middle and the last frame of an animation.
+pub fn first_middle_last(last: i64) -> [i64; 3] {
+    [0, last / 2, last]
+}
+
 /// Requested frames.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -13,6 +31,8 @@ pub enum FrameSpec {
     All,
     /// These, in this order, none twice.
     Listed(Vec<i64>),
+    /// These of the animation, in increasing order, none twice.
+    Named(Vec<NamedFrame>),
     /// A first and a last frame, each the animation's own unless given, and the distance between frames.
     Range {
         /// First frame.
@@ -58,6 +78,7 @@ impl FrameSpec {
     pub fn resolve(&self, last_frame: i64) -> Result<Vec<i64>, String> {
         let (first, last, step) = match self {
             Self::Listed(frames) => return Ok(frames.clone()),
+            Self::Named(frames) => return Ok(numbers_of(frames, last_frame)),
             Self::All => (0, last_frame, 1),
             Self::Range { start, end, step } => (start.unwrap_or(0), end.unwrap_or(last_frame), *step),
         };
@@ -75,6 +96,18 @@ impl FrameSpec {
         let count = checked_count((first, last, step))?;
         Ok((0..count).map(|index| first + index * step).collect())
     }
+}
+
+/// The numbers of frames of an animation, in increasing order.
+fn numbers_of(frames: &[NamedFrame], last_frame: i64) -> Vec<i64> {
+    let [first, middle, last] = first_middle_last(last_frame);
+    let number = |frame: &NamedFrame| match frame {
+        NamedFrame::First => first,
+        NamedFrame::Middle => middle,
+        NamedFrame::Last => last,
+        NamedFrame::Number(number) => *number,
+    };
+    frames.iter().map(number).collect::<BTreeSet<_>>().into_iter().collect()
 }
 
 /// First frame, last frame and step, which leads from the first to the last or beyond it.
@@ -266,5 +299,14 @@ mod tests {
         assert!(range(Some(7), Some(5), 1).unwrap_err().contains("from 7 to 5"));
         assert!(range(None, None, 0).is_err());
         assert!(FrameSpec::All.resolve(i64::from(i32::MAX)).is_err());
+    }
+
+    #[test]
+    fn named_frames_are_sorted_and_follow_the_animation() {
+        use NamedFrame::{First, Last, Middle, Number};
+        let named = |frames: &[NamedFrame], last| FrameSpec::Named(frames.to_vec()).resolve(last).unwrap();
+        assert_eq!(named(&[Last, First, Middle], 49), [0, 24, 49]);
+        assert_eq!(named(&[First, Last], 0), [0]);
+        assert_eq!(named(&[Number(7), Last, Number(-1)], 5), [-1, 5, 7]);
     }
 }

@@ -131,7 +131,7 @@ setting_types! {
         FrameSpec::Listed(frames) => {
             frames_text(frames).trim_start_matches("frames ").trim_start_matches("frame ").to_owned()
         }
-        FrameSpec::All | FrameSpec::Range { .. } => "all".to_owned(),
+        FrameSpec::All | FrameSpec::Range { .. } | FrameSpec::Named(_) => "all".to_owned(),
     };
     /// Frames per second.
     Rate: FrameRate, ValueForm::NUMBER_OR_TEXT, FrameRate::parse, FrameRate::to_string;

@@ -25,7 +25,7 @@ pub(crate) struct DefaultView<E> {
     pub(crate) name: String,
     /// The camera.
     pub(crate) camera: DefaultCamera<E>,
-    /// The clip that plays alone, of which the [first, middle and last](first_middle_last) frame are seen.
+    /// The clip that plays alone, of which the [first, middle and last](crate::settings::first_middle_last) frame are seen.
     pub(crate) clip: Option<E>,
     /// The material variant.
     pub(crate) variant: Option<E>,
@@ -66,11 +66,6 @@ pub(crate) fn default_views<E: Clone>(elements: Elements<E>, is_interior: bool) 
         views.push(DefaultView { variant: Some(variant), ..still(name, first.clone()) });
     }
     views
-}
-
-/// The first, the middle and the last frame of a clip.
-pub(crate) fn first_middle_last(last: i64) -> [i64; 3] {
-    [0, last / 2, last]
 }
 
 #[cfg(test)]

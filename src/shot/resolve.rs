@@ -77,7 +77,14 @@ pub fn resolve_each(
 /// # Errors
 /// Those of [`resolve`] and of [`Plan::new`] as far as they can be found so.
 pub fn check_shot(shot: &ShotSettings) -> Result<ShotOutline> {
-    let scene = Arc::new(load_scene(shot, ImageLoading::Budget)?);
+    check_loaded_shot(shot, Arc::new(load_scene(shot, ImageLoading::Budget)?))
+}
+
+/// The same of a shot whose scene is loaded.
+///
+/// # Errors
+/// Those of [`check_shot`].
+pub(super) fn check_loaded_shot(shot: &ShotSettings, scene: Arc<Scene>) -> Result<ShotOutline> {
     check_scene(shot, scene).map_err(|error| shot.settings.locate(error))
 }
 

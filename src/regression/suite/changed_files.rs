@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use super::covered_jobs::inputs_of;
 use super::filter::Filter;
 use super::names::{ReferenceFile, name_below, reference_files};
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
-use crate::shot::{ShotRequest, shot_inputs};
 
 /// The shots of which an input or a reference changed since the working tree and `revision` had a common commit, and those without a
 /// reference, such as scenes whose shot file is gone. Files that git does not track count as changed. A changed
@@ -30,11 +30,11 @@ pub(super) fn changed_shots(suite: &Suite, shots: Vec<SuiteShot>, revision: &str
         .filter_map(|file| filter.owner(file.name()))
         .collect();
     let has_changed = |shot: &SuiteShot| {
-        let request = ShotRequest { path: &shot.path, suite: Some(&suite.file), overrides: &[] };
         with_changes.contains(&shot.name)
             || !with_references.contains(&*shot.name)
             || changes.contains(&shot.path)
-            || shot_inputs(&request).map_or(true, |inputs| inputs.iter().any(|input| changes.contains(input)))
+            || inputs_of(suite, shot)
+                .map_or(true, |inputs| inputs.iter().any(|input| changes.contains(input)))
     };
     let selected: Vec<bool> = shots.iter().map(has_changed).collect();
     Ok(shots

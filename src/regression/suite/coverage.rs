@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 use crate::error::Result;
 use crate::framing::NamedView;
 use crate::scene::NameOrIndex;
-use crate::settings::{Named as _, TomlEntry, TomlFile, entries, nearest, parse};
+use crate::settings::{Named as _, NamedFrame, TomlEntry, TomlFile, entries, nearest, parse};
 
 /// Keys of the table that are not limits.
 pub(super) const COVERAGE_KEYS: [&str; 6] = ["frames", "cameras", "views", "clips", "variants", WHOLE_SCENE];
@@ -20,7 +20,7 @@ const EACH: &str = "each";
 /// What is tested of a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Coverage {
-    pub(super) frames: Option<Vec<CoveredFrame>>,
+    pub(super) frames: Option<Vec<NamedFrame>>,
     pub(super) cameras: Option<Covered>,
     pub(super) views: Option<Vec<NamedView>>,
     pub(super) clips: Option<Covered>,
@@ -36,19 +36,6 @@ pub(super) enum Covered {
     Each,
     /// These.
     Named(Vec<NameOrIndex>),
-}
-
-/// A frame of the selected clips.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum CoveredFrame {
-    /// Frame 0.
-    First,
-    /// Half of the last one.
-    Middle,
-    /// The last of the animation.
-    Last,
-    /// This one.
-    Number(i64),
 }
 
 impl Coverage {
@@ -110,15 +97,15 @@ fn views(file: &TomlFile<'_>, entry: TomlEntry<'_>) -> Result<Vec<NamedView>> {
     texts.into_iter().map(view).collect()
 }
 
-fn frames(file: &TomlFile<'_>, entry: TomlEntry<'_>) -> Result<Vec<CoveredFrame>> {
+fn frames(file: &TomlFile<'_>, entry: TomlEntry<'_>) -> Result<Vec<NamedFrame>> {
     let expected = "an array of frames, such as [\"first\", \"middle\", \"last\"] or [0, 12]";
     let DeValue::Array(elements) = entry.value else { return Err(file.wrong_kind(entry, expected)) };
     let frame = |value: &DeValue<'_>| match value {
-        DeValue::Integer(number) => number.to_string().parse().ok().map(CoveredFrame::Number),
+        DeValue::Integer(number) => number.to_string().parse().ok().map(NamedFrame::Number),
         DeValue::String(word) => match word.as_ref() {
-            "first" => Some(CoveredFrame::First),
-            "middle" => Some(CoveredFrame::Middle),
-            "last" => Some(CoveredFrame::Last),
+            "first" => Some(NamedFrame::First),
+            "middle" => Some(NamedFrame::Middle),
+            "last" => Some(NamedFrame::Last),
             _ => None,
         },
         _ => None,
@@ -157,8 +144,7 @@ mod tests {
         let suite =
             with(Coverage::default(), "clips = 'each'\nframes = ['first', 'middle', 'last', -3]").unwrap();
         assert_eq!(suite.clips, Some(Covered::Each));
-        let frames =
-            [CoveredFrame::First, CoveredFrame::Middle, CoveredFrame::Last, CoveredFrame::Number(-3)];
+        let frames = [NamedFrame::First, NamedFrame::Middle, NamedFrame::Last, NamedFrame::Number(-3)];
         assert_eq!(suite.frames.as_deref(), Some(&frames[..]));
         let shot = with(suite.clone(), "clips = ['walk', '#1']\nviews = ['front', 'three-quarter']").unwrap();
         let named = vec![NameOrIndex::Name("walk".to_owned()), NameOrIndex::Index(1)];

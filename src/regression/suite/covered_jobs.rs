@@ -1,9 +1,9 @@
 //! The jobs of a shot: one for each view that the suite covers.
 
-use std::collections::BTreeSet;
 use std::ffi::OsStr;
+use std::path::PathBuf;
 
-use super::coverage::{Coverage, Covered, CoveredFrame};
+use super::coverage::{Coverage, Covered};
 use super::names::{ReferenceFile, image_name, numbered_shot, reference_files};
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
@@ -14,13 +14,14 @@ use crate::scene::{
 };
 use crate::sequence::SequenceJob;
 use crate::settings::{
-    BackgroundSource, DEFINITIONS, Named as _, Settings, file_name_part, number_duplicates,
+    BackgroundSource, DEFINITIONS, FrameSpec, Named as _, NamedFrame, Settings, file_name_part,
+    number_duplicates,
 };
-use crate::shot::default_views::{DefaultCamera, DefaultView, Elements, default_views, first_middle_last};
-use crate::shot::{ShotJob, ShotRequest, is_shot, shot_jobs};
+use crate::shot::default_views::{DefaultCamera, DefaultView, Elements, default_views};
+use crate::shot::{ShotJob, ShotRequest, ShotSettings, is_shot, shot_inputs, shot_jobs};
 
 /// Frames of a clip that are tested by default.
-const FRAMES_OF_CLIP: [CoveredFrame; 3] = [CoveredFrame::First, CoveredFrame::Middle, CoveredFrame::Last];
+const FRAMES_OF_CLIP: [NamedFrame; 3] = [NamedFrame::First, NamedFrame::Middle, NamedFrame::Last];
 /// Bytes of a name of the file in the name of an image.
 const MAX_LABEL_BYTES: usize = 60;
 /// Settings that choose what of a scene is seen. A scene without a shot file is covered unless the suite has one of them.
@@ -145,9 +146,10 @@ fn covered(
     let request = ShotRequest { path: &shot.path, suite: Some(&suite.file), overrides };
     let mut views = Vec::new();
     let resolved = shot_jobs(&request, images, |settings, scene| {
-        let has_plate = matches!(settings.values.background, BackgroundSource::Plate(_));
-        let is_default =
-            coverage.is_empty() && !is_shot(&shot.path) && !has_plate && !chooses(&settings.settings);
+        let is_default = coverage.is_empty()
+            && !is_shot(&shot.path)
+            && !has_plate(settings)
+            && !chooses(&settings.settings);
         views = if is_default { whole_scene(scene)? } else { combinations(&coverage, scene) };
         number_duplicates(views.iter_mut().map(|view| &mut view.label));
         Ok(views.iter().map(|view| view.settings.clone()).collect())
@@ -155,7 +157,7 @@ fn covered(
     let (mut jobs, mut lost) = (Vec::new(), Vec::new());
     for (job, view) in resolved.into_iter().zip(views) {
         match job {
-            Ok(job) => jobs.push(covered_job(job, view)?),
+            Ok(job) => jobs.push(CoveredJob { label: view.label, job }),
             Err(error) => {
                 let error = error_of_list(error, &coverage)?;
                 lost.push(LostView { label: view.label, error });
@@ -164,6 +166,20 @@ fn covered(
     }
     let warning = frames_beyond_clips(&coverage, &jobs);
     Ok(CoveredShot { jobs, lost, warning })
+}
+
+/// The input files of a shot, of all its views. Texels are not loaded.
+///
+/// # Errors
+/// Those of reading and resolving the shot.
+pub(super) fn inputs_of(suite: &Suite, shot: &SuiteShot) -> Result<Vec<PathBuf>> {
+    let coverage = suite.coverage_of(&shot.path)?;
+    let request = ShotRequest { path: &shot.path, suite: Some(&suite.file), overrides: &[] };
+    shot_inputs(&request, |settings, scene| {
+        // Only plates differ.
+        let views = if has_plate(settings) { combinations(&coverage, scene) } else { vec![View::default()] };
+        views.into_iter().map(|view| view.settings).collect()
+    })
 }
 
 /// An error about a camera, clip or variant as one about the list that names it.
@@ -195,7 +211,7 @@ fn frames_beyond_clips(coverage: &Coverage, jobs: &[CoveredJob]) -> Option<Strin
     let last =
         playing.map(|job| if moves_camera(&job.selection) { i64::MAX } else { last_frame(job) }).max()?;
     let beyond = coverage.frames.iter().flatten().filter_map(|frame| match frame {
-        CoveredFrame::Number(number) if *number > last => Some(number.to_string()),
+        NamedFrame::Number(number) if *number > last => Some(number.to_string()),
         _ => None,
     });
     let beyond: Vec<_> = beyond.collect();
@@ -205,32 +221,14 @@ fn frames_beyond_clips(coverage: &Coverage, jobs: &[CoveredJob]) -> Option<Strin
     })
 }
 
-fn covered_job(mut job: ShotJob, view: View) -> Result<CoveredJob> {
-    if let Some(frames) = &view.frames {
-        if job.sequence.plates.is_some() {
-            let why = "of [test] cannot be combined with plates behind the scene; set `frames` of the shot";
-            return Err(Error::setting("frames", why));
-        }
-        job.sequence.frames = frame_numbers(&job.sequence, frames);
-    }
-    Ok(CoveredJob { label: view.label, job })
+/// Whether a plate lies behind the scene, whose file may depend on the frame.
+fn has_plate(shot: &ShotSettings) -> bool {
+    matches!(shot.values.background, BackgroundSource::Plate(_))
 }
 
 /// The last frame of the clips that play.
 fn last_frame(job: &SequenceJob) -> i64 {
     job.rate.last_frame(job.selection.duration_seconds(&job.scene))
-}
-
-/// The numbers of frames, in increasing order.
-fn frame_numbers(job: &SequenceJob, frames: &[CoveredFrame]) -> Vec<i64> {
-    let [first, middle, last] = first_middle_last(last_frame(job));
-    let number = |frame: &CoveredFrame| match frame {
-        CoveredFrame::First => first,
-        CoveredFrame::Middle => middle,
-        CoveredFrame::Last => last,
-        CoveredFrame::Number(number) => *number,
-    };
-    frames.iter().map(number).collect::<BTreeSet<_>>().into_iter().collect()
 }
 
 fn chooses(settings: &Settings) -> bool {
@@ -244,10 +242,15 @@ fn chooses(settings: &Settings) -> bool {
 struct View {
     label: String,
     settings: Settings,
-    frames: Option<Vec<CoveredFrame>>,
 }
 
 impl View {
+    /// The whole shot, at `frames`.
+    fn whole(frames: Option<&[NamedFrame]>) -> Self {
+        let frames = frames.map(|frames| FrameSpec::Named(frames.to_vec()).into());
+        Self { label: String::new(), settings: Settings { frames, ..Settings::default() } }
+    }
+
     /// The view with another setting, and its name.
     fn and(&self, name: &str, set: impl FnOnce(&mut Settings)) -> Self {
         let mut name = file_name_part(OsStr::new(name)).to_string_lossy().into_owned();
@@ -262,7 +265,7 @@ impl View {
 
 /// All combinations of what the coverage names.
 fn combinations(coverage: &Coverage, scene: &Scene) -> Vec<View> {
-    let whole = View { frames: coverage.frames.clone(), ..View::default() };
+    let whole = View::whole(coverage.frames.as_deref());
     let chosen = |covered: &Option<Covered>, all: fn(&Scene) -> Vec<(String, NameOrIndex)>| {
         covered.as_ref().map(|covered| chosen(covered, all(scene))).unwrap_or_default()
     };
@@ -336,9 +339,8 @@ fn whole_scene(scene: &Scene) -> Result<Vec<View>> {
 
 impl From<DefaultView<NameOrIndex>> for View {
     fn from(DefaultView { name, camera, clip, variant }: DefaultView<NameOrIndex>) -> Self {
-        let frames = if clip.is_some() { FRAMES_OF_CLIP.to_vec() } else { vec![CoveredFrame::First] };
-        let unnamed = Self { frames: Some(frames), ..Self::default() };
-        unnamed.and(&name, |settings| {
+        let frames = if clip.is_some() { &FRAMES_OF_CLIP[..] } else { &[NamedFrame::First] };
+        Self::whole(Some(frames)).and(&name, |settings| {
             settings.animation = Some(clip.map_or(ClipSelection::None, ClipSelection::One).into());
             settings.variant = variant.map(Into::into);
             match camera {

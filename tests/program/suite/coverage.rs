@@ -2,6 +2,7 @@
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
+use rayframe::image_file::encode_png;
 use serde_json::{Value, json};
 
 use super::Stage;
@@ -304,4 +305,36 @@ fn frames_after_the_end_of_all_clips_are_a_warning() {
     }
     stage.write("each.toml", "scene = 'robot.gltf'\nturntable = 48\n[test]\nframes = [0, 40]\n");
     assert!(!stage.run(&["test"]).text.contains("beyond the end"));
+}
+
+#[test]
+fn only_the_frames_that_are_tested_need_plates() {
+    let stage = Stage::new(SUITE);
+    stage.write("robot.gltf", &scene(0).to_string());
+    for (frame, level) in [(1, 60), (2, 200)] {
+        let png = encode_png((2, 1), &[[level, level, level, 255]; 2], "").unwrap_or_default();
+        std::fs::write(stage.path(&format!("plate.{frame:04}.png")), png).unwrap_or_default();
+    }
+    let shot = "scene = 'robot.gltf'\nbackground = 'plate.####.png'\n[test]\nframes = ";
+    stage.write("shot.toml", &format!("{shot}[1, 2]\n"));
+    assert_eq!(stage.run(&["test", "--list-images"]).stdout, "shot\n  shot.0001\n  shot.0002\n");
+    assert_eq!(accepted(&stage), ["shot.0001.exr", "shot.0002.exr"]);
+    stage.write("shot.toml", &format!("{shot}[1, 'last']\n"));
+    stage.run(&["test"]).ends(1, &["plate.0024.png", "as the plate of frame 24"]);
+}
+
+#[test]
+fn the_frames_of_a_turntable_are_those_of_its_turn() {
+    let stage = Stage::new(SUITE);
+    stage.write("robot.gltf", &scene(0).to_string());
+    // The clip ends with frame 24.
+    for (turntable, animation, frames) in
+        [(5, "none", ["0000", "0002", "0004"]), (50, "walk", ["0000", "0024", "0049"])]
+    {
+        let shot = format!("scene = 'robot.gltf'\nanimation = '{animation}'\nturntable = {turntable}\n");
+        stage.write("turn.toml", &format!("{shot}[test]\nframes = ['first', 'middle', 'last']\n"));
+        let listed = stage.run(&["test", "--list-images"]).stdout;
+        let images: Vec<_> = listed.lines().skip(1).collect();
+        assert_eq!(images, frames.map(|frame| format!("  turn.{frame}")));
+    }
 }

@@ -67,6 +67,13 @@ impl Plates {
         self.files.keys().map(PathBuf::as_path)
     }
 
+    /// Whether frames have different plates.
+    pub fn differ(&self) -> bool {
+        let mut hashes = self.files.values().map(|file| file.content_hash);
+        let first = hashes.next();
+        hashes.any(|hash| Some(hash) != first)
+    }
+
     /// Hash of the content of a frame's plate, and how it is fitted.
     pub(super) fn content_key(&self, frame: i64) -> (Option<[u8; 32]>, &'static str) {
         let fit = match self.fit {

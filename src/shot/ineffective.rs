@@ -4,7 +4,7 @@ use crate::error::Warning;
 use crate::image::PlateFit;
 use crate::render::{EnvSamples, Integrator, LightSize};
 use crate::scene::{Environment, LightKind, SelectedCamera};
-use crate::sequence::{Exposure, OutputFormat, SequenceJob};
+use crate::sequence::{Exposure, OutputFormat, Plates, SequenceJob};
 
 use crate::settings::{GroundKind, SettingValues};
 
@@ -81,7 +81,7 @@ fn ground_without_shadows(values: &SettingValues, job: &SequenceJob) -> Option<W
     })
 }
 
-/// A warning about several frames of a scene in which nothing moves.
+/// A warning about several frames of a scene in which nothing moves, before one plate or none.
 fn equal_frames(job: &SequenceJob) -> Option<Warning> {
     let count = job.frames.len();
     let but_for_noise = if changes_noise(job) { " but for noise" } else { "" };
@@ -90,7 +90,9 @@ fn equal_frames(job: &SequenceJob) -> Option<Warning> {
             "nothing moves, so that all {count} frames are equal{but_for_noise}; `turntable` {count} turns the camera"
         )
     };
-    (count > 1 && !moves(job)).then(|| Warning { pointer: String::new(), message: message() })
+    let changes_plate = job.plates.as_ref().is_some_and(Plates::differ);
+    (count > 1 && !moves(job) && !changes_plate)
+        .then(|| Warning { pointer: String::new(), message: message() })
 }
 
 fn is_dark(environment: &Environment) -> bool {

@@ -241,3 +241,20 @@ fn shot_files_name_plates_beside_them_and_take_the_ground_as_a_flag() {
         assert!(text.contains(&format!("background = \"{}\"", run.path("plate.png").display())), "{text}");
     }
 }
+
+#[test]
+fn frames_before_different_plates_are_not_called_equal() {
+    let run = Run::new();
+    for (name, second) in [("same", "plate.png"), ("other", "large.png")] {
+        for (frame, plate) in [(1, "plate.png"), (2, second)] {
+            std::fs::copy(run.path(plate), run.path(&format!("{name}.{frame:04}.png"))).unwrap();
+        }
+        for output in [format!("{name}-frame.####.png"), format!("{name}-all.gif")] {
+            let background = format!("{name}.####.png");
+            let told = run.try_render(&["--background", &background, "-f", "1-2", "-o", &output]);
+            let text = String::from_utf8_lossy(&told.stderr).into_owned();
+            assert!(told.status.success(), "{text}");
+            assert_eq!(text.contains("all 2 frames are equal"), name == "same", "{output}: {text}");
+        }
+    }
+}

@@ -141,6 +141,11 @@ pub fn check_output(path: &Path, kind: OutputKind, overwrites: bool) -> Result<(
     }
 }
 
+/// Whether an empty file is at `path`, not a link. Any output may replace it.
+pub fn is_empty_file(path: &Path) -> bool {
+    std::fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_file() && metadata.len() == 0)
+}
+
 /// Whether a PNG file of this program has the `renderHash` `mark`.
 pub fn is_marked_png(path: &Path, mark: &str) -> bool {
     let is_file = std::fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_file());

@@ -38,7 +38,8 @@ pub use atomic::{check_name, probe_folder, remove_stale_temporaries, write_atomi
 pub use display::{DisplayImage, decode_png, decode_png_values};
 pub use environment_read::{EnvironmentPixels, read_environment};
 pub use existing_output::{
-    CONTACT_SHEET, FLIP_MAP, HEAT_MAP, OutputKind, PAGE_MARK, SUMMARY_MARK, check_output, is_marked_png,
+    CONTACT_SHEET, FLIP_MAP, HEAT_MAP, OutputKind, PAGE_MARK, SUMMARY_MARK, check_output, is_empty_file,
+    is_marked_png,
 };
 pub use exr_attributes::{FrameAttributes, RunStamp, SAMPLE_RANGE};
 pub use exr_bands::{ExrBands, WrittenExr};

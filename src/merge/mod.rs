@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result, readable_bytes};
 use crate::image::PixelWindow;
 use crate::image_file::{
-    ExrHeader, ExrTile, SAMPLE_RANGE, check_name, inspect_exr, join_exr_tiles, probe_folder,
+    ExrHeader, ExrTile, SAMPLE_RANGE, check_name, inspect_exr, is_empty_file, join_exr_tiles, probe_folder,
     remove_stale_temporaries, write_atomically,
 };
 use crate::sequence::{OutputFormat, OutputPattern};
@@ -219,7 +219,8 @@ fn check_memory(tiles: &[ExrTile], copies: u64, max_memory_bytes: u64) -> Result
 
 /// Whether the merged file exists and is complete; an error when another file has its name.
 fn is_merged(path: &Path, tiles: &[ExrTile], are_sample_ranges: bool) -> Result<bool> {
-    let (true, Some(tile)) = (path.exists(), tiles.first()) else {
+    let is_there = path.symlink_metadata().is_ok() && !is_empty_file(path);
+    let (true, Some(tile)) = (is_there, tiles.first()) else {
         return Ok(false);
     };
     let window = if are_sample_ranges { tile.header.data_window } else { tile.header.display_window };

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::film::AovFlags;
-use crate::image_file::{check_name, probe_folder, remove_stale_temporaries};
+use crate::image_file::{OutputKind, check_name, check_output, probe_folder, remove_stale_temporaries};
 use crate::output::ExrOutput;
 use crate::settings::PlatePattern;
 
@@ -83,7 +83,7 @@ impl Plan {
     ///
     /// # Errors
     /// [`Error::Setting`] when frames would share a name or a file has an unknown ending, [`Error::Refused`] when memory does not suffice, and
-    /// [`Error::CannotCreate`] when a file with other content has a frame's name.
+    /// [`Error::CannotCreate`] when a file with other content has a frame's name, or a file of another program that of the movie.
     pub fn new(job: &SequenceJob) -> Result<Self> {
         let band_rows = Self::check(job)?;
         let is_movie = job.output.is_movie();
@@ -94,13 +94,13 @@ impl Plan {
         }
         let (frames, (stamps, in_the_way)): (Vec<_>, (Vec<_>, Vec<_>)) =
             planned.into_iter().map(|(planned, stamp, in_the_way)| (planned, (stamp, in_the_way))).unzip();
-        let mut replaced: Vec<_> = in_the_way.into_iter().flatten().collect();
-        if is_movie {
-            // It is one file.
-            refuse_to_replace_movie(job, &replaced)?;
-            replaced.clear();
-        } else {
-            refuse_shared_names(&frames)?;
+        let replaced: Vec<_> = in_the_way.into_iter().flatten().collect();
+        match frames.first() {
+            Some(first) if is_movie => {
+                let overwrites = job.existing == ExistingFiles::Overwrite;
+                check_output(&first.path, OutputKind::Movie, overwrites)?;
+            }
+            _ => refuse_shared_names(&frames)?,
         }
         if job.existing == ExistingFiles::Protect {
             refuse_to_replace(&replaced)?;
@@ -257,18 +257,6 @@ pub(super) fn existing_files(job: &SequenceJob, planned: &PlannedFrame) -> (bool
         Some(ReplacedFile { path: preview.clone(), why })
     });
     (is_done, in_the_way)
-}
-
-fn refuse_to_replace_movie(job: &SequenceJob, in_the_way: &[ReplacedFile]) -> Result<()> {
-    match in_the_way {
-        [ReplacedFile { path, .. }, ..] if job.existing != ExistingFiles::Overwrite => {
-            Err(Error::CannotCreate {
-                path: path.clone(),
-                message: "the file exists; `overwrite` replaces it".to_owned(),
-            })
-        }
-        _ => Ok(()),
-    }
 }
 
 fn refuse_to_replace(in_the_way: &[ReplacedFile]) -> Result<()> {

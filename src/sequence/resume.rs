@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::image_file::{StoredFrame, inspect_exr, inspect_png};
+use crate::image_file::{StoredFrame, inspect_exr, inspect_png, is_empty_file};
 
 use super::{ExistingFiles, OutputFormat, SequenceJob};
 
@@ -22,7 +22,7 @@ pub(super) enum Decision {
 
 /// Decides about the file at `path`, which is to hold a frame with `render_hash`.
 pub(super) fn decide(job: &SequenceJob, path: &Path, render_hash: &str) -> Decision {
-    if job.existing == ExistingFiles::Overwrite {
+    if job.existing == ExistingFiles::Overwrite || is_empty_file(path) {
         return Decision::Render;
     }
     if !path.is_file() {
@@ -31,7 +31,8 @@ pub(super) fn decide(job: &SequenceJob, path: &Path, render_hash: &str) -> Decis
     let inspected = match job.output.format() {
         OutputFormat::Exr => inspect_exr(path),
         OutputFormat::Png => inspect_png(path),
-        OutputFormat::Movie(_) => return Decision::InTheWay("a file".to_owned()),
+        // It is one file, which the plan checks.
+        OutputFormat::Movie(_) => return Decision::Render,
     };
     let why = match inspected {
         Ok(stored) => match mismatch(job, &stored, render_hash) {
@@ -46,7 +47,7 @@ pub(super) fn decide(job: &SequenceJob, path: &Path, render_hash: &str) -> Decis
 /// What the file at `path` is, where it is not a preview of the frame with `render_hash`. A preview of the same frame with
 /// another tone mapping or crop is replaced silently.
 pub(super) fn preview_in_the_way(job: &SequenceJob, path: &Path, render_hash: &str) -> Option<String> {
-    if job.existing == ExistingFiles::Overwrite {
+    if job.existing == ExistingFiles::Overwrite || is_empty_file(path) {
         return None;
     }
     if !path.is_file() {

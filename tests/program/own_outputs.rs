@@ -150,3 +150,79 @@ fn suites_replace_only_their_like_and_stay_in_their_folder() {
     let refused = rayframe(&["test", "--suite", text(&suite)]);
     assert_eq!(refused.status.code(), Some(77), "{}", stderr(&refused));
 }
+
+#[test]
+fn empty_files_are_replaced_whatever_their_purpose() {
+    let outputs: [(&str, &[&str], &[&str]); 6] = [
+        ("a.exr", &[], &["a.exr"]),
+        ("a.png", &[], &["a.png"]),
+        ("a.webp", &[], &["a.webp"]),
+        ("a.exr", &["--preview", "png"], &["a.png"]),
+        ("a.exr", &["--aovs", "depth,normal", "--split-aovs"], &["a.depth.exr", "a.normal.exr"]),
+        ("a.exr", &["--stats", "a.json", "--contact-sheet", "b.png"], &["a.json", "b.png"]),
+    ];
+    for (output, options, empty) in outputs {
+        let folder = folder();
+        let at = |name: &str| folder.path().join(name);
+        for name in empty {
+            std::fs::write(at(name), "").unwrap();
+        }
+        let options = options.iter().map(|word| match word.rsplit_once('.') {
+            Some(_) => at(word).to_string_lossy().into_owned(),
+            None => (*word).to_owned(),
+        });
+        let options: Vec<_> = options.collect();
+        let (scene, output) = (at("s.gltf"), at(output));
+        let command = ["render", text(&scene), "-r", "8x6", "-f", "0", "-q", "-o", text(&output)];
+        let command: Vec<&str> = command.into_iter().chain(options.iter().map(String::as_str)).collect();
+        let ran = rayframe(&command);
+        assert_eq!(ran.status.code(), Some(0), "{command:?}: {}", stderr(&ran));
+        for name in empty {
+            assert!(at(name).metadata().unwrap().len() > 0, "{command:?}: {name}");
+        }
+    }
+}
+
+#[test]
+fn merged_images_replace_empty_files_and_no_others() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let (scene, whole) = (at("s.gltf"), at("whole.exr"));
+    let tiles = [at("left.exr"), at("right.exr")];
+    for (tile, crop) in tiles.iter().zip(["0,0,4,6", "4,0,8,6"]) {
+        let command =
+            ["render", text(&scene), "-r", "8x6", "--crop", crop, "-f", "0", "-q", "-o", text(tile)];
+        assert_eq!(rayframe(&command).status.code(), Some(0));
+    }
+    let command = ["merge", text(&tiles[0]), text(&tiles[1]), "-o", text(&whole)];
+    std::fs::write(&whole, FOREIGN).unwrap();
+    assert_eq!(rayframe(&command).status.code(), Some(73));
+    std::fs::write(&whole, "").unwrap();
+    let merged = rayframe(&command);
+    assert_eq!(merged.status.code(), Some(0), "{}", stderr(&merged));
+    assert!(whole.metadata().unwrap().len() > 0);
+}
+
+#[test]
+fn a_movie_as_the_output_replaces_movies_of_this_program_alone() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let scene = at("s.gltf");
+    for name in ["a.apng", "a.webp", "a.gif"] {
+        let file = at(name);
+        let render = |options: &[&str]| {
+            let command = ["render", text(&scene), "-r", "8x6", "-f", "1-3", "-q", "-o", text(&file)];
+            rayframe(&both(&command, options))
+        };
+        std::fs::write(&file, FOREIGN).unwrap();
+        let refused = render(&[]);
+        assert_eq!(refused.status.code(), Some(73), "{name}: {}", stderr(&refused));
+        assert!(stderr(&refused).contains("is not a movie of this program"), "{}", stderr(&refused));
+        assert_eq!(std::fs::read(&file).unwrap(), FOREIGN);
+        assert_eq!(render(&["--overwrite"]).status.code(), Some(0));
+        let movie = std::fs::read(&file).unwrap();
+        let again = render(&["--exposure", "1"]);
+        assert_eq!(again.status.code(), Some(0), "{name}: {}", stderr(&again));
+        assert_ne!(std::fs::read(&file).unwrap(), movie);
+    }
+}

@@ -1,7 +1,9 @@
 //! Counters of an integrator.
 
+use serde::{Deserialize, Serialize};
+
 /// Counters of one or several batches.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct IntegratorStatistics {
     /// Camera rays.
     pub camera_rays: u64,

@@ -163,7 +163,7 @@ impl PathFrame {
         let shutter_samples = self.range.len() / self.samples.len().max(1);
         let finished = self.finished.iter().filter(|&&is_finished| is_finished).count();
         PathProgress {
-            samples: (self.taken - self.samples.start) * shutter_samples as u32,
+            samples: self.samples_taken() * shutter_samples as u32,
             most_samples: self.range.len() as u32,
             finished_share: finished as f32 / self.finished.len() as f32,
             noise: self.mean_noise(),
@@ -203,6 +203,11 @@ impl PathFrame {
     /// Samples of each shutter sample that are done.
     pub fn taken(&self) -> u32 {
         self.taken
+    }
+
+    /// Number of samples of each shutter sample that are done.
+    pub fn samples_taken(&self) -> u32 {
+        self.taken - self.samples.start
     }
 
     /// The sums, where nothing else is needed.

@@ -1,9 +1,11 @@
 //! Statistics of a render.
 
+use serde::{Deserialize, Serialize};
+
 use crate::integrator::IntegratorStatistics;
 
 /// Statistics of one frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RenderStatistics {
     /// Rays, nodes, triangles and dropped weight.
     pub integrator: IntegratorStatistics,

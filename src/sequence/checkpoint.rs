@@ -3,14 +3,13 @@
 use std::io::Cursor;
 use std::path::PathBuf;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::film::PixelWindow;
 use crate::image::{Channel, ColorEncoding, Image, RenderedScene, Samples};
 use crate::image_file::{
     ExrCompression, ExrHeader, ExrIntegrity, FrameAttributes, SAMPLE_RANGE, decode_exr, encode_exr,
     verify_exr, write_atomically,
 };
-use crate::integrator::IntegratorStatistics;
 use crate::output::{SOFTWARE, sum_channels, sums_of_image};
 use crate::render::{PathFrame, RenderSettings, RenderStatistics};
 
@@ -18,8 +17,8 @@ use super::{PlannedFrame, SequenceJob};
 
 /// Text attribute of the samples that are done.
 const TAKEN: &str = "samplesTaken";
-/// Text attributes of the statistics that are stored.
-const COUNTS: [&str; 3] = ["nonFiniteSamples", "cameraRays", "cameraHits"];
+/// Text attribute of the statistics of these samples, as JSON.
+const STATISTICS: &str = "statistics";
 /// Channel of the pixels that take no more samples.
 const FINISHED: &str = "finished";
 
@@ -37,8 +36,7 @@ impl<'a> Checkpoint<'a> {
         job.checkpoint.then(|| Self { path: planned.checkpoint_path(), job, planned })
     }
 
-    /// The stored passes of a frame of `shutter_samples`, and what warnings depend on of their statistics; `None` where there are none of
-    /// this frame.
+    /// The stored passes of a frame of `shutter_samples`, and their statistics; `None` where there are none of this frame.
     pub(super) fn load(
         &self,
         settings: &RenderSettings,
@@ -49,18 +47,7 @@ impl<'a> Checkpoint<'a> {
             && header.text(SAMPLE_RANGE) == settings.sample_range_text()
             && header.data_window == settings.window.into();
         let taken = header.text(TAKEN).filter(|_| is_same)?.parse().ok()?;
-        let count = |name: &str| header.text(name)?.parse::<u64>().ok();
-        let [non_finite_samples, camera_rays, camera_hits] = COUNTS.map(count);
-        let integrator = IntegratorStatistics {
-            camera_rays: camera_rays?,
-            camera_hits: camera_hits?,
-            ..IntegratorStatistics::default()
-        };
-        let statistics = RenderStatistics {
-            integrator,
-            non_finite_samples: non_finite_samples?,
-            ..RenderStatistics::default()
-        };
+        let statistics = serde_json::from_str(&header.text(STATISTICS)?).ok()?;
         let bytes = std::fs::read(&self.path).ok()?;
         if verify_exr(&mut Cursor::new(&bytes)).ok()? != ExrIntegrity::Whole {
             return None;
@@ -96,11 +83,10 @@ impl<'a> Checkpoint<'a> {
             channels,
             scene: RenderedScene::default(),
         };
-        let mut texts = vec![(TAKEN.to_owned(), frame.taken().to_string())];
-        let IntegratorStatistics { camera_rays, camera_hits, .. } = statistics.integrator;
-        let counts = [statistics.non_finite_samples, camera_rays, camera_hits];
-        texts
-            .extend(COUNTS.into_iter().zip(counts).map(|(name, count)| (name.to_owned(), count.to_string())));
+        let statistics = serde_json::to_string(statistics)
+            .map_err(|error| Error::Internal { message: error.to_string() })?;
+        let mut texts =
+            vec![(TAKEN.to_owned(), frame.taken().to_string()), (STATISTICS.to_owned(), statistics)];
         texts.extend(self.job.render.sample_range_text().map(|range| (SAMPLE_RANGE.to_owned(), range)));
         let attributes = FrameAttributes {
             software: SOFTWARE.to_owned(),

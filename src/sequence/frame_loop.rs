@@ -306,7 +306,7 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         &self,
         (planned, claim): (&'a PlannedFrame, FrameClaim),
         (started, seconds): (Instant, Phases),
-        FrameStatistics { tree, rays, is_reused, .. }: &FrameStatistics,
+        FrameStatistics { tree, rays, is_reused, earlier_seconds, .. }: &FrameStatistics,
         files: FrameFiles,
     ) -> LoopResult<'a> {
         let tree = TreeReport::new(tree, self.job.build.builder, *is_reused);
@@ -314,6 +314,7 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
             planned,
             claim,
             started,
+            earlier_seconds: *earlier_seconds,
             seconds,
             tree,
             rays: RayReport::new(rays),

@@ -67,6 +67,8 @@ pub(crate) struct FrameStatistics {
     /// Whether the BVH was reused at every shutter sample.
     pub(crate) is_reused: bool,
     pub(crate) phases: Phases,
+    /// Seconds of tracing in earlier runs, from whose checkpoint the frame was continued. They are a part of those of `rays`.
+    pub(crate) earlier_seconds: f64,
 }
 
 impl FrameStatistics {
@@ -76,6 +78,7 @@ impl FrameStatistics {
         self.rays.add(&other.rays);
         self.is_reused &= other.is_reused;
         self.phases.add(&other.phases);
+        self.earlier_seconds += other.earlier_seconds;
     }
 }
 
@@ -178,8 +181,10 @@ impl<'a> FrameTracer<'a> {
         let stored = checkpoint.and_then(|checkpoint| checkpoint.load(settings, count));
         let new = || (PathFrame::new(settings, count), RenderStatistics::default());
         let (mut frame, rays) = stored.unwrap_or_else(new);
-        let mut clock = PassClock::new(job);
-        let mut rendered = FrameStatistics { rays, is_reused: true, ..FrameStatistics::default() };
+        let mut clock = PassClock::new(job, frame.samples_taken());
+        let earlier_seconds = rays.trace_seconds;
+        let mut rendered =
+            FrameStatistics { rays, earlier_seconds, is_reused: true, ..FrameStatistics::default() };
         while let Some(most) = clock.most_samples()
             && let Some(pass) = frame.next_pass(most)
         {

@@ -17,35 +17,45 @@ pub(super) struct PassClock {
     started: Instant,
     limit_seconds: Option<f64>,
     has_checkpoints: bool,
-    /// Samples of finished passes, of each shutter sample.
+    /// Samples of finished passes, of each shutter sample, and of those of earlier runs.
     samples: u32,
+    /// Samples of the passes of this run.
+    timed_samples: u32,
     /// Time of a sample in the last pass.
     seconds_a_sample: f64,
     pass_started: Instant,
 }
 
 impl PassClock {
-    pub(super) fn new(job: &SequenceJob) -> Self {
+    /// Starts the clock of a frame that has `samples` of earlier runs.
+    pub(super) fn new(job: &SequenceJob, samples: u32) -> Self {
+        let limit_seconds = job.render.path.time_limit_seconds.map(f64::from);
+        Self::starting(limit_seconds, job.checkpoint, samples)
+    }
+
+    fn starting(limit_seconds: Option<f64>, has_checkpoints: bool, samples: u32) -> Self {
         let now = Instant::now();
         Self {
             started: now,
-            limit_seconds: job.render.path.time_limit_seconds.map(f64::from),
-            has_checkpoints: job.checkpoint,
-            samples: 0,
+            limit_seconds,
+            has_checkpoints,
+            samples,
+            timed_samples: 0,
             seconds_a_sample: 0.0,
             pass_started: now,
         }
     }
 
-    /// Most samples of the next pass; `None` when the time is over. Every frame has a first pass.
+    /// Most samples of the next pass; `None` when the time is over. Every run of a frame has a first pass.
     pub(super) fn most_samples(&self) -> Option<u32> {
-        // Passes double, so that later ones are timed well.
-        let doubled = self.samples.max(FIRST_SAMPLES);
-        let of_checkpoints = if self.has_checkpoints { doubled.min(MOST_SAMPLES) } else { u32::MAX };
+        let of_checkpoints =
+            if self.has_checkpoints { self.samples.clamp(FIRST_SAMPLES, MOST_SAMPLES) } else { u32::MAX };
         let Some(limit) = self.limit_seconds else { return Some(of_checkpoints) };
-        if self.samples == 0 {
+        if self.timed_samples == 0 {
             return Some(FIRST_SAMPLES);
         }
+        // Passes double, so that later ones are timed well.
+        let doubled = self.timed_samples.max(FIRST_SAMPLES);
         let left = limit - self.started.elapsed().as_secs_f64();
         let affordable = (left / self.seconds_a_sample) as u32;
         (affordable > 0).then(|| affordable.min(of_checkpoints).min(doubled))
@@ -54,7 +64,47 @@ impl PassClock {
     /// Ends a pass.
     pub(super) fn finish(&mut self, pass: &Pass) {
         self.samples += pass.samples();
+        self.timed_samples += pass.samples();
         self.seconds_a_sample = self.pass_started.elapsed().as_secs_f64() / f64::from(pass.samples());
         self.pass_started = Instant::now();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::{Integrator, PathFrame, RenderSettings};
+
+    /// Sizes of the passes of a frame of 200 samples that has `taken` of them.
+    fn passes(taken: u32, limit_seconds: Option<f64>) -> Vec<u32> {
+        let settings =
+            RenderSettings { samples: 200, integrator: Integrator::Path, ..RenderSettings::default() };
+        let new = PathFrame::new(&settings, 1);
+        let (sums, finished) = (new.sums().clone(), new.finished().to_vec());
+        let mut frame = new.resumed(sums, finished, taken).unwrap();
+        let mut clock = PassClock::starting(limit_seconds, true, frame.samples_taken());
+        let mut sizes = Vec::new();
+        while let Some(pass) = clock.most_samples().and_then(|most| frame.next_pass(most)) {
+            sizes.push(pass.samples());
+            frame.finish(&pass);
+            clock.finish(&pass);
+        }
+        sizes
+    }
+
+    #[test]
+    fn continued_frames_have_the_passes_of_one_run() {
+        let whole = passes(0, None);
+        assert_eq!(whole, [4, 4, 8, 16, 32, 64, 64, 8]);
+        let mut taken = 0;
+        for (index, size) in whole.iter().enumerate() {
+            assert_eq!(passes(taken, None), whole[index..], "{taken}");
+            taken += size;
+        }
+    }
+
+    #[test]
+    fn passes_before_a_time_limit_are_timed_anew() {
+        assert_eq!(passes(128, Some(1e6)), [4, 4, 8, 16, 32, 8]);
     }
 }

@@ -32,7 +32,7 @@ pub struct Phases {
     pub trace: f64,
     /// Encoding and writing, while the next frame is rendered.
     pub write: f64,
-    /// From the start of the frame until it is on disk.
+    /// From the start of the frame until it is on disk, and the tracing of earlier runs whose checkpoint it continues.
     pub total: f64,
     /// Time that the frame adds to the run: from the end of the previous frame, or its own start if later, until it is on disk.
     pub period: f64,

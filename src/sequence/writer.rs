@@ -51,6 +51,8 @@ pub(super) struct TracedFrame<'a> {
     /// Held until the frame is written.
     pub(super) claim: FrameClaim,
     pub(super) started: Instant,
+    /// Seconds of tracing before, in earlier runs.
+    pub(super) earlier_seconds: f64,
     pub(super) seconds: Phases,
     pub(super) tree: TreeReport,
     pub(super) rays: RayReport,
@@ -213,7 +215,8 @@ impl Writer<'_> {
 
     /// Writes a frame's files, the main file last: where it exists, all of them do.
     fn write(&mut self, frame: Box<TracedFrame<'_>>, last_completed: Option<Instant>) -> Result<FrameReport> {
-        let TracedFrame { planned, claim: _claim, started, mut seconds, tree, rays, files } = *frame;
+        let TracedFrame { planned, claim: _claim, started, earlier_seconds, mut seconds, tree, rays, files } =
+            *frame;
         let writing = Instant::now();
         let written = match files {
             FrameFiles::InMemory(encoded) => self.write_encoded(planned, &encoded)?,
@@ -224,9 +227,9 @@ impl Writer<'_> {
         }
 
         seconds.write = written.seconds + writing.elapsed().as_secs_f64();
-        seconds.total = started.elapsed().as_secs_f64();
-        seconds.period =
-            last_completed.map_or(seconds.total, |last| last.elapsed().as_secs_f64().min(seconds.total));
+        let elapsed = started.elapsed().as_secs_f64();
+        seconds.total = earlier_seconds + elapsed;
+        seconds.period = last_completed.map_or(elapsed, |last| last.elapsed().as_secs_f64().min(elapsed));
         Ok(FrameReport {
             frame: planned.frame,
             time_seconds: planned.time_seconds,

@@ -179,10 +179,11 @@ fn kill_after_a_checkpoint(stage: &Stage, options: &[&str]) {
     run.wait().unwrap();
 }
 
+/// The statistics of the frame.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-fn shadow_rays(stage: &Stage, name: &str) -> u64 {
-    let stats: serde_json::Value = serde_json::from_slice(&stage.bytes(name)).unwrap();
-    stats["frames"][0]["rays"]["shadow"].as_u64().unwrap()
+fn statistics(stage: &Stage, name: &str) -> serde_json::Value {
+    let mut stats: serde_json::Value = serde_json::from_slice(&stage.bytes(name)).unwrap();
+    stats["frames"][0].take()
 }
 
 #[test]
@@ -199,8 +200,21 @@ fn a_killed_frame_continues_from_its_checkpoint() {
         stage.render("frame.exr", &[&options[..], &["--stats", "continued.json"]].concat());
         stage.render("expected.exr", &[&options[..], &["--stats", "whole.json"]].concat());
         assert!(stage.bytes("frame.exr") == stage.bytes("expected.exr"), "{options:?}");
-        // Shadow rays are those of this run alone.
-        assert!(shadow_rays(&stage, "continued.json") < shadow_rays(&stage, "whole.json"), "{options:?}");
+        // Rays and seconds are those of both runs, and the period is that of the last one.
+        let [continued, whole] = ["continued.json", "whole.json"].map(|name| statistics(&stage, name));
+        for rays in ["camera", "reflection", "refraction", "shadow"] {
+            assert_eq!(continued["rays"][rays], whole["rays"][rays], "{options:?} {rays}");
+        }
+        let seconds = |of: &serde_json::Value, phase: &str| of["seconds"][phase].as_f64().unwrap();
+        assert_eq!(seconds(&whole, "period"), seconds(&whole, "total"));
+        assert!(seconds(&continued, "period") < seconds(&continued, "total"), "{continued}");
+        let rays: f64 = ["camera", "reflection", "refraction", "shadow"]
+            .iter()
+            .map(|kind| continued["rays"][kind].as_f64().unwrap())
+            .sum();
+        let per_second = rays / seconds(&continued, "trace");
+        let told = continued["rays"]["per_second"].as_f64().unwrap();
+        assert!((told / per_second - 1.0).abs() < 1e-6, "{continued}");
         let left = ["continued.json", "expected.exr", "frame.exr", "whole.json"];
         assert_eq!(names(stage.folder.path()), left);
     }

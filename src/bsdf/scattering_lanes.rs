@@ -125,8 +125,8 @@ impl ScatteringLanes {
     /// the material's index.
     pub(crate) fn compute(&mut self, (level, active): (Level, ActiveLanes), ior: f32, table: &AlbedoTable) {
         let Self { wo, cos_o, material, terms, .. } = self;
-        for lane in 0..LANES {
-            cos_o[lane] = wo.get(lane).z;
+        for (lane, cosine) in cos_o.iter_mut().enumerate() {
+            *cosine = wo.get(lane).z;
         }
         table.terms((level, active), cos_o, &material.roughness, terms);
         self.albedo_slice = table.slice();

@@ -232,13 +232,6 @@ pub(super) fn stops_light(context: &IntegratorContext<'_>, hit: &Hit, passage: G
     occlusion(context, hit, passage) == Occlusion::Opaque
 }
 
-/// Whether a hit stops light whatever finds it: the surface is neither glass nor partly transparent.
-pub(super) fn is_opaque_at(context: &IntegratorContext<'_>, hit: &Hit) -> bool {
-    let instance = context.view.frame.instance(hit.triangle);
-    let material = &context.view.frame.materials[instance.material.index()];
-    alpha_at(context.view, hit) >= 1.0 && !transmits(material)
-}
-
 fn occlusion(context: &IntegratorContext<'_>, hit: &Hit, passage: GlassPassage) -> Occlusion {
     let alpha = alpha_at(context.view, hit);
     if alpha <= 0.0 || catches_shadows(context.view, hit) {

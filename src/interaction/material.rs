@@ -161,6 +161,12 @@ pub fn alpha_at(view: SceneView<'_>, hit: &Hit) -> f32 {
     coverage(material, alpha_at_corners(view, instance, corners, [1.0 - hit.u - hit.v, hit.u, hit.v]))
 }
 
+/// Whether a hit stops light whatever finds it: its surface is neither glass nor partly transparent.
+pub(crate) fn is_opaque_at(view: SceneView<'_>, hit: &Hit) -> bool {
+    let material = view.frame.instance(hit.triangle).material;
+    alpha_at(view, hit) >= 1.0 && !transmits(&view.frame.materials[material.index()])
+}
+
 fn coverage(material: &Material, alpha: f32) -> f32 {
     match material.alpha_mode {
         AlphaMode::Opaque => 1.0,

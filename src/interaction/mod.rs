@@ -14,6 +14,7 @@ mod surface_differentials;
 mod surface_point;
 mod texture_lookup;
 
+pub(crate) use material::is_opaque_at;
 pub use material::{
     alpha_at, blurred_color_at, catches_shadows, clear_coat_at, emission_at, is_constant, material_values,
     surface_at, untextured_color,

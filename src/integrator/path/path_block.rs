@@ -79,8 +79,8 @@ impl PathBlock {
 
     /// Replaces the lobes of a surface that is not in lanes.
     #[inline(always)]
-    pub(super) fn set_lobes(&mut self, lane: usize, scattering: Scattering) {
-        self.lobes.separate[lane] = Some(scattering);
+    pub(super) fn set_lobes(&mut self, lane: usize, scattering: &Scattering) {
+        self.lobes.separate[lane] = Some(*scattering);
     }
 
     /// Gathers the surfaces and computes their lobes, if these are in lanes. The material is in vacuum, and its table that of its index.
@@ -197,10 +197,8 @@ impl PathBlock {
             let lane = surface.lane;
             let Some(lobes) = &self.lobes.separate[lane] else { continue };
             let Incidence { wi, irradiance, .. } = self.incidences.get(lane);
-            if !(irradiance.max_element() > 0.0) {
-                continue;
-            }
-            let Some(local) = surface.local_of_lamp(wi) else { continue };
+            let local = surface.local_of_lamp(wi).filter(|_| irradiance.max_element() > 0.0);
+            let Some(local) = local else { continue };
             let scattered = if passes_straight(surface, wi) {
                 lobes.eval_diffuse_transmission(local)
             } else {

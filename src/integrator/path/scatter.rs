@@ -39,7 +39,7 @@ impl Tracer<'_, '_> {
                 let sampled = surface.sample_in(direction, block.scattered(surface.lane))?;
                 Some((sampled, u_roulette))
             });
-            let is_smooth = sampled.is_some_and(|(sampled, u)| self.send_path(surface, sampled, u));
+            let is_smooth = sampled.is_some_and(|(sampled, u)| self.send_path(surface, &sampled, u));
             // Mirrors and clear glass show what guides the denoising.
             if !is_smooth {
                 self.add_guide((&surface.state, surface.share), (surface.material, surface.point));
@@ -52,11 +52,11 @@ impl Tracer<'_, '_> {
     fn send_path(
         &mut self,
         shaded: &ShadedPoint<'_, '_>,
-        sampled: SampledDirection,
+        sampled: &SampledDirection,
         u_roulette: f32,
     ) -> bool {
         let depth = shaded.state.depth;
-        let SampledDirection { sample, direction, unguided_ratio } = sampled;
+        let SampledDirection { sample, direction, unguided_ratio } = *sampled;
         let mut weight = shaded.weight * sample.weight;
         let mut guide_share = if sample.is_smooth { shaded.state.guide_share * shaded.share } else { 0.0 };
         let largest = weight.max_element();

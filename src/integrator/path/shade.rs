@@ -200,7 +200,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
         } else {
             let albedo_slice = self.albedo_slices.between(outside, inside);
             let bsdf = Bsdf::with_albedos(lobe_material, outside, inside, albedo_slice);
-            block.set_lobes(lane, scattering_at(point, &world_from_local, bsdf, coat));
+            block.set_lobes(lane, &scattering_at(point, &world_from_local, bsdf, coat));
         }
         let transmits = material.transmission > 0.0 || material.diffuse_transmission > 0.0;
         ShadedPoint {

@@ -12,7 +12,7 @@ use super::tracer::Tracer;
 use crate::bsdf::Bsdf;
 use crate::geometry::Ray;
 use crate::integrator::RayState;
-use crate::integrator::shadow::is_opaque_at;
+use crate::interaction::is_opaque_at;
 use crate::scene::KeyLight;
 
 /// α of the narrowest prefiltered lobe, of roughness 1/8.
@@ -66,7 +66,7 @@ impl Tracer<'_, '_> {
     /// Whether an opaque surface touches this one from behind.
     fn is_covered(&self, shading: &Shading<'_, '_>) -> bool {
         let touching = shading.transmission_side.touching.as_deref();
-        touching.is_some_and(|touching| is_opaque_at(self.context, &touching.hit))
+        touching.is_some_and(|touching| is_opaque_at(self.context.view, &touching.hit))
     }
 
     /// The reflected specular lobe.

@@ -12,9 +12,9 @@ use crate::geometry::{Facing, Ray};
 use crate::integrator::glass_passage::GlassPassage;
 use crate::integrator::media::MediaCache;
 use crate::integrator::ray_state::{PassedSide, Touching};
-use crate::integrator::shadow::{is_opaque_at, stops_light};
+use crate::integrator::shadow::stops_light;
 use crate::integrator::{ColorChannels, IntegratorContext, MediaStack, Medium, RayState};
-use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, catches_shadows};
+use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, catches_shadows, is_opaque_at};
 use crate::scene_view::SceneView;
 
 /// The transmission side of a surface.
@@ -129,7 +129,7 @@ impl Tracer<'_, '_> {
         let frame = self.context.view.frame;
         let behind = &frame.materials[frame.instance(touching.hit.triangle).material.index()];
         let gives_way = material.transmission > 0.0 || behind.emissive != Vec3::ZERO;
-        let is_replaced = gives_way && is_opaque_at(self.context, &touching.hit);
+        let is_replaced = gives_way && is_opaque_at(self.context.view, &touching.hit);
         if is_replaced {
             let hit = Hit { t: surface_hit.hit.t, ..touching.hit };
             self.surface_hits.push(SurfaceHit { hit, ..*surface_hit });

@@ -334,7 +334,7 @@ fn coats_over_leaning_bases_reflect_as_their_own_normal_does() {
             clear_coat: Some(coat),
             ..lambert(Vec3::ZERO)
         };
-        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|uv| glam::Vec2::from_array(uv));
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(glam::Vec2::from_array);
         let surface = rectangle(Vec3::ZERO, Vec3::X * 5.0, Vec3::NEG_Z * 5.0);
         stage.add(Primitive { uvs: vec![corners.to_vec()], ..surface }, base);
         let (sine, cosine) = libm::sincosf(80.0_f32.to_radians());

@@ -1,5 +1,6 @@
 //! Next-event estimation: shadow rays from a surface of a path to sampled points of lights.
 
+use arrayvec::ArrayVec;
 use glam::Vec3;
 
 use super::dimensions::Decision;
@@ -22,8 +23,9 @@ struct EnvironmentSample {
     pdf: f32,
 }
 
-/// What the surfaces of a block scatter of one kind of light, with its samples; `None` where there is no light.
-type ScatteredSamples<T> = [Option<(T, ScatteredLight)>; LANES];
+/// The samples of one kind of light for the surfaces of a block, with what these scatter of it; `None` where that is no light, and empty for all without
+/// lights of the kind.
+type ScatteredSamples<T> = ArrayVec<Option<(T, ScatteredLight)>, LANES>;
 
 /// See [`crate::bsdf::Scattering::eval_and_pdf`].
 #[derive(Clone, Copy)]
@@ -44,12 +46,12 @@ impl Tracer<'_, '_> {
         let to_environment = self.sample_environment(surfaces, block);
         let to_emitters = self.sample_emitters(surfaces, block);
         // Surface by surface, since one sample may see several: it sums their light in this order, whatever else is in the block.
-        for surface in surfaces {
+        for (index, surface) in surfaces.iter().enumerate() {
             self.queue_lamp(surface, block.chosen(surface.lane));
-            if let Some((sample, scattered)) = to_environment[surface.lane] {
-                self.queue_environment(surface, sample, scattered);
+            if let Some(Some((sample, scattered))) = to_environment.get(index) {
+                self.queue_environment(surface, *sample, *scattered);
             }
-            if let Some((sample, scattered)) = &to_emitters[surface.lane] {
+            if let Some(Some((sample, scattered))) = to_emitters.get(index) {
                 self.queue_emitter(surface, sample, *scattered);
             }
         }
@@ -131,7 +133,7 @@ impl Tracer<'_, '_> {
     ) -> ScatteredSamples<EmitterSample> {
         let context = self.context;
         let lights = context.emissive_triangles.as_ref().filter(|lights| !lights.is_empty());
-        let Some(lights) = lights else { return [None; LANES] };
+        let Some(lights) = lights else { return ArrayVec::new() };
         self.scatter_samples(surfaces, block, |surface| {
             let u_emitter = surface.samples.number(Decision::Emitter);
             let u = surface.samples.point(Decision::EmitterPoint);
@@ -164,30 +166,28 @@ impl Tracer<'_, '_> {
         block: &mut PathBlock,
         sample: impl Fn(&ShadedPoint<'_, '_>) -> Option<(Vec3, T)>,
     ) -> ScatteredSamples<T> {
-        let mut samples = [None; LANES];
+        let mut samples = ArrayVec::<Option<T>, LANES>::new();
         let mut active = ActiveLanes::default();
         for surface in surfaces {
             // Smooth lobes find these lights by their sampled rays alone.
-            if block.is_smooth(surface.lane) {
-                continue;
-            }
-            let Some((wi, sample)) = sample(surface) else { continue };
-            let Some(local) = surface.local(wi) else { continue };
-            block.wi.set(surface.lane, local);
-            samples[surface.lane] = Some(sample);
-            active = active.with(surface.lane);
+            let sampled = if block.is_smooth(surface.lane) { None } else { sample(surface) };
+            let seen = sampled.and_then(|(wi, sample)| Some((surface.local(wi)?, sample)));
+            samples.push(seen.map(|(local, sample)| {
+                block.wi.set(surface.lane, local);
+                active = active.with(surface.lane);
+                sample
+            }));
         }
-        let mut scattered = [None; LANES];
         if active.is_empty() {
-            return scattered;
+            return ArrayVec::new();
         }
         block.scatter(self.context.view.bvh.simd_level(), active);
-        for lane in active {
-            let (value, pdf) = block.scattered(lane);
-            let sample = samples[lane].filter(|_| value != Vec3::ZERO);
-            scattered[lane] = sample.map(|sample| (sample, ScatteredLight { value, pdf }));
-        }
-        scattered
+        let scattered = surfaces.iter().zip(samples).map(|(surface, sample)| {
+            let (value, pdf) = block.scattered(surface.lane);
+            let sample = sample.filter(|_| value != Vec3::ZERO)?;
+            Some((sample, ScatteredLight { value, pdf }))
+        });
+        scattered.collect()
     }
 
     fn push_shadow(

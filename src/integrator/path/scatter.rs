@@ -1,9 +1,10 @@
 //! The ray with which a path goes on.
 
+use arrayvec::ArrayVec;
 use glam::Vec3;
 
 use super::dimensions::Decision;
-use super::guided_direction::SampledDirection;
+use super::guided_direction::{ProposedDirection, SampledDirection};
 use super::mis::LastScatter;
 use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
@@ -19,23 +20,23 @@ const ROULETTE_DEPTH: u32 = 2;
 impl Tracer<'_, '_> {
     /// Samples the rays with which the paths of a block go on.
     pub(super) fn send_paths(&mut self, surfaces: &[ShadedPoint<'_, '_>], block: &mut PathBlock) {
-        let mut proposed = [None; LANES];
+        let mut proposed = ArrayVec::<_, LANES>::new();
+        let mut rough = ActiveLanes::default();
         for surface in surfaces {
             let u = surface.samples.point(Decision::Direction);
             let choices = surface.samples.point(Decision::LobeAndRoulette);
             let direction = surface.propose_direction(block, choices.x, u);
-            if let Some(wi) = direction.and_then(|direction| direction.rough()) {
+            if let Some(wi) = direction.as_ref().and_then(ProposedDirection::rough) {
                 block.wi.set(surface.lane, wi);
+                rough = rough.with(surface.lane);
             }
-            proposed[surface.lane] = direction.map(|direction| (direction, choices.y));
+            proposed.push(direction.map(|direction| (direction, choices.y)));
         }
-        let rough = |lane: usize| proposed[lane].and_then(|(direction, _)| direction.rough());
-        let rough = ActiveLanes::first(LANES).filtered(|lane| rough(lane).is_some());
         if !rough.is_empty() {
             block.scatter(self.context.view.bvh.simd_level(), rough);
         }
-        for surface in surfaces {
-            let sampled = proposed[surface.lane].and_then(|(direction, u_roulette)| {
+        for (surface, proposed) in surfaces.iter().zip(proposed) {
+            let sampled = proposed.and_then(|(direction, u_roulette)| {
                 let sampled = surface.sample_in(direction, block.scattered(surface.lane))?;
                 Some((sampled, u_roulette))
             });

@@ -1,7 +1,7 @@
 //! Next-event estimation: shadow rays from a surface of a path to sampled points of lights.
 
 use arrayvec::ArrayVec;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::dimensions::Decision;
 use super::emission::clamped;
@@ -10,7 +10,7 @@ use super::mis::power_heuristic;
 use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
 use crate::geometry::{ActiveLanes, LANES, Ray, Vec3Lanes, vectorized};
-use crate::integrator::lights::{Incidence, LightSample};
+use crate::integrator::lights::{Incidence, LightSample, PreparedLight};
 use crate::integrator::media::SurfaceMedia;
 use crate::integrator::whitted::{ShadowRay, Tracer};
 use crate::integrator::{GlassShadows, LightPass};
@@ -42,12 +42,13 @@ impl Tracer<'_, '_> {
         block: &mut PathBlock,
         positions: &Vec3Lanes,
     ) {
-        self.choose_lamps(surfaces, block, positions);
+        let lamp_points = self.lamp_points(surfaces);
+        self.choose_lamps((surfaces, &lamp_points), block, positions);
         let to_environment = self.sample_environment(surfaces, block);
         let to_emitters = self.sample_emitters(surfaces, block);
         // Surface by surface, since one sample may see several: it sums their light in this order, whatever else is in the block.
         for (index, surface) in surfaces.iter().enumerate() {
-            self.queue_lamp(surface, block.chosen(surface.lane));
+            self.queue_lamp((surface, lamp_points[index]), block.chosen(surface.lane));
             if let Some(Some((sample, scattered))) = to_environment.get(index) {
                 self.queue_environment(surface, *sample, *scattered);
             }
@@ -57,8 +58,22 @@ impl Tracer<'_, '_> {
         }
     }
 
+    /// The sample points of each surface on the lights that rays cannot hit; zero where no light has more than one point.
+    fn lamp_points(&self, surfaces: &[ShadedPoint<'_, '_>]) -> ArrayVec<Vec2, LANES> {
+        let is_sized = self.context.lights.iter().any(PreparedLight::is_sized);
+        let point = |surface: &ShadedPoint<'_, '_>| {
+            if is_sized { surface.samples.point(Decision::LightPoint) } else { Vec2::ZERO }
+        };
+        surfaces.iter().map(point).collect()
+    }
+
     /// Chooses one of the lights that rays cannot hit for each surface, by the light that it would scatter without occlusion.
-    fn choose_lamps(&self, surfaces: &[ShadedPoint<'_, '_>], block: &mut PathBlock, positions: &Vec3Lanes) {
+    fn choose_lamps(
+        &self,
+        (surfaces, lamp_points): (&[ShadedPoint<'_, '_>], &[Vec2]),
+        block: &mut PathBlock,
+        positions: &Vec3Lanes,
+    ) {
         let context = self.context;
         for surface in surfaces {
             let u = if context.lights.is_empty() { 0.0 } else { surface.samples.number(Decision::Light) };
@@ -72,9 +87,8 @@ impl Tracer<'_, '_> {
             let in_lanes = block.is_in_lanes();
             let incidences = &mut block.incidences;
             if light.is_sized() || !in_lanes {
-                for surface in surfaces {
-                    let position = surface.point.position;
-                    let sample = light.sample(position, surface.samples.point(Decision::LightPoint));
+                for (surface, u_point) in surfaces.iter().zip(lamp_points) {
+                    let sample = light.sample(surface.point.position, *u_point);
                     incidences.set(surface.lane, sample.map_or(Incidence::NONE, LightSample::incidence));
                 }
             } else {
@@ -84,10 +98,9 @@ impl Tracer<'_, '_> {
         }
     }
 
-    fn queue_lamp(&mut self, shaded: &ShadedPoint<'_, '_>, chosen: Option<(usize, Vec3)>) {
+    fn queue_lamp(&mut self, (shaded, u_point): (&ShadedPoint<'_, '_>, Vec2), chosen: Option<(usize, Vec3)>) {
         let Some((light, contribution)) = chosen else { return };
         let position = shaded.point.position;
-        let u_point = shaded.samples.point(Decision::LightPoint);
         let Some(sample) = self.context.lights[light].sample(position, u_point) else { return };
         let end = shaded.shadow_start(sample.wi, sample.span(position));
         let at = if sample.is_distant() { SurfaceMedia::AtStart } else { SurfaceMedia::AtEnd };

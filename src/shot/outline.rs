@@ -14,6 +14,7 @@ use crate::scene::{
 use crate::sequence::{FrameSpec, OutputPattern, duration_seconds};
 use crate::settings::{BackgroundSource, OutputNames, Placeholder, SettingValues};
 
+use super::ambiguous_names::ambiguous_names;
 use super::camera_path::{self, LoadedPath};
 use super::environment::environment_request;
 use super::memory_limit::max_memory_bytes;
@@ -96,6 +97,7 @@ impl ShotOutline {
         }
         let request = selection_request(args);
         let (mut selections, mut choices) = Selection::resolve_each(&request, scene)?;
+        choices.extend(ambiguous_names(args, scene));
         choices.extend(scene.notes.iter().cloned());
         let mut inputs = vec![shot.scene.clone()];
         if let Some(source) = &args.camera_path {

@@ -12,7 +12,7 @@ use super::scattering::{SmoothLobes, TransmissionLobe};
 use super::specular_lobe::SpecularLobe;
 use super::{AlbedoSlice, AlbedoTable, AlbedoTermLanes, Albedos, Bsdf, LobeDirection, Scattering};
 use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec3Lanes, vectorized};
-use crate::interaction::MaterialSample;
+use crate::interaction::{BaseMaterialLanes, MaterialSample};
 
 /// The lobes of each lane.
 #[derive(Debug)]
@@ -20,7 +20,7 @@ pub(crate) struct ScatteringLanes {
     /// Directions to the viewers, in local frames.
     pub(crate) wo: Vec3Lanes,
     cos_o: F32Lanes,
-    material: MaterialLanes,
+    material: BaseMaterialLanes,
     terms: AlbedoTermLanes,
     /// Not used by the values of lobes, whose terms are known.
     albedo_slice: AlbedoSlice,
@@ -33,16 +33,6 @@ pub(crate) struct ScatteringLanes {
     diffuse_albedo: Vec3Lanes,
     specular_probability: F32Lanes,
     diffuse_probability: F32Lanes,
-}
-
-/// Values of the material.
-#[derive(Debug, Default)]
-struct MaterialLanes {
-    base_color: Vec3Lanes,
-    metallic: F32Lanes,
-    roughness: F32Lanes,
-    specular: F32Lanes,
-    specular_color: Vec3Lanes,
 }
 
 /// Reflectances of the dielectric, by its exact curve.
@@ -65,7 +55,7 @@ impl Default for ScatteringLanes {
         Self {
             wo: Vec3Lanes::default(),
             cos_o: F32Lanes::default(),
-            material: MaterialLanes::default(),
+            material: BaseMaterialLanes::default(),
             terms: AlbedoTermLanes::default(),
             albedo_slice: AlbedoSlice::new(1.0),
             metallic: F32Lanes::default(),
@@ -96,29 +86,10 @@ impl ScatteredLanes {
     }
 }
 
-impl MaterialLanes {
-    #[inline(always)]
-    fn get(&self, lane: usize, ior: f32) -> MaterialSample {
-        MaterialSample {
-            base_color: self.base_color.get(lane),
-            metallic: self.metallic[lane],
-            roughness: self.roughness[lane],
-            specular: self.specular[lane],
-            specular_color: self.specular_color.get(lane),
-            ior,
-            ..MaterialSample::default()
-        }
-    }
-}
-
 impl ScatteringLanes {
     /// Replaces the material values of a lane.
     pub(crate) fn set_material(&mut self, lane: usize, sample: &MaterialSample) {
-        self.material.base_color.set(lane, sample.base_color);
-        self.material.metallic[lane] = sample.metallic;
-        self.material.roughness[lane] = sample.roughness;
-        self.material.specular[lane] = sample.specular;
-        self.material.specular_color.set(lane, sample.specular_color);
+        self.material.set(lane, sample);
     }
 
     /// Computes the lobes of the active lanes, seen through vacuum, from the material values and the directions to the viewers. The table is that of
@@ -128,7 +99,7 @@ impl ScatteringLanes {
         for (lane, cosine) in cos_o.iter_mut().enumerate() {
             *cosine = wo.get(lane).z;
         }
-        table.terms((level, active), cos_o, &material.roughness, terms);
+        table.terms((level, active), cos_o, material.roughness(), terms);
         self.albedo_slice = table.slice();
         vectorized!(level, self.compute_lobes(ior));
     }
@@ -208,7 +179,7 @@ impl ScatteringLanes {
         };
         Scattering {
             bsdf: Bsdf {
-                base_color: self.material.base_color.get(lane),
+                base_color: self.material.base_color(lane),
                 metallic: self.metallic[lane],
                 transmission: 0.0,
                 thin: true,

@@ -5,9 +5,7 @@
 
 use glam::{Mat4, Vec2, Vec3};
 
-use super::lights::LightSet;
 use super::random::{Purpose, Seed};
-use super::{ColorChannels, MediaStack, RayKind, RayState};
 use crate::frame::PosedCamera;
 use crate::geometry::{F32Lanes, LANES, Ray, Vec3Lanes, concentric_disk_point};
 use crate::interaction::RayDifferential;
@@ -183,34 +181,6 @@ impl CameraRays {
         let turned = |step: Vec3| (step - direction * direction.dot(step)) * per_length;
         let [row, column] = self.sample_steps;
         [turned(row), turned(column)]
-    }
-
-    /// The state of a camera ray that starts in `media`, for sample `sample` of a batch.
-    #[inline(always)]
-    pub(super) fn ray_state(
-        differential: RayDifferential,
-        media: MediaStack,
-        sample: u32,
-        seed: Seed,
-    ) -> RayState {
-        RayState {
-            differential,
-            media,
-            touching: None,
-            weight: Vec3::ONE,
-            kind: RayKind::Camera,
-            channels: ColorChannels::White,
-            light_pass: None,
-            guide_share: 1.0,
-            unguided_ratio: 1.0,
-            sees_peaks: true,
-            shown_lamps: LightSet::default(),
-            blur: 0.0,
-            environment_lobe: None,
-            depth: 0,
-            sample,
-            seed,
-        }
     }
 
     /// The seed of sample `index` of a pixel.

@@ -94,6 +94,34 @@ impl Deref for ArrivingState<'_> {
 }
 
 impl RayState {
+    /// The state of a camera ray that starts in `media`, for sample `sample` of a batch.
+    #[inline(always)]
+    pub(super) fn of_camera(
+        differential: RayDifferential,
+        media: MediaStack,
+        sample: u32,
+        seed: Seed,
+    ) -> Self {
+        Self {
+            differential,
+            media,
+            touching: None,
+            weight: Vec3::ONE,
+            kind: RayKind::Camera,
+            channels: ColorChannels::White,
+            light_pass: None,
+            guide_share: 1.0,
+            unguided_ratio: 1.0,
+            sees_peaks: true,
+            shown_lamps: LightSet::default(),
+            blur: 0.0,
+            environment_lobe: None,
+            depth: 0,
+            sample,
+            seed,
+        }
+    }
+
     /// The state where the ray arrives at a surface.
     #[inline]
     pub(super) fn arriving_at(&self, hit: &Hit) -> ArrivingState<'_> {

@@ -3,6 +3,7 @@
 //! [`SurfacePoint::new`] computes the geometry on the viewer's side of a surface, [`surface_at`] also the material values, and
 //! [`alpha_at`] the coverage alone. Lights and the use of the values are not known here.
 
+mod base_material_lanes;
 mod material;
 mod material_extensions;
 mod material_sample;
@@ -14,6 +15,7 @@ mod surface_differentials;
 mod surface_point;
 mod texture_lookup;
 
+pub(crate) use base_material_lanes::BaseMaterialLanes;
 pub(crate) use material::is_opaque_at;
 pub use material::{
     alpha_at, blurred_color_at, catches_shadows, clear_coat_at, emission_at, is_constant, material_values,

@@ -9,7 +9,9 @@ use super::tracer::{SampleValue, Tracer, seconds_since};
 use super::wavefront::{RaySignature, Wavefront};
 use crate::geometry::{ActiveLanes, LANES, Ray, Vec3Lanes, vectorized};
 use crate::integrator::camera::DifferentialLanes;
-use crate::integrator::{CameraRays, CameraSamples, IntegratorContext, LightPass, MediaStack, Seed};
+use crate::integrator::{
+    CameraRays, CameraSamples, IntegratorContext, LightPass, MediaStack, RayState, Seed,
+};
 use crate::interaction::alpha_at;
 use crate::scene::LookupLanes;
 
@@ -81,7 +83,7 @@ impl Tracer<'_, '_> {
                     self.sequences[sample as usize] = samples.sequence(points, sample);
                 }
                 let slot = wavefront.push_with(RaySignature::CAMERA, *ray, || {
-                    CameraRays::ray_state(differentials.get(lane), media, sample, seed)
+                    RayState::of_camera(differentials.get(lane), media, sample, seed)
                 });
                 if !self.context.has_receivers {
                     let (ray, state) = wavefront.ray(slot);

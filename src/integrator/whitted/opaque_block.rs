@@ -19,7 +19,7 @@ use crate::bsdf::{AlbedoSlice, AlbedoTable, AlbedoTermLanes, Bsdf};
 use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec3Lanes, vectorized};
 use crate::integrator::IntegratorContext;
 use crate::integrator::lights::{Incidence, IncidenceLanes};
-use crate::interaction::{MaterialSample, SurfaceBlock};
+use crate::interaction::{BaseMaterialLanes, MaterialSample, SurfaceBlock};
 use crate::scene::{Environment, LookupLanes, Material};
 
 /// The material of a block.
@@ -35,16 +35,7 @@ impl BlockMaterial<'_> {
     #[inline(always)]
     fn bsdf(self, materials: &MaterialLanes, lane: usize) -> Bsdf {
         let ior = self.material.ior;
-        let sample = MaterialSample {
-            base_color: materials.base_color.get(lane),
-            metallic: materials.metallic[lane],
-            roughness: materials.roughness[lane],
-            specular: materials.specular[lane],
-            specular_color: materials.specular_color.get(lane),
-            ior,
-            ..MaterialSample::default()
-        };
-        Bsdf::in_lane(&sample, 1.0, ior, self.albedos)
+        Bsdf::in_lane(&materials.base.get(lane, ior), 1.0, ior, self.albedos)
     }
 }
 
@@ -62,11 +53,7 @@ pub(super) struct OpaqueBlock<'a> {
 /// Material values and the weights of the rays.
 #[derive(Debug, Default)]
 pub(super) struct MaterialLanes {
-    pub(super) base_color: Vec3Lanes,
-    metallic: F32Lanes,
-    roughness: F32Lanes,
-    specular: F32Lanes,
-    specular_color: Vec3Lanes,
+    pub(super) base: BaseMaterialLanes,
     occlusion: F32Lanes,
     pub(super) emission: Vec3Lanes,
     /// Multiplies the radiance that leaves the surface.
@@ -191,11 +178,7 @@ impl OpaqueBlock<'_> {
 impl MaterialLanes {
     #[inline(always)]
     fn set(&mut self, lane: usize, sample: &MaterialSample, weight: Vec3) {
-        self.base_color.set(lane, sample.base_color);
-        self.metallic[lane] = sample.metallic;
-        self.roughness[lane] = sample.roughness;
-        self.specular[lane] = sample.specular;
-        self.specular_color.set(lane, sample.specular_color);
+        self.base.set(lane, sample);
         self.occlusion[lane] = sample.occlusion;
         self.emission.set(lane, sample.emission);
         self.weight.set(lane, weight);
@@ -217,7 +200,7 @@ impl ReflectedLanes {
             self.cos_o[lane] = local_wo.z;
             let mirrored = mirror_direction(wo, normal);
             self.mirrored.set(lane, mirrored);
-            let roughness = materials.roughness[lane].clamp(0.0, 1.0);
+            let roughness = materials.base.roughness()[lane].clamp(0.0, 1.0);
             let looked_up = PrefilteredLobe::new(mirrored, normal, local_wo.z, roughness);
             self.looked_up.0.set(lane, looked_up.direction);
             self.looked_up.1[lane] = looked_up.roughness;

@@ -73,7 +73,7 @@ impl Tracer<'_, '_> {
                 is_outside: true,
             },
         ];
-        let color = block.materials.base_color.get(lane);
+        let color = block.materials.base.base_color(lane);
         self.add_lookups(&arrival, &MediaStack::default(), &mut lookups, color);
         let weight = block.reflected.specular.get(lane);
         let roughness = block.reflected.lobe_roughness[lane];

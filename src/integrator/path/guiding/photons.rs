@@ -6,12 +6,11 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::photon_sources::{EmittedPhoton, PhotonSources};
-use crate::integrator::lights::LightSet;
 use crate::integrator::path::LastScatter;
 use crate::integrator::random::Seed;
 use crate::integrator::whitted::Tracer;
 use crate::integrator::zsobol::ZSobol;
-use crate::integrator::{ColorChannels, IntegratorContext, LightPass, RayKind, RayState};
+use crate::integrator::{IntegratorContext, LightPass, RayKind, RayState};
 use crate::interaction::RayDifferential;
 
 /// Photons for each sample of a pixel. They take about the time of as many pixels.
@@ -134,23 +133,12 @@ impl<'c, 'a> PhotonTracing<'c, 'a> {
         let emitted: Vec<(u32, EmittedPhoton)> =
             indices.filter_map(|index| Some((index, self.sources.emit(index)?))).collect();
         let rays = (0..).zip(&emitted).map(|(sample, (index, photon))| {
+            let media = self.context.media_at(photon.ray.origin);
             let state = RayState {
-                differential: RayDifferential::ZERO,
-                media: self.context.media_at(photon.ray.origin),
-                touching: None,
                 weight: photon.power,
                 kind: RayKind::Reflection,
-                channels: ColorChannels::White,
                 light_pass: Some(LightPass::Direct),
-                guide_share: 1.0,
-                unguided_ratio: 1.0,
-                sees_peaks: true,
-                shown_lamps: LightSet::default(),
-                blur: 0.0,
-                environment_lobe: None,
-                depth: 0,
-                sample,
-                seed: Seed::default(),
+                ..RayState::of_camera(RayDifferential::ZERO, media, sample, Seed::default())
             };
             let last = LastScatter { pdf: 1.0, position: photon.ray.origin, normal: None, visible: None };
             (photon.ray, state, last, self.points.sequence((0, 0), *index))

@@ -56,10 +56,13 @@ pub struct IntegratorContext<'a> {
     lamp_volumes: Vec<Option<VolumeId>>,
     /// For [`Integrator::Path`].
     pub(super) emissive_triangles: Option<EmissiveTriangles>,
-    /// Directions of the shadow rays of [`Integrator::Whitted`] to the environment; `None` where its light is not occluded.
+    /// Directions of the shadow rays to the environment from the surfaces of [`Integrator::Whitted`], and from shadow catchers and the ground; `None` where its
+    /// light is not occluded.
     pub(super) environment_directions: Option<EnvironmentDirections>,
     /// What can hide the environment from shadow catchers and the ground, where shadow rays decide about it.
     pub(super) occluders: Option<OccluderSphere>,
+    /// The environment's peaks as lights of shadow catchers and the ground, where they are not among all lights.
+    receiver_peaks: Vec<PreparedLight>,
     /// Whether shadow rays of paths sample the environment by its radiance.
     samples_environment: bool,
     /// For [`Integrator::Path`], where walls hide most of the environment.
@@ -116,6 +119,7 @@ impl<'a> IntegratorContext<'a> {
             settings.ground.map_or(0.0, |ground| luminance(view.environment.irradiance(ground.up)));
         let ground_irradiance = on_ground * (1.0 - occluded_share);
         let has_receivers = has_receivers(view.frame, &settings);
+        let shades_receivers = has_receivers && occluded_share > 0.0 && view.environment.is_lit();
         let opaque_materials = view.frame.materials.iter().map(is_opaque).collect();
         let opaque_albedos = OpaqueAlbedos::of(&view.frame.materials);
         let mut context = Self {
@@ -129,8 +133,14 @@ impl<'a> IntegratorContext<'a> {
             camera_media,
             lamp_volumes,
             emissive_triangles: is_path.then(|| EmissiveTriangles::new(view)),
-            occluders: (traces_environment && has_receivers).then(|| OccluderSphere::of(view.frame)),
-            environment_directions: traces_environment.then(|| EnvironmentDirections::new(view.environment)),
+            occluders: shades_receivers.then(|| OccluderSphere::of(view.frame)),
+            environment_directions: (traces_environment || shades_receivers)
+                .then(|| EnvironmentDirections::new(view.environment)),
+            receiver_peaks: if is_path && shades_receivers {
+                lights::peak_lights(view.environment, &settings)
+            } else {
+                Vec::new()
+            },
             samples_environment: is_path && view.environment.sample(Vec2::splat(0.5)).is_some(),
             visible_environment: if is_path { VisibleEnvironment::new(view).map(Arc::new) } else { None },
             path_guide: None,
@@ -162,6 +172,11 @@ impl<'a> IntegratorContext<'a> {
             passages.push(GlassPassage::Straight);
         }
         passages
+    }
+
+    /// The lights of shadow catchers and the ground.
+    pub(super) fn receiver_lights(&self) -> impl Iterator<Item = &PreparedLight> {
+        self.lights.iter().chain(&self.receiver_peaks)
     }
 
     /// The environment's own lights, which its lookups do not contain.

@@ -149,21 +149,30 @@ pub(super) fn gather(
 ) -> Vec<PreparedLight> {
     let scaled = frame.lights.iter().map(|light| PreparedLight::new(light, settings));
     let peaks = match settings.integrator {
-        Integrator::Whitted => environment.peaks(),
+        Integrator::Whitted => peak_lights(environment, settings),
         Integrator::Path => Vec::new(),
     };
-    let distant = |key: KeyLight, is_peak| PreparedLight {
-        color: key.irradiance,
-        intensity: 1.0,
-        emitter: Emitter::Distant { wi: key.direction_to_light },
-        size: settings.light_size,
-        is_peak,
-    };
-    let key = environment.key_light().map(|key| distant(key, false));
-    scaled.chain(key).chain(peaks.into_iter().map(|peak| distant(peak, true))).collect()
+    let key = environment.key_light().map(|key| PreparedLight::distant(key, settings));
+    scaled.chain(key).chain(peaks).collect()
+}
+
+/// The peaks of an environment.
+pub(super) fn peak_lights(environment: &Environment, settings: &IntegratorSettings) -> Vec<PreparedLight> {
+    let light = |peak| PreparedLight { is_peak: true, ..PreparedLight::distant(peak, settings) };
+    environment.peaks().into_iter().map(light).collect()
 }
 
 impl PreparedLight {
+    fn distant(key: KeyLight, settings: &IntegratorSettings) -> Self {
+        Self {
+            color: key.irradiance,
+            intensity: 1.0,
+            emitter: Emitter::Distant { wi: key.direction_to_light },
+            size: settings.light_size,
+            is_peak: false,
+        }
+    }
+
     fn new(posed: &PosedLight, settings: &IntegratorSettings) -> Self {
         let PosedLight { position, direction, ref light } = *posed;
         let range = light.range.unwrap_or(f32::INFINITY);

@@ -23,36 +23,37 @@ impl Tracer<'_, '_> {
         let Some(lights) = &self.context.emissive_triangles else { return };
         let share = lights.emission_weight(self.context.view, hit, point, last);
         let light_pass =
-            light_pass.map_or(LightPass::Emission, |pass| found_by(state, last, pass, LightPass::Direct));
-        self.add_to_path(state, light_pass, weighted * share);
+            light_pass.map_or(LightPass::Emission, |pass| found_by(last, pass, LightPass::Direct));
+        self.add_to_path((state, last), light_pass, weighted * share);
     }
 
     /// Weight and light pass of the environment that a ray sees.
     pub(in crate::integrator) fn path_environment(
         &self,
-        state: &RayState,
         direction: Vec3,
         (light_pass, last): (Option<LightPass>, Option<&LastScatter>),
     ) -> (f32, LightPass) {
         let pdf = |last: &LastScatter| self.context.environment_pdf(last.visible, direction);
         let share = last.map_or(1.0, |last| power_heuristic(last.pdf, pdf(last)));
-        let pass = light_pass
-            .map_or(LightPass::Environment, |pass| found_by(state, last, pass, LightPass::Environment));
+        let pass =
+            light_pass.map_or(LightPass::Environment, |pass| found_by(last, pass, LightPass::Environment));
         (share, pass)
     }
 
-    /// Adds radiance to a path, clamped where it comes from beyond the first surface.
+    /// Adds radiance to a path, clamped where it comes from beyond the first surface. Light that the shadow rays of a surface look for, too, `last`, is
+    /// clamped as theirs.
     pub(in crate::integrator) fn add_to_path(
         &mut self,
-        state: &RayState,
+        (state, last): (&RayState, Option<&LastScatter>),
         light_pass: LightPass,
         radiance: Vec3,
     ) {
-        let radiance = clamped(radiance, self.clamp_at(state.depth));
+        let depth = last.map_or(state.depth, |last| last.depth);
+        let radiance = clamped(radiance, self.clamp_at(depth));
         self.add(state.sample, light_pass, radiance);
     }
 
-    /// The largest component of light that a ray of a path finds.
+    /// The largest component of light that a ray of a path finds, or that the shadow rays of a surface do at this depth.
     pub(super) fn clamp_at(&self, depth: u32) -> f32 {
         if depth > 0 { self.context.settings.path.clamp_indirect } else { f32::INFINITY }
     }
@@ -66,7 +67,7 @@ pub(in crate::integrator) fn clamped(radiance: Vec3, limit: f32) -> Vec3 {
 
 /// The light pass of a light that a ray finds whose light belongs to `pass`. A light that a rough lobe of the first surface finds by its sampled
 /// ray is in the pass of its shadow ray.
-fn found_by(state: &RayState, last: Option<&LastScatter>, pass: LightPass, own: LightPass) -> LightPass {
-    let is_first = state.depth == 1 && last.is_some() && pass != LightPass::Transparency;
+fn found_by(last: Option<&LastScatter>, pass: LightPass, own: LightPass) -> LightPass {
+    let is_first = last.is_some_and(|last| last.depth == 0) && pass != LightPass::Transparency;
     if is_first { own } else { pass }
 }

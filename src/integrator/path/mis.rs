@@ -10,6 +10,8 @@ pub(in crate::integrator) struct LastScatter {
     /// Density of the ray's direction with respect to solid angle; infinite where no shadow rays look for lights in that direction.
     pub(in crate::integrator) pdf: f32,
     pub(in crate::integrator) position: Vec3,
+    /// Number of reflections and refractions before the surface.
+    pub(in crate::integrator) depth: u32,
     /// Normal of a surface that scatters light of its own side alone.
     pub(in crate::integrator) normal: Option<Vec3>,
     /// What it sees of the environment.

@@ -14,7 +14,6 @@
 //!
 //! A sample's numbers are points of one sequence (`zsobol`), by (pixel, sample, dimension): they do not depend on batches and threads.
 
-mod catcher;
 mod coverage;
 mod dimensions;
 mod emission;

@@ -127,6 +127,7 @@ impl Tracer<'_, '_> {
             (sample.pdf > 0.0).then_some(LastScatter {
                 pdf: if is_covered { f32::INFINITY } else { sample.pdf },
                 position,
+                depth: state.depth,
                 normal,
                 visible: shaded.visible,
             })

@@ -108,7 +108,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
         if material.unlit {
             let radiance = weight * material.base_color;
             self.add_guide((&state, share), (material, point));
-            self.add_to_path(&state, light_pass.unwrap_or(LightPass::Emission), radiance);
+            self.add_to_path((&state, None), light_pass.unwrap_or(LightPass::Emission), radiance);
             return None;
         }
         let coat = material.clear_coat.map(|sample| {

@@ -46,7 +46,6 @@ mod wavefront;
 
 pub(super) use local_frame::{local_frame, shading_frame};
 pub(crate) use prefiltered_lobe::PrefilteredLobe;
-pub(super) use receivers::Receiver;
 pub use sample_aovs::{InstanceCoverage, SampleAovFlags};
 pub(super) use shadow_queue::ShadowRay;
 pub(super) use surface_hit::SurfaceHit;

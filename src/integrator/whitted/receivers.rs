@@ -17,7 +17,7 @@ use crate::integrator::media::SurfaceMedia;
 use crate::integrator::random::{Purpose, r2_moved};
 use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::zsobol::SampleSequence;
-use crate::integrator::{EnvSamples, RayState, Seed};
+use crate::integrator::{EnvSamples, Integrator, RayState, Seed};
 use crate::interaction::catches_shadows;
 use crate::scene::Environment;
 
@@ -33,23 +33,23 @@ const MOST_OF_ONE_RAY: f32 = 0.5;
 
 /// First dimension of the sample points of receivers, beyond those of surfaces and paths.
 const FIRST_DIMENSION: u32 = 1 << 31;
-/// Dimensions of one receiver: as many as the candidates of paths need, and to spare.
+/// Dimensions of one receiver.
 const DIMENSIONS: u32 = 16;
 
 /// A point that receives light.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::integrator) struct Receiver {
-    pub(in crate::integrator) position: Vec3,
+pub(super) struct Receiver {
+    pub(super) position: Vec3,
     /// Unit normal on the lit side.
-    pub(in crate::integrator) normal: Vec3,
-    pub(in crate::integrator) seed: Seed,
+    pub(super) normal: Vec3,
+    pub(super) seed: Seed,
     /// The sample points of the pixel, and the first dimension of this receiver, on camera rays.
-    pub(in crate::integrator) points: Option<(SampleSequence, u32)>,
+    pub(super) points: Option<(SampleSequence, u32)>,
 }
 
 impl Receiver {
     /// The point in the unit square of this number, for directions to the environment of a scene with so many lights.
-    pub(in crate::integrator) fn environment_point(&self, lights: usize, number: u32) -> Vec2 {
+    fn environment_point(&self, lights: usize, number: u32) -> Vec2 {
         match self.points {
             Some((sequence, first_dimension)) => sequence.point(first_dimension + number),
             None => self.seed.point(Purpose::Light(lights as u32 + number)),
@@ -79,7 +79,7 @@ pub(super) struct ReceiverShadows {
 #[derive(Clone, Copy, Debug)]
 struct EnvironmentIrradiance {
     exact: Vec3,
-    /// [`EnvironmentDirections::irradiance`]; 0 for paths.
+    /// That of the grid of directions.
     of_grid: f32,
 }
 
@@ -109,7 +109,7 @@ impl ReceiverShadows {
     /// The irradiance of `environment` on a surface of this normal.
     fn irradiance(
         &mut self,
-        (environment, directions): (&Environment, Option<&EnvironmentDirections>),
+        (environment, directions): (&Environment, &EnvironmentDirections),
         normal: Vec3,
     ) -> EnvironmentIrradiance {
         if let Some((known, irradiance)) = self.irradiance
@@ -117,8 +117,8 @@ impl ReceiverShadows {
         {
             return irradiance;
         }
-        let of_grid = directions.map_or(0.0, |directions| directions.grid.irradiance(normal));
-        let irradiance = EnvironmentIrradiance { exact: environment.irradiance(normal), of_grid };
+        let (exact, of_grid) = (environment.irradiance(normal), directions.grid.irradiance(normal));
+        let irradiance = EnvironmentIrradiance { exact, of_grid };
         self.irradiance.insert((normal, irradiance)).1
     }
 
@@ -222,7 +222,7 @@ impl Tracer<'_, '_> {
         shadow_end: impl Fn(Vec3) -> Vec3,
     ) {
         let context = self.context;
-        for (index, light) in context.lights.iter().enumerate() {
+        for (index, light) in context.receiver_lights().enumerate() {
             let Some(incidence) = light.incidence(receiver.position) else { continue };
             let cosine = incidence.wi.dot(receiver.normal);
             if cosine > 0.0 {
@@ -242,20 +242,14 @@ impl Tracer<'_, '_> {
         shadow_end: impl Fn(Vec3) -> Vec3,
     ) -> f32 {
         let context = self.context;
-        let directions = context.environment_directions.as_ref();
+        let Some(directions) = &context.environment_directions else { return 0.0 };
         let irradiance = shadows.irradiance((context.view.environment, directions), receiver.normal);
         let all = irradiance.exact * context.occluded_share;
         if luminance(all) <= 0.0 {
             return 0.0;
         }
         let origin = shadow_end(Vec3::ZERO);
-        let Some(directions) = directions else {
-            // Paths take many samples of one ray.
-            if let Some(wi) = self.environment_direction(receiver) {
-                shadows.push(context.lights.len(), Ray::new(origin, wi), all);
-            }
-            return 0.0;
-        };
+        let lights = context.receiver_lights().count();
         // The light in a cone is known on the grid of the directions; what counts is its share of all light there. A ray may not decide about
         // more than that: shadows would be too light where they are limited to it.
         let of_grid = luminance(all) / irradiance.of_grid;
@@ -265,15 +259,17 @@ impl Tracer<'_, '_> {
         let cone = cone.filter(|_| most <= luminance(all));
         let rays = match context.settings.env_samples {
             _ if receiver.points.is_none() => 1,
+            // Paths take many samples.
+            _ if context.settings.integrator == Integrator::Path => 1,
             EnvSamples::Fixed(rays) => rays,
             EnvSamples::Auto if most <= MOST_OF_ONE_RAY * luminance(all) => 1,
             EnvSamples::Auto => ENVIRONMENT_RAYS,
         };
         let mut add = |wi: Vec3, irradiance: Vec3| {
-            shadows.push(context.lights.len(), Ray::new(origin, wi), irradiance);
+            shadows.push(lights, Ray::new(origin, wi), irradiance);
         };
         // The rays of a sample share one sample point, which each moves on.
-        let point = |number| receiver.environment_point(context.lights.len(), number);
+        let point = |number| receiver.environment_point(lights, number);
         let (share, u) = (all / rays as f32, point(0));
         let Some(cone) = cone else {
             let choice = point(1).x;

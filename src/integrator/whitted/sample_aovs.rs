@@ -81,6 +81,11 @@ impl SampleAovs {
         }
     }
 
+    /// Whether guides are recorded.
+    pub(super) fn has_guides(&self) -> bool {
+        self.flags.guides
+    }
+
     pub(super) fn guides(&self) -> &[GuideSample] {
         &self.guides
     }

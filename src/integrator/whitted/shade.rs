@@ -41,7 +41,8 @@ impl<'a> Tracer<'_, 'a> {
         self.surface_hits.clear();
         for (RunKey { is_layered, material }, hits) in order.runs() {
             let material = &frame.materials[material as usize];
-            if material.unlit && material.texture_refs().next().is_none() {
+            // Guides of denoising need points.
+            if material.unlit && material.texture_refs().next().is_none() && !self.aovs.has_guides() {
                 self.shade_unlit(wavefront, hits);
                 continue;
             }
@@ -62,7 +63,7 @@ impl<'a> Tracer<'_, 'a> {
             let (_, state) = wavefront.ray(*slot);
             let weight = state.weight * state.media.transmittance(hit.t) * *share;
             let radiance = weight * untextured_color(self.context.view, hit);
-            self.add_to_path(state, light_pass.unwrap_or(LightPass::Emission), radiance);
+            self.add_to_path((state, None), light_pass.unwrap_or(LightPass::Emission), radiance);
         }
     }
 

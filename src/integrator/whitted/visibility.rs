@@ -182,8 +182,8 @@ impl Tracer<'_, '_> {
                 self.add(state.sample, light_pass.unwrap_or(LightPass::Environment), weight * radiance);
             }
             Integrator::Path => {
-                let (share, light_pass) = self.path_environment(state, ray.direction, (light_pass, last));
-                self.add_to_path(state, light_pass, weight * radiance * share);
+                let (share, light_pass) = self.path_environment(ray.direction, (light_pass, last));
+                self.add_to_path((state, last), light_pass, weight * radiance * share);
             }
         }
         self.set_coverage(state, 1.0);

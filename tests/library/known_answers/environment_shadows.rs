@@ -1,5 +1,7 @@
 //! Shadows of the environment in Whitted's tree.
 
+use std::f64::consts::PI;
+
 use glam::Vec3;
 use rayframe::error::Result;
 use rayframe::render::{EnvSamples, Integrator};
@@ -124,6 +126,56 @@ fn light_from_a_window_casts_sharp_shadows_on_the_ground() {
             stage.settings.env_samples = env_samples;
             let seen = middle(&stage);
             assert!((seen.w - hidden).abs() < 0.02, "card {index}, {env_samples:?}: {seen} for {hidden}");
+        }
+    }
+}
+
+/// A dark sky with two lamps of these half angles in degrees and radiances: 20° from the zenith towards +X, and 74° towards −X. Also the share of the
+/// irradiance on the ground that the first lamp has.
+fn two_lamps(lamps: [(f64, f64); 2]) -> Result<(Environment, f32)> {
+    const TILTS: [f64; 2] = [20.0, -74.0];
+    let (width, height) = (1024, 512);
+    let (mut pixels, mut irradiances) = (Vec::new(), [0.0; 2]);
+    for index in 0..width * height {
+        let polar = PI * (f64::from(index / width) + 0.5) / f64::from(height);
+        let azimuth = 2.0 * PI * ((f64::from(index % width) + 0.5) / f64::from(width) - 0.5);
+        let (x, y) = (polar.sin() * azimuth.sin(), polar.cos());
+        let mut pixel = 0.0;
+        for ((half_angle, radiance), (tilt, irradiance)) in
+            lamps.into_iter().zip(TILTS.into_iter().zip(&mut irradiances))
+        {
+            let (sine, cosine) = f64::to_radians(tilt).sin_cos();
+            if x * sine + y * cosine > half_angle.to_radians().cos() {
+                pixel += radiance;
+                // By the cosine and the solid angle of the pixel
+                *irradiance += radiance * y * polar.sin();
+            }
+        }
+        pixels.push([pixel as f32; 3]);
+    }
+    let image = EnvironmentImage { width, height, pixels, content_hash: [0; 32] };
+    let share = irradiances[0] / (irradiances[0] + irradiances[1]);
+    Ok((Environment::Map(EnvironmentMap::new("lamps.hdr".as_ref(), image, 0.0)?), share as f32))
+}
+
+#[test]
+fn each_lamp_of_a_sky_casts_its_share_of_the_shadow_on_the_ground() {
+    let above = rectangle(Vec3::new(0.4, 1.0, 0.0), Vec3::Z * 0.45, Vec3::X * 0.45);
+    let beside = rectangle(Vec3::new(-1.0, 0.35, 0.0), Vec3::Z * 0.4, Vec3::Y * 0.35);
+    // Wide lamps, and a sun beside a wide lamp.
+    for lamps in [[(12.0, 2.0), (12.0, 20.0)], [(1.0, 500.0), (12.0, 20.0)]] {
+        let (sky, share) = two_lamps(lamps).unwrap();
+        for (card, hidden) in [(&above, share), (&beside, 1.0 - share)] {
+            for integrator in [Integrator::Whitted, Integrator::Path] {
+                let mut stage = stage(4096);
+                stage.settings.integrator = integrator;
+                stage.environment = sky.clone();
+                stage.settings.show_background = false;
+                stage.settings.ground = Some(Ground { up: Vec3::Y, height: 0.0, is_mirror: false });
+                stage.add(card.clone(), Material { double_sided: true, ..lambert(Vec3::ZERO) });
+                let seen = middle(&stage);
+                assert!((seen.w - hidden).abs() < 0.02, "{lamps:?}, {integrator:?}: {seen} for {hidden}");
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec4};
 use rayframe::film::{AovFlags, LightPass, PixelWindow};
-use rayframe::render::PixelFilter;
+use rayframe::render::{Integrator, PixelFilter};
 use rayframe::scene::{AlphaMode, Environment, LightKind, Material, Projection, Transmission};
 
 use crate::stage::{Stage, lambert, rectangle, unlit};
@@ -189,4 +189,39 @@ fn negative_filter_lobes_keep_coverage_between_zero_and_one() {
     stage.add(rectangle(Vec3::X * -3.3, Vec3::X * 0.7, Vec3::Y * 9.0), unlit(Vec3::ONE));
     stage.add(rectangle(Vec3::new(3.0, 0.0, -1.0), Vec3::X * 5.6, Vec3::Y * 9.0), unlit(Vec3::ONE));
     assert_eq!(coverage(&stage), [(1, 1.0)]);
+}
+
+#[test]
+fn light_of_the_sky_behind_a_clear_wall_is_environment_however_a_path_finds_it() {
+    // A wall of index 1 stands between a diffuse square and the sky, beside the camera.
+    for has_wall in [false, true] {
+        let mut stage = stage();
+        stage.settings.integrator = Integrator::Path;
+        stage.settings.samples = 64;
+        stage.environment = Environment::Constant(Vec3::splat(0.5));
+        stage.add(across(0.0), lambert(Vec3::ONE));
+        if has_wall {
+            let clear = Material {
+                roughness: 0.0,
+                double_sided: true,
+                transmission: Some(Transmission { factor: 1.0, texture: None }),
+                ior: 1.0,
+                ..lambert(Vec3::ONE)
+            };
+            stage.add(rectangle(Vec3::Z * 5.0, Vec3::X * 300.0, Vec3::Y * 300.0), clear);
+        }
+        assert_passes(&stage, EYE, &[(LightPass::Environment, Vec3::splat(0.5))]);
+    }
+}
+
+#[test]
+fn unlit_surfaces_guide_denoising() {
+    let mut stage = Stage::new();
+    stage.settings.integrator = Integrator::Path;
+    stage.settings.aovs = AovFlags { guides: true, ..AovFlags::NONE };
+    let color = Vec3::new(0.2, 0.5, 0.8);
+    stage.add(across(0.0), unlit(color));
+    let guide = stage.render(EYE, Vec3::ZERO).aovs.guides.unwrap()[0];
+    assert!(guide.albedo.abs_diff_eq(color, 1e-6), "{guide:?}");
+    assert!(guide.normal.abs_diff_eq(Vec3::Z, 1e-6), "{guide:?}");
 }

@@ -221,6 +221,27 @@ fn the_clamp_limits_what_paths_bring() {
 }
 
 #[test]
+fn the_clamp_leaves_what_the_first_surface_receives_without_a_detour() {
+    // A sky of 3, and a wide panel close above: shadow rays and sampled rays find their light.
+    for panel in [None, Some(0.5), Some(5.0)] {
+        let mut stage = stage(256);
+        stage.add(floor(20.0), lambert(Vec3::splat(0.5)));
+        match panel {
+            None => stage.environment = Environment::Constant(Vec3::splat(3.0)),
+            Some(half_width) => {
+                let below = rectangle(Vec3::Y * 0.3, Vec3::X * half_width, Vec3::Z * half_width);
+                stage.add(below, lamp(5.0));
+            }
+        }
+        let look = |stage: &Stage| stage.look(Vec3::new(0.0, 0.1, 0.4), Vec3::ZERO);
+        let without = look(&stage);
+        assert!(without.x > 0.7, "{without}");
+        stage.settings.path.clamp_indirect = 0.1;
+        assert_eq!(look(&stage), without, "{panel:?}");
+    }
+}
+
+#[test]
 fn regularization_shows_what_mirrors_focus() {
     // A mirror above the floor reflects a lamp that rays cannot hit: the floor gets its light by a regularised mirror alone.
     let mut stage = stage(1024);

@@ -140,7 +140,8 @@ impl<'c, 'a> PhotonTracing<'c, 'a> {
                 light_pass: Some(LightPass::Direct),
                 ..RayState::of_camera(RayDifferential::ZERO, media, sample, Seed::default())
             };
-            let last = LastScatter { pdf: 1.0, position: photon.ray.origin, normal: None, visible: None };
+            let last =
+                LastScatter { pdf: 1.0, position: photon.ray.origin, depth: 0, normal: None, visible: None };
             (photon.ray, state, last, self.points.sequence((0, 0), *index))
         });
         let mut store = Tracer::new(self.context).trace_photons(rays);

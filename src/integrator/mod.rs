@@ -15,6 +15,7 @@ mod guide_sample;
 mod interiors;
 mod light_pass;
 mod light_sampling;
+mod light_set;
 mod lights;
 mod media;
 mod occluders;

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::color_channels::ColorChannels;
 use super::light_pass::LightPass;
-use super::lights::LightSet;
+use super::light_set::LightSet;
 use super::media::MediaStack;
 use super::random::Seed;
 use super::whitted::PrefilteredLobe;

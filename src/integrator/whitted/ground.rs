@@ -10,7 +10,7 @@ use super::tracer::{MIN_WEIGHT, Tracer};
 use super::wavefront::RaySlot;
 use crate::bsdf::dielectric_reflectance;
 use crate::geometry::Ray;
-use crate::integrator::lights::LightSet;
+use crate::integrator::light_set::LightSet;
 use crate::integrator::random::Purpose;
 use crate::integrator::{LightPass, RayKind, RayState, TRANSPARENCY_LIMIT};
 use crate::interaction::{alpha_at, catches_shadows};

@@ -10,7 +10,8 @@ use super::shading::{Arrival, Shading};
 use super::tracer::Tracer;
 use crate::bsdf::Scattering;
 use crate::geometry::Facing;
-use crate::integrator::lights::{Incidence, LightSet, PreparedLight};
+use crate::integrator::light_set::LightSet;
+use crate::integrator::lights::{Incidence, PreparedLight};
 use crate::integrator::{GlassShadows, IntegratorContext};
 use crate::interaction::SurfacePoint;
 

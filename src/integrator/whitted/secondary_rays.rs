@@ -8,7 +8,7 @@ use super::rough_reflection::ReflectedLobe;
 use super::shading::{Arrival, Shading};
 use super::tracer::{MIN_WEIGHT, Tracer};
 use crate::geometry::Ray;
-use crate::integrator::lights::LightSet;
+use crate::integrator::light_set::LightSet;
 use crate::integrator::random::Purpose;
 use crate::integrator::ray_state::Touching;
 use crate::integrator::{ColorChannels, LightPass, MediaStack, RayKind, RayState, Seed};

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::image::PixelWindow;
 
 /// First bytes of every OpenEXR file.
-const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 /// Version bit of long names, which are read anyway. Files of one part of flat scan lines have no other bit set.
 const LONG_NAMES: u32 = 0x400;
 /// Longest name of an attribute or its type, bytes.

@@ -7,7 +7,7 @@ use crate::image::PixelWindow;
 
 /// Keyword of the text chunk.
 const KEYWORD: &[u8] = b"renderHash\0";
-const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
+pub(super) const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 /// A chunk without data: length, type, check sum.
 const CHUNK_OVERHEAD: usize = 12;
 

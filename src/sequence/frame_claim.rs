@@ -7,7 +7,7 @@ use crate::error::{Result, Warning};
 use crate::image_file::hidden_prefix;
 use crate::lock_file::{Attempt, LockFile};
 
-use super::plan::{existing_files, replacement_refused};
+use super::plan::{existing_files, refuse_to_replace};
 use super::{ExistingFiles, PlannedFrame, SequenceJob, frames_text};
 
 /// Time without a finished frame after which a wait is told.
@@ -56,11 +56,11 @@ impl FrameClaim {
         };
         // Another run may have written the frame since the plan.
         let (is_done, in_the_way) = existing_files(job, planned);
-        match in_the_way {
-            _ if is_done => Ok(Claimed::Done),
-            Some(file) if job.existing == ExistingFiles::Protect => Err(replacement_refused(&file, 0)),
-            _ => Ok(Claimed::Here(Self { _lock: lock })),
+        if is_done {
+            return Ok(Claimed::Done);
         }
+        refuse_to_replace(in_the_way.as_slice(), job.existing)?;
+        Ok(Claimed::Here(Self { _lock: lock }))
     }
 }
 

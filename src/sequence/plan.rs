@@ -76,6 +76,8 @@ pub struct ReplacedFile {
     pub path: PathBuf,
     /// What it is now, to be read after "is".
     pub why: String,
+    /// Whether it is a link or no frame of this program. [`ExistingFiles::Resume`] replaces none of these.
+    pub is_foreign: bool,
 }
 
 impl Plan {
@@ -94,7 +96,7 @@ impl Plan {
         }
         let (frames, (stamps, in_the_way)): (Vec<_>, (Vec<_>, Vec<_>)) =
             planned.into_iter().map(|(planned, stamp, in_the_way)| (planned, (stamp, in_the_way))).unzip();
-        let replaced: Vec<_> = in_the_way.into_iter().flatten().collect();
+        let replaced: Vec<ReplacedFile> = in_the_way.into_iter().flatten().collect();
         match frames.first() {
             Some(first) if is_movie => {
                 let overwrites = job.existing == ExistingFiles::Overwrite;
@@ -102,9 +104,7 @@ impl Plan {
             }
             _ => refuse_shared_names(&frames)?,
         }
-        if job.existing == ExistingFiles::Protect {
-            refuse_to_replace(&replaced)?;
-        }
+        refuse_to_replace(&replaced, job.existing)?;
         Ok(Self {
             frames,
             replaced,
@@ -241,42 +241,51 @@ fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Option<FileStamp>
     (PlannedFrame { is_done, ..planned }, stamp, in_the_way)
 }
 
-/// Whether all files of a frame but the preview are there, and a file with other content under one of its names.
+/// Whether all files of a frame but the preview are there, and a file with other content under one of its names, a foreign one if there is one.
 pub(super) fn existing_files(job: &SequenceJob, planned: &PlannedFrame) -> (bool, Option<ReplacedFile>) {
     let PlannedFrame { path, aov_paths, preview_path, render_hash, .. } = planned;
     let files = std::iter::once(path).chain(aov_paths);
     let decisions: Vec<_> = files.map(|path| (path, decide(job, path, render_hash))).collect();
     let is_done = decisions.iter().all(|(_, decision)| *decision == Decision::Keep);
-    let in_the_way = decisions.into_iter().find_map(|(path, decision)| match decision {
-        Decision::InTheWay(why) => Some(ReplacedFile { path: path.clone(), why }),
+    let frames = decisions.into_iter().filter_map(|(path, decision)| match decision {
+        Decision::InTheWay(obstacle) => Some(obstacle.at(path)),
         Decision::Render | Decision::Keep => None,
     });
-    let in_the_way = in_the_way.or_else(|| {
-        let preview = preview_path.as_ref()?;
-        let why = preview_in_the_way(job, preview, render_hash)?;
-        Some(ReplacedFile { path: preview.clone(), why })
-    });
+    let preview =
+        preview_path.iter().filter_map(|path| Some(preview_in_the_way(job, path, render_hash)?.at(path)));
+    let in_the_way = frames.chain(preview).min_by_key(|file| !file.is_foreign);
     (is_done, in_the_way)
 }
 
-fn refuse_to_replace(in_the_way: &[ReplacedFile]) -> Result<()> {
-    match in_the_way {
-        [] => Ok(()),
-        [first, others @ ..] => Err(replacement_refused(first, others.len())),
+/// Refuses files that `existing` does not permit to replace; those first that only [`ExistingFiles::Overwrite`] does.
+pub(super) fn refuse_to_replace(in_the_way: &[ReplacedFile], existing: ExistingFiles) -> Result<()> {
+    let refused = |is_foreign| in_the_way.iter().filter(move |file| file.is_foreign == is_foreign);
+    let (foreign, own) = match existing {
+        ExistingFiles::Protect => (refused(true), Some(refused(false))),
+        ExistingFiles::Resume => (refused(true), None),
+        ExistingFiles::Overwrite => return Ok(()),
+    };
+    let mut refused = foreign.chain(own.into_iter().flatten());
+    match refused.next() {
+        None => Ok(()),
+        Some(first) => Err(replacement_refused(first, refused.count())),
     }
 }
 
-/// Error about an existing file, and `others` like it.
-pub(super) fn replacement_refused(file: &ReplacedFile, others: usize) -> Error {
-    let ReplacedFile { path, why } = file;
+/// Error about an existing file, and `others` that are in the way, too.
+fn replacement_refused(file: &ReplacedFile, others: usize) -> Error {
+    let ReplacedFile { path, why, is_foreign } = file;
     let others = match others {
         0 => String::new(),
         count => format!(" (and {count} more)"),
     };
+    let permits = if *is_foreign {
+        "only `overwrite` replaces it"
+    } else {
+        "`resume` replaces only such frames, `overwrite` replaces all"
+    };
     Error::CannotCreate {
         path: path.clone(),
-        message: format!(
-            "the file exists{others} and is {why}; `resume` replaces only such frames, `overwrite` replaces all"
-        ),
+        message: format!("the file exists{others} and is {why}; {permits}"),
     }
 }

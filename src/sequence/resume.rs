@@ -2,12 +2,9 @@
 
 use std::path::Path;
 
-use crate::image_file::{StoredFrame, inspect_exr, inspect_png, is_empty_file};
+use crate::image_file::{StoredFrame, inspect_exr, inspect_png, is_empty_file, may_be_damaged_frame};
 
-use super::{ExistingFiles, OutputFormat, SequenceJob};
-
-/// What a link is that leads to no file.
-const BROKEN_LINK: &str = "a link to no file";
+use super::{ExistingFiles, OutputFormat, ReplacedFile, SequenceJob};
 
 /// Decision about one existing or missing file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,8 +13,50 @@ pub(super) enum Decision {
     Render,
     /// The file is the planned one.
     Keep,
-    /// Another file has the name. The text says what it is, to be read after "is".
-    InTheWay(String),
+    /// Another file has the name.
+    InTheWay(Obstacle),
+}
+
+/// A file that is not the planned one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Obstacle {
+    /// See [`ReplacedFile::why`].
+    why: String,
+    /// See [`ReplacedFile::is_foreign`].
+    is_foreign: bool,
+}
+
+impl Obstacle {
+    fn own(why: &str) -> Self {
+        Self { why: why.to_owned(), is_foreign: false }
+    }
+
+    fn foreign(why: &str) -> Self {
+        Self { why: why.to_owned(), is_foreign: true }
+    }
+
+    /// What is at `path`, where `inspected` says that no whole frame is.
+    fn incomplete(path: &Path, inspected: &str) -> Self {
+        Self { why: format!("not a whole frame ({inspected})"), is_foreign: !may_be_damaged_frame(path) }
+    }
+
+    /// The same, where a link to another place is replaced as little as a file of another program.
+    fn or_link(self, path: &Path) -> Self {
+        if path.is_symlink() {
+            Self { why: format!("a link to a file that is {}", self.why), is_foreign: true }
+        } else {
+            self
+        }
+    }
+
+    pub(super) fn at(self, path: &Path) -> ReplacedFile {
+        ReplacedFile { path: path.to_owned(), why: self.why, is_foreign: self.is_foreign }
+    }
+}
+
+/// What a path leads to that is no file.
+fn without_file(path: &Path) -> Option<Obstacle> {
+    path.is_symlink().then(|| Obstacle::foreign("a link to no file"))
 }
 
 /// Decides about the file at `path`, which is to hold a frame with `render_hash`.
@@ -26,7 +65,7 @@ pub(super) fn decide(job: &SequenceJob, path: &Path, render_hash: &str) -> Decis
         return Decision::Render;
     }
     if !path.is_file() {
-        return if path.is_symlink() { Decision::InTheWay(BROKEN_LINK.to_owned()) } else { Decision::Render };
+        return without_file(path).map_or(Decision::Render, Decision::InTheWay);
     }
     let inspected = match job.output.format() {
         OutputFormat::Exr => inspect_exr(path),
@@ -34,48 +73,45 @@ pub(super) fn decide(job: &SequenceJob, path: &Path, render_hash: &str) -> Decis
         // It is one file, which the plan checks.
         OutputFormat::Movie(_) => return Decision::Render,
     };
-    let why = match inspected {
+    let obstacle = match inspected {
         Ok(stored) => match mismatch(job, &stored, render_hash) {
             None => return Decision::Keep,
-            Some(why) => why.to_owned(),
+            Some(obstacle) => obstacle,
         },
-        Err(why) => incomplete(&why),
+        Err(why) => Obstacle::incomplete(path, &why),
     };
-    Decision::InTheWay(why)
+    Decision::InTheWay(obstacle.or_link(path))
 }
 
-/// What the file at `path` is, where it is not a preview of the frame with `render_hash`. A preview of the same frame with
+/// What is at `path`, where it is not a preview of the frame with `render_hash`. A preview of the same frame with
 /// another tone mapping or crop is replaced silently.
-pub(super) fn preview_in_the_way(job: &SequenceJob, path: &Path, render_hash: &str) -> Option<String> {
+pub(super) fn preview_in_the_way(job: &SequenceJob, path: &Path, render_hash: &str) -> Option<Obstacle> {
     if job.existing == ExistingFiles::Overwrite || is_empty_file(path) {
         return None;
     }
     if !path.is_file() {
-        return path.is_symlink().then(|| BROKEN_LINK.to_owned());
+        return without_file(path);
     }
-    match inspect_png(path) {
-        Err(why) => Some(incomplete(&why)),
-        Ok(stored) => other_render(&stored, render_hash).map(str::to_owned),
-    }
-}
-
-fn incomplete(why: &str) -> String {
-    format!("not a whole frame ({why})")
+    let obstacle = match inspect_png(path) {
+        Err(why) => Obstacle::incomplete(path, &why),
+        Ok(stored) => other_render(&stored, render_hash)?,
+    };
+    Some(obstacle.or_link(path))
 }
 
 /// Why a complete file is not a render of the same scene and settings.
-fn other_render(stored: &StoredFrame, render_hash: &str) -> Option<&'static str> {
+fn other_render(stored: &StoredFrame, render_hash: &str) -> Option<Obstacle> {
     match &stored.render_hash {
-        None => Some("made by another program"),
+        None => Some(Obstacle::foreign("made by another program")),
         Some(hash) if hash != render_hash => {
-            Some("made from another scene, other settings or by another version")
+            Some(Obstacle::own("made from another scene, other settings or by another version"))
         }
         Some(_) => None,
     }
 }
 
 /// Why a complete file is not the planned one.
-fn mismatch(job: &SequenceJob, stored: &StoredFrame, render_hash: &str) -> Option<&'static str> {
+fn mismatch(job: &SequenceJob, stored: &StoredFrame, render_hash: &str) -> Option<Obstacle> {
     let window = job.render.window;
     let same_window = match job.output.format() {
         OutputFormat::Exr => stored.size == job.render.resolution && stored.data_window == window.into(),
@@ -83,6 +119,6 @@ fn mismatch(job: &SequenceJob, stored: &StoredFrame, render_hash: &str) -> Optio
     };
     let same_samples = stored.sample_range == job.render.sample_range_text();
     other_render(stored, render_hash)
-        .or((!same_window).then_some("another crop of the image"))
-        .or((!same_samples).then_some("made from other samples of the image"))
+        .or_else(|| (!same_window).then(|| Obstacle::own("another crop of the image")))
+        .or_else(|| (!same_samples).then(|| Obstacle::own("made from other samples of the image")))
 }

@@ -139,16 +139,16 @@ fn two_lamps(lamps: [(f64, f64); 2]) -> Result<(Environment, f32)> {
     for index in 0..width * height {
         let polar = PI * (f64::from(index / width) + 0.5) / f64::from(height);
         let azimuth = 2.0 * PI * ((f64::from(index % width) + 0.5) / f64::from(width) - 0.5);
-        let (x, y) = (polar.sin() * azimuth.sin(), polar.cos());
+        let (x, y) = (libm::sin(polar) * libm::sin(azimuth), libm::cos(polar));
         let mut pixel = 0.0;
         for ((half_angle, radiance), (tilt, irradiance)) in
             lamps.into_iter().zip(TILTS.into_iter().zip(&mut irradiances))
         {
-            let (sine, cosine) = f64::to_radians(tilt).sin_cos();
-            if x * sine + y * cosine > half_angle.to_radians().cos() {
+            let (sine, cosine) = libm::sincos(f64::to_radians(tilt));
+            if x * sine + y * cosine > libm::cos(half_angle.to_radians()) {
                 pixel += radiance;
                 // By the cosine and the solid angle of the pixel
-                *irradiance += radiance * y * polar.sin();
+                *irradiance += radiance * y * libm::sin(polar);
             }
         }
         pixels.push([pixel as f32; 3]);

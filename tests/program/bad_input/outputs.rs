@@ -67,17 +67,45 @@ fn a_frame_of_another_program_is_not_replaced_without_overwrite() {
     std::fs::create_dir(stage.folder.path().join("out")).unwrap();
     std::fs::write(&path, "another program's image").unwrap();
     let options = ["-o", "out/a.####.exr", "-f", "1-3"];
-    stage.assert_fails_with("bad.gltf", &options, (73, &["out/a.0002.exr", "--resume", "--overwrite"]));
-    assert_eq!(std::fs::read(&path).unwrap(), b"another program's image");
+    for more in [&[][..], &["--resume"]] {
+        let options = [&options[..], more].concat();
+        stage.assert_fails_with("bad.gltf", &options, (73, &["out/a.0002.exr", "only --overwrite"]));
+        assert_eq!(std::fs::read(&path).unwrap(), b"another program's image");
+        assert!(!path.with_file_name("a.0001.exr").exists());
+    }
+    let run = stage.render("bad.gltf", &[&options[..], &["--overwrite"]].concat());
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert!(is_exr(&path) && is_exr(&path.with_file_name("a.0003.exr")));
+}
 
-    for flag in ["--resume", "--overwrite"] {
-        std::fs::write(&path, "another program's image").unwrap();
-        let run = stage.render("bad.gltf", &[&options[..], &[flag]].concat());
-        assert_eq!(run.code, Some(0), "{flag}: {}", run.stderr);
-        let warns =
-            run.stderr.contains("1 file made from something else will be replaced: \"out/a.0002.exr\"");
-        assert_eq!(warns, flag == "--resume", "{}", run.stderr);
-        assert!(is_exr(&path) && is_exr(&path.with_file_name("a.0003.exr")), "{flag}");
+#[test]
+fn resuming_replaces_damaged_frames_and_no_links() {
+    let stage = Stage::with(&triangle());
+    let path = stage.folder.path().join("out/a.0002.exr");
+    let options = ["-o", "out/a.####.exr", "-f", "1-3"];
+    let resume = [&options[..], &["--resume"]].concat();
+    assert_eq!(stage.render("bad.gltf", &options).code, Some(0));
+    let whole = std::fs::read(&path).unwrap();
+    for damaged in [&whole[..whole.len() / 2], &[0; 500]] {
+        std::fs::write(&path, damaged).unwrap();
+        stage.assert_fails_with("bad.gltf", &options, (73, &["out/a.0002.exr", "--resume", "--overwrite"]));
+        let run = stage.render("bad.gltf", &resume);
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        let warning = "1 file made from something else will be replaced: \"out/a.0002.exr\"";
+        assert!(run.stderr.contains(warning), "{}", run.stderr);
+        assert!(std::fs::read(&path).unwrap() == whole);
+    }
+    #[cfg(unix)]
+    for target in ["gone.exr", "damaged.exr"] {
+        std::fs::remove_file(&path).unwrap();
+        std::fs::write(path.with_file_name("damaged.exr"), &whole[..whole.len() / 2]).unwrap();
+        std::os::unix::fs::symlink(target, &path).unwrap();
+        stage.assert_fails_with(
+            "bad.gltf",
+            &resume,
+            (73, &["out/a.0002.exr", "a link to", "only --overwrite"]),
+        );
+        assert!(path.is_symlink());
     }
 }
 

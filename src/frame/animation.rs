@@ -149,6 +149,10 @@ fn clamped(mut values: Vec<f32>, range: &RangeInclusive<f32>) -> Vec<f32> {
     values
 }
 
+/// Time by which a step takes effect before its key, over the time: rounding errors of some hundred frames, and a twentieth of a frame after
+/// ten minutes.
+const STEP_TOLERANCE: f64 = 32.0 * f32::EPSILON as f64;
+
 /// The interval between two keys that contains a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct KeySpan {
@@ -163,8 +167,14 @@ struct KeySpan {
 /// The span of a time. Times before the first key and after the last one clamp to those keys.
 ///
 /// The time is rounded to `f32` as the keys are, so that a frame at the time of a key matches it exactly.
-fn span_at(times_seconds: &[f32], time_seconds: f64) -> KeySpan {
-    let time_seconds = f64::from(time_seconds as f32);
+///
+/// Exporters also round key times more than once, or add up the durations of frames. So a step takes effect up to [`STEP_TOLERANCE`] early.
+fn span_at(keyframes: &Keyframes, time_seconds: f64) -> KeySpan {
+    let times_seconds = &keyframes.times_seconds;
+    let time_seconds = match keyframes.interpolation {
+        Interpolation::Step => f64::from(time_seconds as f32) * (1.0 + STEP_TOLERANCE),
+        Interpolation::Linear | Interpolation::CubicSpline => f64::from(time_seconds as f32),
+    };
     let after = times_seconds.partition_point(|&key_time| f64::from(key_time) <= time_seconds);
     if after == 0 {
         return KeySpan { key: 0, seconds: 0.0, share: 0.0 };
@@ -180,7 +190,7 @@ fn span_at(times_seconds: &[f32], time_seconds: f64) -> KeySpan {
 
 /// One component of a value, interpolated independently of the others.
 fn component_at(keyframes: &Keyframes, time_seconds: f64, component: usize) -> f32 {
-    let span = span_at(&keyframes.times_seconds, time_seconds);
+    let span = span_at(keyframes, time_seconds);
     let width = keyframes.width;
     match keyframes.interpolation {
         Interpolation::Step => keyframes.values[span.key * width + component],
@@ -220,7 +230,7 @@ fn vec3_at(keyframes: &Keyframes, time_seconds: f64) -> Vec3 {
 
 /// A rotation. Linear interpolation follows the shorter arc; splines are normalised and never flipped.
 fn rotation_at(keyframes: &Keyframes, time_seconds: f64) -> Quat {
-    let span = span_at(&keyframes.times_seconds, time_seconds);
+    let span = span_at(keyframes, time_seconds);
     if keyframes.interpolation == Interpolation::Linear && span.share > 0.0 {
         let key = |k: usize| Quat::from_slice(&keyframes.values[k * 4..k * 4 + 4]);
         return slerp(normalized(key(span.key)), normalized(key(span.key + 1)), span.share);
@@ -293,6 +303,23 @@ mod tests {
         let step = Keyframes { times_seconds, values, width: 1, interpolation: Interpolation::Step };
         for frame in 0..100 {
             assert_eq!(component_at(&step, f64::from(frame) / 24.0, 0), frame as f32);
+        }
+    }
+
+    #[test]
+    fn steps_follow_key_times_that_were_rounded_more_than_once() {
+        let by_product: Vec<f32> = (0..1000).map(|frame| frame as f32 * (1.0 / 30.0)).collect();
+        let mut time = 0.0_f32;
+        let by_sum = (0..300).map(|_| std::mem::replace(&mut time, time + 1.0 / 24.0)).collect();
+        for (rate, times_seconds) in [(30.0, by_product), (24.0, by_sum)] {
+            let values = (0..times_seconds.len()).map(|frame| frame as f32).collect();
+            let step = Keyframes { times_seconds, values, width: 1, interpolation: Interpolation::Step };
+            for frame in 0..step.times_seconds.len() {
+                assert_eq!(component_at(&step, frame as f64 / rate, 0), frame as f32);
+                // Not before a tenth of a frame is left.
+                let before = (frame as f64 - 0.1).max(0.0) / rate;
+                assert_eq!(component_at(&step, before, 0), frame.saturating_sub(1) as f32);
+            }
         }
     }
 

@@ -144,7 +144,10 @@ pub(super) fn mirrors(transform: VertexTransform<'_>) -> bool {
     match transform {
         VertexTransform::Rigid(matrix) => negative(matrix),
         VertexTransform::Skinned { joint_matrices, .. } => {
-            !joint_matrices.is_empty() && joint_matrices.iter().all(negative)
+            // Joints that are scaled to zero hide what they move, and have no side.
+            let determinants = || joint_matrices.iter().map(|matrix| Mat3::from_mat4(*matrix).determinant());
+            determinants().any(|determinant| determinant < 0.0)
+                && !determinants().any(|determinant| determinant > 0.0)
         }
     }
 }
@@ -225,6 +228,22 @@ mod tests {
         let vertex = posed(&primitive, &[], VertexTransform::Rigid(&mirror));
         assert_eq!(vertex.tangent, Vec4::new(-1.0, 0.0, 0.0, -1.0));
         assert!(mirrors(VertexTransform::Rigid(&mirror)));
+    }
+
+    #[test]
+    fn joints_that_are_scaled_to_zero_do_not_decide_whether_a_skin_is_mirrored() {
+        let (mirror, zero) = (Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0)), Mat4::from_scale(Vec3::ZERO));
+        for (joints, expected) in [
+            ([mirror, zero], true),
+            ([zero, mirror], true),
+            ([mirror, mirror], true),
+            ([mirror, Mat4::IDENTITY], false),
+            ([Mat4::IDENTITY, zero], false),
+            ([zero, zero], false),
+        ] {
+            let skin = VertexTransform::Skinned { joint_matrices: &joints, world_from_node: &Mat4::IDENTITY };
+            assert_eq!(mirrors(skin), expected);
+        }
     }
 
     #[test]

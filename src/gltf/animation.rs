@@ -16,7 +16,7 @@ use super::document::NO_NODE;
 use super::extensions::ANIMATION_POINTER;
 use super::formats::{self, AllowedFormats};
 use super::pointer::{self, Property};
-use super::raw::{ANY, Raw, check_range};
+use super::raw::{ANY, Raw, check_range, without_rounding_below};
 use crate::error::Result;
 use crate::scene::{
     Animation, AnimationTarget, Channel, ImageLightProperty, Interpolation, Keyframes, LocalTransform, Mesh,
@@ -115,7 +115,7 @@ fn channel_target(
     };
     check_matrix(context, target.property, targets.nodes, &target_pointer)?;
     let components = components(context, &target, targets, pointer)?;
-    Ok(Some(ChannelTarget { components, ..target }))
+    Ok(components.map(|components| ChannelTarget { components, ..target }))
 }
 
 /// Resolves the target of a channel that has an extension or an unknown path.
@@ -172,17 +172,17 @@ fn check_matrix(context: &Context, target: AnimationTarget, nodes: &[Node], poin
     Err(context.invalid(format!("{pointer}/node"), message))
 }
 
-/// Number of components of one value of the target.
+/// Number of components of one value of the target; `None` for weights of a mesh that is not rendered, which a warning names.
 fn components(
     context: &Context,
     target: &ChannelTarget,
     targets: &AnimationTargets,
     pointer: &str,
-) -> Result<usize> {
+) -> Result<Option<usize>> {
     let AnimationTargets { nodes, meshes } = targets;
     let (mesh, index) = match target.property {
-        AnimationTarget::Translation(_) | AnimationTarget::Scale(_) => return Ok(3),
-        AnimationTarget::Rotation(_) => return Ok(4),
+        AnimationTarget::Translation(_) | AnimationTarget::Scale(_) => return Ok(Some(3)),
+        AnimationTarget::Rotation(_) => return Ok(Some(4)),
         AnimationTarget::Weights(node) => (nodes.get(node.index()).and_then(|node| node.mesh), None),
         AnimationTarget::Weight(node, index) => {
             (nodes.get(node.index()).and_then(|node| node.mesh), Some(index))
@@ -193,16 +193,19 @@ fn components(
         | AnimationTarget::Material(..)
         | AnimationTarget::Light(..)
         | AnimationTarget::Camera(..)
-        | AnimationTarget::ImageLight(..) => return Ok(target.components),
+        | AnimationTarget::ImageLight(..) => return Ok(Some(target.components)),
     };
-    let weights = mesh.and_then(|mesh| meshes.get(mesh.index())).map(|mesh| mesh.weights.len());
-    match (weights, index) {
-        (Some(count), Some(index)) if count > index as usize => Ok(1),
+    let mesh = mesh.and_then(|mesh| meshes.get(mesh.index()));
+    if mesh.is_some_and(|mesh| mesh.primitives.is_empty()) {
+        return Ok(None);
+    }
+    match (mesh.map(|mesh| mesh.weights.len()), index) {
+        (Some(count), Some(index)) if count > index as usize => Ok(Some(1)),
         (Some(count), Some(index)) => {
             let message = format!("there is no morph target {index}, the mesh has {count}");
             Err(context.invalid(format!("{pointer}/target"), message))
         }
-        (Some(count), None) if count > 0 => Ok(count),
+        (Some(count), None) if count > 0 => Ok(Some(count)),
         _ => Err(context.invalid(format!("{pointer}/target"), "the mesh has no morph targets")),
     }
 }
@@ -262,7 +265,7 @@ fn times(
         pointer: format!("{pointer}/input"),
     };
     let times: Vec<[f32; 1]> = data.floats_as(context, &reference, &formats::TIMES)?;
-    let times: Vec<f32> = times.into_iter().map(|[time]| time).collect();
+    let times: Vec<f32> = times.into_iter().map(|[time]| without_rounding_below(time, 0.0)).collect();
     let pointer = format!("/accessors/{}", reference.accessor);
     if times.first().is_some_and(|&first| first < 0.0) {
         return Err(context.invalid(pointer, "has keyframes before time 0"));

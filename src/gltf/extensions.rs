@@ -121,6 +121,7 @@ pub(super) fn check(context: &mut Context, document: &Document) -> Result<()> {
         let declared = format!("/extensionsUsed/{i}");
         first_use.entry(name.clone()).or_insert(declared);
     }
+    context.animates_properties = first_use.contains_key(ANIMATION_POINTER);
     for (name, pointer) in first_use {
         if extension_support(&name, false) != ExtensionSupport::Supported {
             let consequence =

@@ -6,6 +6,7 @@ use super::accessor::Data;
 use super::attributes::Attributes;
 use super::context::Context;
 use super::formats;
+use super::raw::without_rounding_below;
 use crate::error::Result;
 use crate::scene::SkinInfluences;
 
@@ -81,8 +82,11 @@ fn interleave(
 }
 
 /// Scales the weights of a vertex to a sum of one and sets the joints of zero weights to 0. Returns `Some(false)` if all
-/// weights are zero, `None` if a weight is negative or their sum is not finite.
+/// weights are zero, `None` if a weight is clearly negative or their sum is not finite.
 fn normalize(joints: &mut [u32], weights: &mut [f32]) -> Option<bool> {
+    for weight in weights.iter_mut() {
+        *weight = without_rounding_below(*weight, 0.0);
+    }
     let sum: f32 = weights.iter().sum();
     if !sum.is_finite() || weights.iter().any(|&weight| weight < 0.0) {
         return None;
@@ -108,6 +112,10 @@ mod tests {
         assert_eq!(normalize(&mut joints, &mut weights), Some(true));
         assert_eq!(weights, [0.25, 0.0, 0.5, 0.25]);
         assert_eq!(joints, [3, 0, 2, 1]);
+        // Rounding errors below zero are none.
+        let mut weights = [0.5, -1e-9];
+        assert_eq!(normalize(&mut [1, 2], &mut weights), Some(true));
+        assert_eq!(weights, [1.0, 0.0]);
     }
 
     #[test]

@@ -9,12 +9,12 @@ use glam::Vec3;
 use super::context::Context;
 use super::document::Document;
 use super::extensions::LIGHTS;
-use super::raw::{NOT_NEGATIVE, Raw, UNIT};
+use super::raw::{ANY, NOT_NEGATIVE, Raw};
 use crate::error::Result;
 use crate::scene::{Light, LightIndex, LightKind};
 
 /// Imports all lights.
-pub(super) fn import(context: &Context, document: &Document) -> Result<Vec<Light>> {
+pub(super) fn import(context: &mut Context, document: &Document) -> Result<Vec<Light>> {
     let Some(extension) = Raw::at(&document.value, format!("/extensions/{LIGHTS}")) else {
         return Ok(Vec::new());
     };
@@ -26,7 +26,7 @@ pub(super) fn import(context: &Context, document: &Document) -> Result<Vec<Light
     lights.iter().map(|light| import_light(context, light)).collect()
 }
 
-fn import_light(context: &Context, raw: &Raw) -> Result<Light> {
+fn import_light(context: &mut Context, raw: &Raw) -> Result<Light> {
     raw.expect_object(context)?;
     let kind = match raw.string(context, "type")? {
         Some("directional") => LightKind::Directional,
@@ -37,13 +37,29 @@ fn import_light(context: &Context, raw: &Raw) -> Result<Light> {
             return Err(context.invalid(pointer, "must be directional, point or spot"));
         }
     };
-    Ok(Light {
-        name: raw.string(context, "name")?.map(str::to_owned),
-        color: Vec3::from_array(raw.numbers(context, "color", [1.0; 3], UNIT)?),
-        intensity: raw.number(context, "intensity", 1.0, NOT_NEGATIVE)?,
-        range: range(context, raw, kind)?,
-        kind,
-    })
+    let (color, intensity) = color_and_intensity(context, raw)?;
+    let name = raw.string(context, "name")?.map(str::to_owned);
+    Ok(Light { name, color, intensity, range: range(context, raw, kind)?, kind })
+}
+
+/// Linear colour up to 1, and intensity. Authoring tools write brighter colours, and negative intensities for lamps that take light away.
+fn color_and_intensity(context: &mut Context, raw: &Raw) -> Result<(Vec3, f32)> {
+    let color = Vec3::from_array(raw.numbers(context, "color", [1.0; 3], NOT_NEGATIVE)?);
+    let intensity = raw.number(context, "intensity", 1.0, ANY)?;
+    if intensity < 0.0 {
+        let message = format!("is {intensity}, and light cannot be negative; the lamp is off");
+        context.warn(format!("{}/intensity", raw.pointer), message);
+    }
+    let intensity = if intensity > 0.0 { intensity } else { 0.0 };
+    let brightest = color.max_element();
+    if brightest <= 1.0 {
+        return Ok((color, intensity));
+    }
+    let message = format!(
+        "has a component of {brightest}, but must lie between 0 and 1; the intensity is multiplied by it"
+    );
+    context.warn(format!("{}/color", raw.pointer), message);
+    Ok((color / brightest, intensity * brightest))
 }
 
 /// Range of a light. Directional lights have none; a value in the file is ignored.
@@ -59,20 +75,21 @@ fn range(context: &Context, raw: &Raw, kind: LightKind) -> Result<Option<f32>> {
     Ok(Some(range))
 }
 
-fn spot(context: &Context, raw: &Raw) -> Result<LightKind> {
+fn spot(context: &mut Context, raw: &Raw) -> Result<LightKind> {
     let Some(cone) = raw.field("spot") else {
         return Err(context.invalid(format!("{}/spot", raw.pointer), "is missing"));
     };
     cone.expect_object(context)?;
     let inner_cone_radians = cone.number(context, "innerConeAngle", 0.0, 0.0..=FRAC_PI_2)?;
     let outer_cone_radians = cone.number(context, "outerConeAngle", FRAC_PI_4, 0.0..=FRAC_PI_2)?;
+    // Blender writes equal cones for a spot without a soft edge.
     if inner_cone_radians >= outer_cone_radians {
         let message = format!(
-            "the inner cone, {inner_cone_radians}, must be narrower than the outer, {outer_cone_radians}"
+            "the inner cone, {inner_cone_radians}, must be narrower than the outer, {outer_cone_radians}; the edge of the light is hard"
         );
-        return Err(context.invalid(cone.pointer, message));
+        context.warn(cone.pointer, message);
     }
-    Ok(LightKind::Spot { inner_cone_radians, outer_cone_radians })
+    Ok(LightKind::Spot { inner_cone_radians: inner_cone_radians.min(outer_cone_radians), outer_cone_radians })
 }
 
 /// The light of the node `raw`; the file has `light_count` lights.

@@ -136,7 +136,6 @@ fn import_file(
     // Read the JSON and the buffers.
     let document = Document::parse(&mut context, file.json())?;
     extensions::check(&mut context, &document)?;
-    context.animates_properties = document.uses(extensions::ANIMATION_POINTER);
     bounds::check_all(&context, &document)?;
     texture::check_references(&context, &document)?;
     let buffers = resources.load_buffers(&mut context, &document, file.bin())?;
@@ -152,7 +151,7 @@ fn import_file(
     let mips = mip_maps::import(&mut context, (&images, &keys), &textures, source)?;
     let meshes = mesh::import(&mut context, &data, &materials)?;
     let variants = variants::import(&context, &document)?;
-    let lights = light::import(&context, &document)?;
+    let lights = light::import(&mut context, &document)?;
     let used_before = context.used_bytes();
     let image_lights = image_light::import(&mut context, &data, &mut resources)?;
     let cameras = camera::import(&mut context, &document)?;

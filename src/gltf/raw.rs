@@ -139,6 +139,14 @@ impl<'a> Raw<'a> {
     }
 }
 
+/// Rounding errors of exporters beyond the limits of a range.
+const TOLERANCE: f32 = 1e-4;
+
+/// The value, or `low` where it is below by a rounding error.
+pub(super) fn without_rounding_below(value: f32, low: f32) -> f32 {
+    if value < low && value >= low - TOLERANCE { low } else { value }
+}
+
 /// Checks that `value` is finite and in `range`. A rounding error beyond a limit is clamped to it.
 pub(super) fn check_range(
     context: &Context,
@@ -146,13 +154,10 @@ pub(super) fn check_range(
     range: &std::ops::RangeInclusive<f32>,
     pointer: &str,
 ) -> Result<f32> {
-    const TOLERANCE: f32 = 1e-4;
     let (low, high) = (*range.start(), *range.end());
+    let value = without_rounding_below(value, low);
     if value.is_finite() && range.contains(&value) {
         return Ok(value);
-    }
-    if value < low && value >= low - TOLERANCE {
-        return Ok(low);
     }
     if value > high && value <= high + TOLERANCE {
         return Ok(high);

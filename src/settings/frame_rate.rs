@@ -46,10 +46,14 @@ impl FrameRate {
 
     /// The last frame whose time lies within an animation of this duration.
     ///
-    /// Exporters round key times, so a frame less than a thousandth of a frame after the end counts as on it.
+    /// Exporters round key times, so a frame less than a thousandth of a frame after the end counts as on it, and so does one before the next time that a
+    /// file can store.
     pub fn last_frame(self, duration_seconds: f32) -> i64 {
-        let frames = f64::from(duration_seconds) * f64::from(self.numerator) / f64::from(self.denominator);
-        (frames + 1e-3).floor() as i64
+        let frames =
+            |seconds: f32| f64::from(seconds) * f64::from(self.numerator) / f64::from(self.denominator);
+        let last = frames(duration_seconds) + 1e-3;
+        let before_next = frames(duration_seconds.next_up()).next_down();
+        if before_next > last { before_next.floor() as i64 } else { last.floor() as i64 }
     }
 
     /// Numerator and denominator as OpenEXR stores them.
@@ -130,6 +134,13 @@ mod tests {
         // 0.7 is 0.699999988 as f32, yet frame 7 at 10 frames per second belongs to it.
         assert_eq!(FrameRate::parse("10").unwrap().last_frame(0.7), 7);
         assert_eq!(FrameRate::FILM.last_frame(2.49), 59);
+        // Steps between durations that a file can store grow with the duration.
+        let rate = FrameRate::parse("60").unwrap();
+        assert!(
+            (0..1_000_000)
+                .step_by(7)
+                .all(|frame| rate.last_frame((f64::from(frame) / 60.0) as f32) == i64::from(frame))
+        );
         // A third of a second at 29.97 is 9.99 frames: frame 10 is clearly outside.
         assert_eq!(FrameRate::parse("30000/1001").unwrap().last_frame(1.0 / 3.0), 9);
     }

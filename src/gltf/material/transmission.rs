@@ -48,11 +48,12 @@ pub(super) fn apply(
     Ok(())
 }
 
-fn ior(context: &Context, extension: &Raw) -> Result<f32> {
+fn ior(context: &mut Context, extension: &Raw) -> Result<f32> {
     let ior = extension.number(context, "ior", 1.5, NOT_NEGATIVE)?;
     if ior > 0.0 && ior < 1.0 {
-        let message = format!("is {ior}, but must be 0 or at least 1");
-        return Err(context.invalid(format!("{}/ior", extension.pointer), message));
+        let message = format!("is {ior}, but must be 0 or at least 1; it is taken for 1");
+        context.warn(format!("{}/ior", extension.pointer), message);
+        return Ok(1.0);
     }
     Ok(ior)
 }

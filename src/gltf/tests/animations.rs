@@ -65,6 +65,27 @@ fn weights_have_one_component_per_target() {
 }
 
 #[test]
+fn weights_of_meshes_without_triangles_are_ignored() {
+    let mut document = clip("weights", "LINEAR", &[0.0, 1.0], "SCALAR", &[0.0, 1.0, 1.0, 0.0]);
+    let primitive = &mut document.json["meshes"][0]["primitives"][0];
+    primitive["targets"] = json!([{"POSITION": 0}, {"POSITION": 0}]);
+    primitive["mode"] = json!(0);
+    let pointer = json!({"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": "/meshes/0/weights/1"}}});
+    for target in [json!({"node": 0, "path": "weights"}), pointer] {
+        document.json["animations"][0]["channels"][0]["target"] = target;
+        let scene = document.import().unwrap();
+        assert!(scene.animations[0].channels.is_empty());
+        assert!(scene.warnings.iter().any(|warning| warning.pointer.starts_with("/meshes/0/primitives/0")));
+    }
+}
+
+#[test]
+fn first_keys_before_time_0_by_a_rounding_error_are_at_time_0() {
+    let scene = clip("scale", "LINEAR", &[-1e-8, 0.5], "VEC3", &[1.0; 6]).import().unwrap();
+    assert_eq!(scene.animations[0].channels[0].keyframes.times_seconds, [0.0, 0.5]);
+}
+
+#[test]
 fn duplicate_targets_are_errors_and_missing_nodes_are_ignored() {
     let mut document = clip("scale", "LINEAR", &[0.0], "VEC3", &[1.0; 3]);
     let channel = document.json["animations"][0]["channels"][0].clone();

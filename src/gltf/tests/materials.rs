@@ -113,13 +113,20 @@ fn invalid_values_are_errors_with_a_pointer() {
         (json!({"pbrMetallicRoughness": {"metallicFactor": 2}}), "/metallicFactor"),
         (json!({"emissiveTexture": {}}), "/materials/0"),
         (json!({"extensions": {"KHR_materials_ior": {"ior": "abc"}}}), "/KHR_materials_ior/ior"),
-        (json!({"extensions": {"KHR_materials_ior": {"ior": 0.5}}}), "/KHR_materials_ior/ior"),
+        (json!({"extensions": {"KHR_materials_ior": {"ior": -0.5}}}), "/KHR_materials_ior/ior"),
         (json!({"extensions": {"KHR_materials_unlit": true}}), "/KHR_materials_unlit"),
         (json!({"extensions": {"KHR_materials_volume": {"attenuationDistance": 0}}}), "/attenuationDistance"),
     ] {
         let text = error_text(import_material(material), 65);
         assert!(text.contains(pointer), "{text}");
     }
+}
+
+#[test]
+fn indices_of_refraction_below_one_are_taken_for_one() {
+    let scene = import_material(json!({"extensions": {"KHR_materials_ior": {"ior": 0.5}}})).unwrap();
+    assert_eq!(scene.materials[0].ior, 1.0);
+    assert_eq!(scene.warnings[0].pointer, "/materials/0/extensions/KHR_materials_ior/ior");
 }
 
 #[test]
@@ -180,12 +187,22 @@ fn lights_are_checked() {
     assert_eq!((scene.lights[0].range, scene.lights[0].intensity), (Some(4.0), 3.0));
     assert!(matches!(scene.lights[0].kind, LightKind::Spot { inner_cone_radians: 0.0, .. }));
     assert!(scene.nodes[0].light.is_some());
+    for (hard, inner) in [([1.0, 1.0], 1.0), ([1.5, 1.0], 1.0), ([0.5, 1.0], 0.5)] {
+        let cone = json!({"innerConeAngle": hard[0], "outerConeAngle": hard[1]});
+        let scene = light(json!({"type": "spot", "spot": cone})).unwrap();
+        let kind = LightKind::Spot { inner_cone_radians: inner, outer_cone_radians: 1.0 };
+        assert_eq!((scene.lights[0].kind, scene.warnings.len()), (kind, usize::from(inner == 1.0)));
+    }
+    let scene = light(json!({"type": "point", "color": [4, 1, 0], "intensity": 3})).unwrap();
+    assert_eq!((scene.lights[0].color, scene.lights[0].intensity), (Vec3::new(1.0, 0.25, 0.0), 12.0));
+    assert_eq!(scene.warnings[0].pointer, "/extensions/KHR_lights_punctual/lights/0/color");
+    let scene = light(json!({"type": "point", "intensity": -1})).unwrap();
+    assert_eq!((scene.lights[0].intensity, scene.warnings.len()), (0.0, 1));
     for bad in [
         json!({"type": "spot"}),
-        json!({"type": "spot", "spot": {"innerConeAngle": 1, "outerConeAngle": 1}}),
         json!({"type": "spot", "spot": {"outerConeAngle": 2}}),
         json!({"type": "point", "range": 0}),
-        json!({"type": "point", "intensity": -1}),
+        json!({"type": "point", "color": [1, -1, 0]}),
         json!({"type": "area"}),
         json!({}),
     ] {

@@ -84,6 +84,21 @@ fn assert_resolves(pointer: &str, shape: &str, expected: AnimationTarget) {
 }
 
 #[test]
+fn extensions_of_undeclared_animations_are_kept() {
+    for declared in [true, false] {
+        let mut document = animatable();
+        if !declared {
+            document.json["extensionsUsed"] = json!([]);
+        }
+        let coat = json!({"extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 0}}});
+        let material = document.push("materials", coat);
+        let pointer = format!("/materials/{material}/extensions/KHR_materials_clearcoat/clearcoatFactor");
+        animate(&mut document, &pointer, "LINEAR", "SCALAR", &[0.0, 1.0]);
+        assert!(document.import().unwrap().materials[material].clear_coat.is_some(), "{declared}");
+    }
+}
+
+#[test]
 fn pointers_resolve_to_nodes_and_cameras() {
     assert_resolves("/nodes/0/translation", "VEC3", AnimationTarget::Translation(NodeIndex(0)));
     assert_resolves("/nodes/1/rotation", "VEC4", AnimationTarget::Rotation(NodeIndex(1)));

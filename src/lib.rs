@@ -1,4 +1,4 @@
-//! Renders animated glTF scenes to images with a Whitted-style recursive ray tracer.
+//! Renders animated glTF scenes to images with a Whitted-style recursive ray tracer or a path tracer.
 //!
 //! [`Renderer`] opens a scene, renders frames to memory, and renders sequences of OpenEXR files:
 //!

@@ -57,7 +57,7 @@ struct Cli {
 enum Command {
     /// Render a glTF scene (.glb, .gltf) or a shot file (.toml) to an image sequence
     Render(RenderOptions),
-    /// Merge crops into whole frames
+    /// Merge crops and sample ranges into whole frames
     Merge(merge::MergeArgs),
     /// Write job files for a render farm (Open Job Description, Slurm, Kubernetes, GNU parallel), and submit nothing
     Farm(farm::FarmArgs),

@@ -175,15 +175,15 @@ settings! {
     /// Largest radiance that a path brings from beyond its first surface
     /// . Removes fireflies, and with them light: off by default
     clamp_indirect: Factor, Image { value_name: "RADIANCE" }
-    /// Makes mirrors and glass rougher that paths reach after a rough surface
-    /// . Light that they focus, caustics, becomes soft and much less noisy: biased, and off by default
+    /// Roughens mirrors and glass that paths reach after a rough surface
+    /// . Caustics become soft and much less noisy, but biased: off by default
     regularize: Flag = false, Image {}
     /// Rays traced for the first rough reflection or transmission; later ones trace one
-    /// . 0 uses the prefiltered environment, except that one ray a sample follows frosted glass, unless --env-samples 0 leaves out the shadows of an environment, and rough metals where there is none
+    /// . 0 looks up the prefiltered environment; even then one ray a sample passes through frosted glass (not with --env-samples 0 under an environment), and one follows rough metals in scenes without an environment
     glossy: Whole<u32, 0, 4096> = 0, Image { value_name: "N" }
     /// Shadow rays of the whitted integrator towards the environment
-    /// for each lookup at the first surface; surfaces in mirrors and behind glass send one. What stops a ray of the first surface is found and lit, so that light of the environment bounces once. 0 lights surfaces as if nothing stood around them. auto is 1, or 4 on shadow catchers and the ground, except where what casts shadows fills a small part of the sky; but where the camera is inside a closed space
-    /// the shadows fade out, with fewer rays: without bounces of light it would be black
+    /// for each lookup at the first visible surface; surfaces seen in mirrors and through glass send one. Where such a ray hits something, that point is lit, so that light of the environment bounces once. 0: no shadows of the environment. auto: 1, and 4 on shadow catchers and the ground, unless what casts shadows covers a small part of the sky. Inside closed spaces auto fades
+    /// the shadows out, with fewer rays: without more bounces the space would be black
     env_samples: EnvSamplesType = EnvSamples::Auto, Image { value_name: "N|auto" }
     /// Shadows of glass
     glass_shadows: OneOf<GlassShadows> = GlassShadows::Straight, Image { value_name: "KIND" }

@@ -179,7 +179,7 @@ settings! {
     /// . Caustics become soft and much less noisy, but biased: off by default
     regularize: Flag = false, Image {}
     /// Rays traced for the first rough reflection or transmission; later ones trace one
-    /// . 0 looks up the prefiltered environment; even then one ray a sample passes through frosted glass (not with --env-samples 0 under an environment), and one follows rough metals in scenes without an environment
+    /// . 0 looks up the prefiltered environment; even then one ray a sample follows frosted glass (not with --env-samples 0 under an environment), and one follows rough metals in scenes without an environment
     glossy: Whole<u32, 0, 4096> = 0, Image { value_name: "N" }
     /// Shadow rays of the whitted integrator towards the environment
     /// for each lookup at the first visible surface; surfaces seen in mirrors and through glass send one. Where such a ray hits something, that point is lit, so that light of the environment bounces once. 0: no shadows of the environment. auto: 1, and 4 on shadow catchers and the ground, unless what casts shadows covers a small part of the sky. Inside closed spaces auto fades

@@ -309,8 +309,7 @@ mod tests {
     #[test]
     fn steps_follow_key_times_that_were_rounded_more_than_once() {
         let by_product: Vec<f32> = (0..1000).map(|frame| frame as f32 * (1.0 / 30.0)).collect();
-        let mut time = 0.0_f32;
-        let by_sum = (0..300).map(|_| std::mem::replace(&mut time, time + 1.0 / 24.0)).collect();
+        let by_sum = std::iter::successors(Some(0.0_f32), |time| Some(time + 1.0 / 24.0)).take(300).collect();
         for (rate, times_seconds) in [(30.0, by_product), (24.0, by_sum)] {
             let values = (0..times_seconds.len()).map(|frame| frame as f32).collect();
             let step = Keyframes { times_seconds, values, width: 1, interpolation: Interpolation::Step };

@@ -16,7 +16,8 @@ fn files_that_change_between_the_plan_and_the_lock_end_the_run() {
     assert_eq!(plan.remaining(), 0);
     drop(RunLock::acquire(&resumed, &plan, &cancel).unwrap());
     // Another run replaces a frame that the plan keeps.
-    std::fs::write(folder.path().join("a.0002.exr"), "another").unwrap();
+    let frame = std::fs::read(folder.path().join("a.0002.exr")).unwrap();
+    std::fs::write(folder.path().join("a.0002.exr"), &frame[..frame.len() / 2]).unwrap();
     let error = RunLock::acquire(&resumed, &plan, &cancel).unwrap_err();
     assert_eq!(error.exit_code(), 75, "{error}");
     // Frames that are to be rendered are looked at again when they are claimed.

@@ -9,7 +9,7 @@ use glam::Vec3;
 use super::context::Context;
 use super::document::Document;
 use super::extensions::LIGHTS;
-use super::raw::{ANY, NOT_NEGATIVE, Raw};
+use super::raw::{ANY, NOT_NEGATIVE, Raw, TOLERANCE, without_rounding_below};
 use crate::error::Result;
 use crate::scene::{Light, LightIndex, LightKind};
 
@@ -45,15 +45,15 @@ fn import_light(context: &mut Context, raw: &Raw) -> Result<Light> {
 /// Linear colour up to 1, and intensity. Authoring tools write brighter colours, and negative intensities for lamps that take light away.
 fn color_and_intensity(context: &mut Context, raw: &Raw) -> Result<(Vec3, f32)> {
     let color = Vec3::from_array(raw.numbers(context, "color", [1.0; 3], NOT_NEGATIVE)?);
-    let intensity = raw.number(context, "intensity", 1.0, ANY)?;
+    let intensity = without_rounding_below(raw.number(context, "intensity", 1.0, ANY)?, 0.0);
     if intensity < 0.0 {
         let message = format!("is {intensity}, and light cannot be negative; the lamp is off");
         context.warn(format!("{}/intensity", raw.pointer), message);
     }
     let intensity = if intensity > 0.0 { intensity } else { 0.0 };
     let brightest = color.max_element();
-    if brightest <= 1.0 {
-        return Ok((color, intensity));
+    if brightest <= 1.0 + TOLERANCE {
+        return Ok((color.min(Vec3::ONE), intensity));
     }
     let message = format!(
         "has a component of {brightest}, but must lie between 0 and 1; the intensity is multiplied by it"

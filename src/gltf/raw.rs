@@ -140,7 +140,7 @@ impl<'a> Raw<'a> {
 }
 
 /// Rounding errors of exporters beyond the limits of a range.
-const TOLERANCE: f32 = 1e-4;
+pub(super) const TOLERANCE: f32 = 1e-4;
 
 /// The value, or `low` where it is below by a rounding error.
 pub(super) fn without_rounding_below(value: f32, low: f32) -> f32 {

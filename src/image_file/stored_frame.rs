@@ -52,9 +52,10 @@ pub fn inspect_exr(path: &Path) -> Result<StoredFrame, String> {
 /// Whether a file that is no whole frame may be what is left of one: it begins as EXR and PNG files do, or with zeros, as some do after the system
 /// stopped.
 pub(crate) fn may_be_damaged_frame(path: &Path) -> bool {
-    let mut start = [0; MAGIC.len()];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut start));
-    read.is_err() || start == [0; MAGIC.len()] || start == MAGIC || SIGNATURE.starts_with(&start)
+    let mut start = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(MAGIC.len() as u64).read_to_end(&mut start));
+    let begins = MAGIC.starts_with(&start) || SIGNATURE.starts_with(&start);
+    read.is_ok() && (begins || start.iter().all(|byte| *byte == 0))
 }
 
 fn inspect(file: BufReader<File>) -> Result<StoredFrame, String> {

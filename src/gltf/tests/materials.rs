@@ -6,7 +6,8 @@ use super::{error_text, import_bytes};
 use crate::error::Result;
 use crate::gltf::{ExtensionSupport, extension_support};
 use crate::scene::{
-    AlphaMode, Filter, LightKind, Scene, Texels, TextureIndex, UvRotation, UvTransform, Volume, WrapMode,
+    AlphaMode, Filter, Light, LightKind, Scene, Texels, TextureIndex, UvRotation, UvTransform, Volume,
+    WrapMode,
 };
 use glam::{Vec2, Vec3};
 
@@ -198,6 +199,9 @@ fn lights_are_checked() {
     assert_eq!(scene.warnings[0].pointer, "/extensions/KHR_lights_punctual/lights/0/color");
     let scene = light(json!({"type": "point", "intensity": -1})).unwrap();
     assert_eq!((scene.lights[0].intensity, scene.warnings.len()), (0.0, 1));
+    let scene = light(json!({"type": "point", "color": [1.00001, 1, -1e-9], "intensity": -1e-9})).unwrap();
+    let Light { color, intensity, .. } = scene.lights[0];
+    assert_eq!((color, intensity, scene.warnings.len()), (Vec3::new(1.0, 1.0, 0.0), 0.0, 0));
     for bad in [
         json!({"type": "spot"}),
         json!({"type": "spot", "spot": {"outerConeAngle": 2}}),

@@ -42,7 +42,7 @@ fn import_light(context: &mut Context, raw: &Raw) -> Result<Light> {
     Ok(Light { name, color, intensity, range: range(context, raw, kind)?, kind })
 }
 
-/// Linear colour up to 1, and intensity. Authoring tools write brighter colours, and negative intensities for lamps that take light away.
+/// Linear colour and intensity. Authoring tools write colours beyond 1 for brighter lamps, and negative intensities for lamps that take light away.
 fn color_and_intensity(context: &mut Context, raw: &Raw) -> Result<(Vec3, f32)> {
     let color = Vec3::from_array(raw.numbers(context, "color", [1.0; 3], NOT_NEGATIVE)?);
     let intensity = without_rounding_below(raw.number(context, "intensity", 1.0, ANY)?, 0.0);
@@ -50,16 +50,14 @@ fn color_and_intensity(context: &mut Context, raw: &Raw) -> Result<(Vec3, f32)> 
         let message = format!("is {intensity}, and light cannot be negative; the lamp is off");
         context.warn(format!("{}/intensity", raw.pointer), message);
     }
-    let intensity = if intensity > 0.0 { intensity } else { 0.0 };
-    let brightest = color.max_element();
+    let (brightest, intensity) = (color.max_element(), intensity.max(0.0));
     if brightest <= 1.0 + TOLERANCE {
         return Ok((color.min(Vec3::ONE), intensity));
     }
-    let message = format!(
-        "has a component of {brightest}, but must lie between 0 and 1; the intensity is multiplied by it"
-    );
+    let message =
+        format!("has a component of {brightest}, but must lie between 0 and 1; it is used as it is");
     context.warn(format!("{}/color", raw.pointer), message);
-    Ok((color / brightest, intensity * brightest))
+    Ok((color, intensity))
 }
 
 /// Range of a light. Directional lights have none; a value in the file is ignored.

@@ -195,7 +195,7 @@ fn lights_are_checked() {
         assert_eq!((scene.lights[0].kind, scene.warnings.len()), (kind, usize::from(inner == 1.0)));
     }
     let scene = light(json!({"type": "point", "color": [4, 1, 0], "intensity": 3})).unwrap();
-    assert_eq!((scene.lights[0].color, scene.lights[0].intensity), (Vec3::new(1.0, 0.25, 0.0), 12.0));
+    assert_eq!((scene.lights[0].color, scene.lights[0].intensity), (Vec3::new(4.0, 1.0, 0.0), 3.0));
     assert_eq!(scene.warnings[0].pointer, "/extensions/KHR_lights_punctual/lights/0/color");
     let scene = light(json!({"type": "point", "intensity": -1})).unwrap();
     assert_eq!((scene.lights[0].intensity, scene.warnings.len()), (0.0, 1));

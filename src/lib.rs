@@ -36,6 +36,7 @@
 //! in any version.
 
 pub mod cancel;
+mod canonical_path;
 mod child_process;
 pub mod denoise;
 pub mod error;

@@ -26,13 +26,17 @@ pub(super) struct InfoArgs {
     /// Memory limit, such as 8G; only the headers of textures are read [default: 80 % of the available memory]
     #[arg(long, value_name = "SIZE", value_parser = options::memory_size)]
     max_memory: Option<u64>,
+    /// Permit files of the scene in this folder, which is outside its own
+    #[arg(long, value_name = "DIR")]
+    allow_dir: Vec<PathBuf>,
 }
 
 /// Prints the contents of the file.
 pub(super) fn run(args: &InfoArgs) -> Result<()> {
     let max_memory_bytes = args.max_memory.unwrap_or_else(default_max_memory_bytes);
-    let scene =
-        gltf::import(&args.scene, &ImportOptions { max_memory_bytes, images: ImageLoading::Headers })?;
+    let allowed_folders = args.allow_dir.clone();
+    let options = ImportOptions { max_memory_bytes, images: ImageLoading::Headers, allowed_folders };
+    let scene = gltf::import(&args.scene, &options)?;
     let (selection, warnings) = Selection::resolve(&SelectionRequest::default(), &scene)?;
     let report = report::Report::new(&scene, &selection, &warnings);
     if args.json {

@@ -49,18 +49,7 @@ impl clap::Args for RenderOptions {
             Arg::new("config").long("config").value_name("FILE").value_parser(OsStringValueParser::new());
         let set = Arg::new("set").short('D').long("set").value_name("KEY=VALUE").action(ArgAction::Append);
         let dry_run = Arg::new("dry_run").short('n').long("dry-run").action(ArgAction::SetTrue);
-        let allow_dir = Arg::new("allow_dir")
-            .long("allow-dir")
-            .hide_short_help(true)
-            .value_name("DIR")
-            .action(ArgAction::Append)
-            .value_parser(OsStringValueParser::new());
         command
-            .arg(
-                allow_dir
-                    .help("Permit outputs in this folder to shot files elsewhere")
-                    .help_heading("Output"),
-            )
             .arg(config.help("Shot file with settings; options and -D override them"))
             .arg(set.help("Sets any setting by its key in shot files; options override it"))
             .arg(
@@ -209,8 +198,7 @@ impl RenderOptions {
         let file = shot_file.as_deref().map(Settings::read_shot).transpose()?;
         let levels = [self.typed(scene)?, Settings::read_definitions(definitions)?, file.unwrap_or_default()];
         let shot = ShotSettings::merge(levels, shot_file)?;
-        let allowed = self.0.get_many::<OsString>("allow_dir").unwrap_or_default();
-        check_outputs(&shot.settings, &allowed.map(PathBuf::from).collect::<Vec<_>>())?;
+        check_outputs(&shot.settings)?;
         Ok(shot)
     }
 

@@ -90,7 +90,7 @@ use resources::Resources;
 /// # Errors
 ///
 /// [`Error::Missing`] if the file or one that it refers to cannot be read, [`Error::Unsupported`] if it requires an
-/// unsupported extension, [`Error::Refused`] if it exceeds the memory limit or refers to a file outside its folder, and
+/// unsupported extension, [`Error::Refused`] if it exceeds the memory limit or refers to a file outside its folder and the allowed ones, and
 /// [`Error::Invalid`] if it is malformed.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
     import_with_cache(path, options, None)
@@ -106,16 +106,16 @@ pub(crate) fn import_with_cache(
     cache: Option<&AssetCache>,
 ) -> Result<Scene> {
     // Crates that decode images or compute tangents may panic. Turn that into an error.
-    catch_unwind(AssertUnwindSafe(|| import_unguarded(path, *options, cache)))
+    catch_unwind(AssertUnwindSafe(|| import_unguarded(path, options, cache)))
         .unwrap_or_else(|_| Err(Error::invalid(path, "", "could not be imported; please report this file")))
 }
 
-fn import_unguarded(path: &Path, options: ImportOptions, cache: Option<&AssetCache>) -> Result<Scene> {
+fn import_unguarded(path: &Path, options: &ImportOptions, cache: Option<&AssetCache>) -> Result<Scene> {
     let mut context = Context::new(path, options.max_memory_bytes);
 
     let file = container::read(&mut context)?;
     let mut scene = std::thread::scope(|threads| {
-        let resources = Resources::new(&context, &file.bytes, threads);
+        let resources = Resources::new(&context, &file.bytes, &options.allowed_folders, threads);
         import_file(context, &file, resources, ImageSource { loading: options.images, cache })
     })?;
     scene.asset_cache = cache.map(AssetCache::usage);

@@ -1,15 +1,19 @@
 //! Import options.
 
+use std::path::PathBuf;
+
 use crate::asset_cache::AssetCache;
 
 /// Options of an import.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImportOptions {
     /// Memory limit of the imported scene, posed triangles included, bytes. A scene that needs more is refused before
     /// the memory is allocated.
     pub max_memory_bytes: u64,
     /// How far the images of textures are loaded.
     pub images: ImageLoading,
+    /// Folders outside the scene's own whose files it may refer to.
+    pub allowed_folders: Vec<PathBuf>,
 }
 
 /// How far the images of textures are loaded.
@@ -36,6 +40,6 @@ pub(super) struct ImageSource<'a> {
 impl Default for ImportOptions {
     /// Limit of four gibibytes; images are decoded.
     fn default() -> Self {
-        Self { max_memory_bytes: 4 << 30, images: ImageLoading::Texels }
+        Self { max_memory_bytes: 4 << 30, images: ImageLoading::Texels, allowed_folders: Vec::new() }
     }
 }

@@ -1,4 +1,4 @@
-//! External resources: buffers and image files inside the scene's folder, read once and hashed.
+//! External resources: buffers and image files in the scene's folder or in allowed ones, read once and hashed.
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -13,6 +13,7 @@ use super::context::Context;
 use super::document::Document;
 use super::meshopt;
 use super::uri::{self, Uri, UriError};
+use crate::canonical_path::canonical;
 use crate::error::{Error, Result, over_limit};
 
 /// Scene files of this many bytes are hashed by a thread of their own, while they are imported.
@@ -21,6 +22,8 @@ const LARGE_FILE_BYTES: usize = 1 << 20;
 /// Reads resources, and hashes everything that was read in order of the requests.
 pub(super) struct Resources<'s> {
     folder: PathBuf,
+    /// Canonical names of the folders whose files are read.
+    allowed: Vec<PathBuf>,
     hash: Hash<'s>,
     /// Files that were read in addition to the scene file.
     pub(super) files: Vec<PathBuf>,
@@ -34,7 +37,12 @@ enum Hash<'s> {
 
 impl<'s> Resources<'s> {
     /// Starts the hash with the scene file.
-    pub(super) fn new<'e>(context: &Context, scene_bytes: &'e [u8], threads: &'s Scope<'s, 'e>) -> Self {
+    pub(super) fn new<'e>(
+        context: &Context,
+        scene_bytes: &'e [u8],
+        allowed_folders: &[PathBuf],
+        threads: &'s Scope<'s, 'e>,
+    ) -> Self {
         let parent = context.path.parent().unwrap_or(Path::new(""));
         let folder = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
         let hash_scene = move || updated(Sha256::new(), scene_bytes);
@@ -44,7 +52,9 @@ impl<'s> Resources<'s> {
             Some(Ok(started)) => Hash::Started(started),
             _ => Hash::Known(hash_scene()),
         };
-        Self { folder: folder.to_owned(), hash, files: Vec::new() }
+        let folders = allowed_folders.iter().map(PathBuf::as_path).chain([folder]);
+        let allowed = folders.filter_map(|folder| folder.canonicalize().ok()).collect();
+        Self { folder: folder.to_owned(), allowed, hash, files: Vec::new() }
     }
 
     /// SHA-256 over the scene file and all files read since, each preceded by its length.
@@ -106,7 +116,7 @@ impl<'s> Resources<'s> {
                 Ok(bytes)
             }
             Ok(Uri::Relative(path)) => {
-                let bytes = self.read_inside(context, &path, pointer)?;
+                let bytes = self.read_allowed(context, &path, pointer)?;
                 self.files.push(self.folder.join(&path));
                 self.add_to_hash(&bytes);
                 Ok(bytes)
@@ -116,20 +126,18 @@ impl<'s> Resources<'s> {
         }
     }
 
-    /// Reads the file `relative`. A symbolic link is followed if its target lies inside the folder.
-    fn read_inside(&self, context: &mut Context, relative: &Path, pointer: &str) -> Result<Vec<u8>> {
+    /// Reads the file `relative`. A symbolic link is followed if its target lies in an allowed folder.
+    fn read_allowed(&self, context: &mut Context, relative: &Path, pointer: &str) -> Result<Vec<u8>> {
         let path = self.folder.join(relative);
         let missing = |source| Error::Missing {
             path: path.clone(),
             pointer: format!("{}#{pointer}", context.path.display()),
             source,
         };
-        let folder = self.folder.canonicalize().map_err(missing)?;
-        let real = path.canonicalize().map_err(missing)?;
-        if !real.starts_with(&folder) {
-            let message =
-                format!("\"{}\" leads outside the scene's folder; copy the file into it", relative.display());
-            return Err(context.refused(pointer, message));
+        // The name is checked first: whether a file exists elsewhere is nobody's business.
+        let is_allowed = |real: &Path| self.allowed.iter().any(|folder| real.starts_with(folder));
+        if !is_allowed(&canonical(&path)) || !is_allowed(&path.canonicalize().map_err(missing)?) {
+            return Err(context.refused(pointer, self.outside(relative)));
         }
         let (limit_bytes, used_bytes) = (context.remaining_bytes(), context.used_bytes());
         read_regular(context, &path, pointer, limit_bytes).map_err(|error| match error {
@@ -148,6 +156,16 @@ impl<'s> Resources<'s> {
             }
             other => other,
         })
+    }
+
+    /// Why the file `relative` is refused, and the option that permits it.
+    fn outside(&self, relative: &Path) -> String {
+        let path = self.folder.join(relative);
+        let folder = path.parent().unwrap_or(&self.folder).display();
+        let relative = relative.display();
+        format!(
+            "\"{relative}\" leads outside the scene's folder; --allow-dir {folder} permits it, in suites the setting allow_dir"
+        )
     }
 }
 

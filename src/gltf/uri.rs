@@ -1,4 +1,4 @@
-//! URIs inside a scene file: data URIs, and relative paths that stay below the scene's folder.
+//! URIs inside a scene file: data URIs, and relative paths.
 //!
 //! Source: RFC 3986 (relative references, percent encoding) and RFC 2397 (the `data` scheme).
 
@@ -24,7 +24,7 @@ pub(super) enum Uri {
 pub(super) enum UriError {
     /// The URI is malformed.
     Invalid(String),
-    /// The URI refers to something outside the scene's folder.
+    /// The URI refers to something other than a relative path.
     Refused(String),
 }
 
@@ -46,7 +46,7 @@ pub(super) fn parse(uri: &str) -> Result<Uri, UriError> {
     match scheme(uri) {
         Some(scheme) if scheme.eq_ignore_ascii_case("data") => decode_data(uri).map(Uri::Data),
         Some(scheme) => Err(UriError::Refused(format!(
-            "the URI has the scheme \"{scheme}:\"; only files in the scene's folder and data: URIs are read"
+            "the URI has the scheme \"{scheme}:\"; only relative paths and data: URIs are read"
         ))),
         None => relative_path(uri).map(Uri::Relative),
     }
@@ -85,7 +85,7 @@ fn decode_data(uri: &str) -> Result<Vec<u8>, UriError> {
 fn relative_path(uri: &str) -> Result<PathBuf, UriError> {
     let refused = |why: &str| {
         Err(UriError::Refused(format!(
-            "the path \"{}\" {why}; only files in the scene's folder are read",
+            "the path \"{}\" {why}; only relative paths are read",
             uri.escape_debug()
         )))
     };
@@ -106,9 +106,6 @@ fn relative_path(uri: &str) -> Result<PathBuf, UriError> {
     }
     if scheme(&path).is_some_and(|drive| drive.len() == 1) {
         return refused("has a drive letter");
-    }
-    if path.split('/').any(|segment| segment == "..") {
-        return refused("leaves the folder with \"..\"");
     }
     Ok(path.split('/').filter(|segment| !matches!(*segment, "" | ".")).collect())
 }

@@ -1,8 +1,9 @@
 //! Files of a run that have the name of another file of the run, or of an input.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
+use crate::canonical_path::canonical;
 use crate::error::{Error, Result};
 use crate::settings::PlatePattern;
 
@@ -41,21 +42,4 @@ impl Plan {
 /// Whether the canonical name `file` is that of a plate of any frame.
 pub fn is_plate(plates: &PlatePattern, file: &Path) -> bool {
     plates.names_like(file).iter().any(|name| canonical(name) == file)
-}
-
-/// Canonical form of the file name `path`. Links are resolved as far as the folder exists.
-pub fn canonical(path: &Path) -> PathBuf {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-    let mut canonical = PathBuf::new();
-    for component in absolute.components() {
-        match component {
-            Component::ParentDir => {
-                canonical.pop();
-            }
-            _ => canonical.push(component),
-        }
-        canonical = canonical.canonicalize().unwrap_or(canonical);
-    }
-    canonical.join(path.file_name().unwrap_or_default())
 }

@@ -11,7 +11,9 @@ use super::choices::{DenoiserKind, FocusRequest, GroundKind, PreviewFormat, Prog
 use super::definition::{Access, Assigned, DefinitionOf, Group, set};
 use super::environment_source::BackgroundSource;
 use super::exposure::Exposure;
-use super::file_types::{BackgroundType, CameraPathType, EnvironmentType, FilePath, NamedFile, Pattern};
+use super::file_types::{
+    BackgroundType, CameraPathType, EnvironmentType, FilePath, Folders, NamedFile, Pattern,
+};
 use super::frame_rate::FrameRate;
 use super::setting_type::SettingType;
 use super::table::{default_texts, settings, value_of, value_type};
@@ -290,6 +292,9 @@ settings! {
     }
     /// Memory limit, such as 8G
     max_memory: MemorySize, Run { value_name: "SIZE", default_help: "80 % of the available memory" }
+    /// Permit files of the scene in this folder, which is outside its own
+    /// , such as ../textures; may be repeated. Where it is typed, it permits outputs of shot files elsewhere, too
+    allow_dir: Folders = Vec::new(), Run { value_name: "DIR" }
     /// Folder that keeps decoded images between runs; never changes the image
     /// . Any number of processes share it. What cannot be written there is a warning
     asset_cache: FilePath, Run { value_name: "DIR", is_for_runs: true }

@@ -36,6 +36,31 @@ impl SettingType for FilePath {
     }
 }
 
+/// Folders that add up.
+#[derive(Debug)]
+pub struct Folders;
+
+impl SettingType for Folders {
+    type Value = Vec<PathBuf>;
+    const FORM: ValueForm = ValueForm { is_repeated: true, ..ValueForm::TEXT };
+
+    fn parse(text: &OsStr) -> Result<Vec<PathBuf>, String> {
+        Ok(vec![path(text)?])
+    }
+
+    fn write(value: &Vec<PathBuf>) -> Vec<OsString> {
+        value.iter().map(OsString::from).collect()
+    }
+
+    fn rebase(text: OsString, folder: &Path) -> OsString {
+        joined(folder, text)
+    }
+
+    fn add(earlier: &mut Vec<PathBuf>, later: Vec<PathBuf>) {
+        earlier.extend(later);
+    }
+}
+
 /// File with placeholders for the names of the scene, the shot file, the clip and the camera.
 #[derive(Debug)]
 pub struct NamedFile;

@@ -9,7 +9,7 @@ use super::nearest::nearest;
 use super::synonyms::synonym;
 
 /// Options that are no settings.
-const COMMAND_LINE_ONLY: [&str; 4] = ["config", "set", "dry_run", "allow_dir"];
+const COMMAND_LINE_ONLY: [&str; 3] = ["config", "set", "dry_run"];
 
 /// Whether a key of a shot file is a setting.
 pub(crate) fn is_setting(key: &str) -> bool {

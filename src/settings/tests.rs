@@ -95,7 +95,6 @@ fn errors_name_file_line_and_column() {
         ("spp = 4", &["did you mean \"samples\"?"]),
         ("xyzzy_plugh = 4", &["is no setting; keys are the long options"]),
         ("dry_run = true", &["belongs on the command line"]),
-        ("allow_dir = '/tmp'", &["belongs on the command line"]),
         ("\n[image]\nsamples = 4", &[":2:2: \"image\" is a table"]),
         ("samples = 'many'", &[":1:1: samples: expected a number, found a text"]),
         ("samples = true", &["expected a number, found true or false"]),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use toml::de::DeValue;
 
 use crate::error::{Error, Result, SettingError};
-use crate::gltf::{self, ImageLoading, ImportOptions};
+use crate::gltf::{self, ImportOptions};
 use crate::scene::{
     CameraKeys, CameraMotion, CameraPath, CameraRequest, CurveKind, KeyTimes, KeyedPoint, KeyedValue,
     SelectedCamera, Selection, SelectionRequest,
@@ -27,18 +27,17 @@ pub(super) struct LoadedPath {
     pub(super) files: Vec<PathBuf>,
 }
 
-/// Reads the path that `source` names.
+/// Reads the path that `source` names, a scene file with `options`.
 ///
 /// # Errors
 /// Those of reading the file; of keys with line and column.
-pub(super) fn load(source: &CameraPathSource, max_memory_bytes: u64) -> Result<LoadedPath> {
+pub(super) fn load(source: &CameraPathSource, options: &ImportOptions) -> Result<LoadedPath> {
     if source.is_keys() {
         let text = read_text(&source.file)?;
         let path = read_keys(&TomlFile { path: &source.file, text: &text })?;
         return Ok(LoadedPath { path, files: vec![source.file.clone()] });
     }
-    let options = ImportOptions { max_memory_bytes, images: ImageLoading::Budget };
-    let scene = Arc::new(gltf::import(&source.file, &options)?);
+    let scene = Arc::new(gltf::import(&source.file, options)?);
     let request = SelectionRequest {
         camera: source.camera.clone().map(CameraRequest::Camera),
         ..SelectionRequest::default()

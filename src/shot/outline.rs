@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::error::{Error, Result, Warning};
+use crate::gltf::ImageLoading;
 use crate::render::RenderSettings;
 use crate::scene::{
     CameraRequest, ClipSelection, NamedSelection, Scene, SelectedCamera, Selection, SelectionRequest,
@@ -17,8 +18,8 @@ use crate::settings::{BackgroundSource, OutputNames, Placeholder, SettingValues}
 use super::ambiguous_names::ambiguous_names;
 use super::camera_path::{self, LoadedPath};
 use super::environment::environment_request;
-use super::memory_limit::max_memory_bytes;
 use super::render_settings::render_settings;
+use super::resolve::import_options;
 use super::shot_settings::{ShotSettings, refusal};
 use super::view::{last_frame, resolve_frames, view_request};
 
@@ -101,7 +102,8 @@ impl ShotOutline {
         choices.extend(scene.notes.iter().cloned());
         let mut inputs = vec![shot.scene.clone()];
         if let Some(source) = &args.camera_path {
-            let LoadedPath { path, files } = camera_path::load(source, max_memory_bytes(args))?;
+            let options = import_options(args, ImageLoading::Budget);
+            let LoadedPath { path, files } = camera_path::load(source, &options)?;
             let path = SelectedCamera::Path(Arc::new(path));
             for named in &mut selections {
                 named.selection.camera = path.clone();

@@ -114,8 +114,13 @@ pub(crate) fn load_scene(shot: &ShotSettings, images: ImageLoading) -> Result<Sc
     let values = &shot.values;
     let folder = values.asset_cache.as_deref().filter(|_| images == ImageLoading::Texels);
     let cache = folder.map(|folder| AssetCache::open(folder, values.asset_cache_size));
-    let options = ImportOptions { max_memory_bytes: max_memory_bytes(values), images };
-    gltf::import_with_cache(&shot.scene, &options, cache.as_ref())
+    gltf::import_with_cache(&shot.scene, &import_options(values, images), cache.as_ref())
+}
+
+/// The options for importing the scene and what settings name beside it.
+pub(super) fn import_options(values: &SettingValues, images: ImageLoading) -> ImportOptions {
+    let allowed_folders = values.allow_dir.clone();
+    ImportOptions { max_memory_bytes: max_memory_bytes(values), images, allowed_folders }
 }
 
 /// Refuses an image that needs too much memory even in bands of rows, where its size does not depend on the scene.

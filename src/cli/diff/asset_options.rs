@@ -37,6 +37,9 @@ pub(in crate::cli) struct AssetOptions {
     /// Kinds of content that may be lost: nodes, morph-targets, variants, clips, cameras, lights, image-based-lights
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = loss)]
     allow_lost: Vec<&'static str>,
+    /// Permit files of the scenes in this folder, which is outside their own
+    #[arg(long, value_name = "DIR")]
+    allow_dir: Vec<OsString>,
 }
 
 impl AssetOptions {
@@ -64,8 +67,9 @@ impl AssetOptions {
     /// The options as they may be typed.
     pub(super) fn words(&self) -> Vec<String> {
         let typed = self.typed().into_iter();
-        let mut words: Vec<_> =
-            typed.flat_map(|(name, value)| [format!("--{name}"), value.display().to_string()]).collect();
+        let mut words: Vec<_> = typed
+            .flat_map(|(name, value)| [format!("--{}", name.replace('_', "-")), value.display().to_string()])
+            .collect();
         if !self.allow_lost.is_empty() {
             words.extend(["--allow-lost".to_owned(), self.allow_lost.join(",")]);
         }
@@ -87,7 +91,8 @@ impl AssetOptions {
 
     fn typed(&self) -> Vec<(&'static str, &OsStr)> {
         let options = [("resolution", &self.resolution), ("samples", &self.samples), ("env", &self.env)];
-        options.into_iter().filter_map(|(name, value)| Some((name, value.as_deref()?))).collect()
+        let single = options.into_iter().filter_map(|(name, value)| Some((name, value.as_deref()?)));
+        single.chain(self.allow_dir.iter().map(|folder| ("allow_dir", folder.as_os_str()))).collect()
     }
 }
 

@@ -127,9 +127,15 @@ fn twenty_images_stay_within_the_memory_limit_or_are_refused_by_name() {
         }
     }
     // Headers only: nothing is counted.
-    let headers =
-        import(&path, &ImportOptions { max_memory_bytes: enough - texels, images: ImageLoading::Headers })
-            .unwrap();
+    let headers = import(
+        &path,
+        &ImportOptions {
+            max_memory_bytes: enough - texels,
+            images: ImageLoading::Headers,
+            ..ImportOptions::default()
+        },
+    )
+    .unwrap();
     assert_eq!((headers.images.len(), headers.images[7].width), (20, 64));
     assert_eq!(headers.content_hash, with_limit(enough).unwrap().content_hash);
 }

@@ -11,8 +11,11 @@ pub(crate) const SEPARATOR: &[u8] = b"\n----\n";
 pub(crate) const RESOURCES: [&str; 3] = ["a.bin", "b.png", "c.bin"];
 
 /// Options of every import.
-pub(crate) const OPTIONS: ImportOptions =
-    ImportOptions { max_memory_bytes: LIBRARY_LIMIT, images: ImageLoading::Texels };
+pub(crate) const OPTIONS: ImportOptions = ImportOptions {
+    max_memory_bytes: LIBRARY_LIMIT,
+    images: ImageLoading::Texels,
+    allowed_folders: Vec::new(),
+};
 
 /// Imports a binary file.
 pub(crate) fn glb(input: &[u8]) {

@@ -1,5 +1,5 @@
-//! Renders one frame to memory and prints its mean radiance:
-//! `cargo run --release --example render_to_memory -- robot.glb`.
+//! Renders one frame to memory, prints its mean radiance and writes a PNG file where one is named:
+//! `cargo run --release --example render_to_memory -- robot.glb robot.png`.
 
 #![expect(clippy::print_stdout, reason = "an example prints its result")]
 
@@ -14,5 +14,5 @@ fn main() -> rayframe::Result<()> {
     let count = frame.pixels().len() as f32;
     let sum = frame.pixels().iter().fold([0.0; 3], |sum, [r, g, b, _]| [sum[0] + r, sum[1] + g, sum[2] + b]);
     println!("{path}: mean radiance {:?}", sum.map(|channel| channel / count));
-    frame.write_png("frame.png")
+    std::env::args().nth(2).map_or(Ok(()), |png| frame.write_png(png))
 }

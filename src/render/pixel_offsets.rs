@@ -4,13 +4,14 @@ use std::ops::Range;
 
 use glam::Vec2;
 
+use super::sample_plan::ShutterSample;
 use crate::integrator::R2;
 
 /// `count` positions in the unit square, the same in every pixel and every frame: a Hammersley set, with one position in each of
 /// `count` columns and, for powers of two, one in each of `count` rows. A single position is the centre.
 ///
-/// Each set `set` is the first one, rotated around the square so that all sets together fill it evenly (by the R₂ sequence of
-/// Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018). Set 0 is not rotated.
+/// Each set `set` is the first one, rotated around the square (by the R₂ sequence of Roberts, "The Unreasonable Effectiveness of
+/// Quasirandom Sequences", 2018). Set 0 is not rotated.
 pub(super) fn pixel_offsets(count: u32, set: u32) -> Vec<Vec2> {
     let half_step = 0.5 / count as f32;
     let column = |i: u32| (i as f32 + 0.5) / count as f32;
@@ -19,13 +20,26 @@ pub(super) fn pixel_offsets(count: u32, set: u32) -> Vec<Vec2> {
     (0..count).map(|i| Vec2::new(wrapped(column(i) + shift.x), wrapped(row(i) + shift.y))).collect()
 }
 
-/// Some of `count` positions in the unit square of which the first of any number fill it evenly: Sobol's points, by their first two
-/// dimensions. `set` rotates them as in [`pixel_offsets`].
-pub(super) fn progressive_offsets(indices: Range<u32>, count: u32, set: u32) -> Vec<Vec2> {
-    let half_step = 0.5 / count.next_power_of_two() as f32;
-    let shift = Vec2::new(fraction(set.wrapping_mul(R2[0])), fraction(set.wrapping_mul(R2[1]))) + half_step;
-    let point = |i: u32| Vec2::new(radical_inverse(i), fraction(sobol_second(i))) + shift;
-    indices.map(point).map(|p| Vec2::new(wrapped(p.x), wrapped(p.y))).collect()
+/// Some of the `count` positions in the unit square that one shutter sample has. The first of any number fill the square evenly, and so
+/// do those of all shutter samples together: they are Sobol's points, whose third dimension is the time.
+pub(super) fn progressive_offsets(indices: Range<u32>, count: u32, shutter: ShutterSample) -> Vec<Vec2> {
+    let times = shutter.count.next_power_of_two();
+    let half_step = 0.5 / (u64::from(count) * u64::from(times)).next_power_of_two() as f32;
+    let point = |i: u32| Vec2::new(radical_inverse(i), fraction(sobol_second(i))) + half_step;
+    let index = |i: u32| index_at_time(i.wrapping_mul(times), shutter.index, times.trailing_zeros());
+    indices.map(|i| point(index(i))).map(|p| Vec2::new(wrapped(p.x), wrapped(p.y))).collect()
+}
+
+/// The index, of the 2^`bits` ones from `first`, of the point of Sobol's sequence whose third dimension is in the interval `time` of
+/// 2^`bits` equal ones. `first` is a multiple of their number, so that each interval has one.
+fn index_at_time(first: u32, time: u32, bits: u32) -> u32 {
+    let mut index = first;
+    // The directions are a unit triangular matrix: the last bit of the interval decides about the last direction.
+    for bit in (0..bits).rev() {
+        let differs = (sobol_third(index) >> (31 - bit)) ^ (time >> (bits - 1 - bit));
+        index ^= (differs & 1) << bit;
+    }
+    index
 }
 
 /// The second dimension of Sobol's sequence, whose generator matrix is Pascal's triangle modulo 2.
@@ -40,6 +54,61 @@ fn sobol_second(mut index: u32) -> u32 {
     }
     value
 }
+
+/// The third dimension of Sobol's sequence.
+fn sobol_third(mut index: u32) -> u32 {
+    let mut value = 0;
+    while index > 0 {
+        value ^= THIRD_DIRECTIONS[index.trailing_zeros() as usize];
+        index &= index - 1;
+    }
+    value
+}
+
+/// Direction numbers of the third dimension, of the primitive polynomial x² + x + 1 and the initial numbers 1 and 3 (Bratley & Fox,
+/// "Algorithm 659: Implementing Sobol's Quasirandom Sequence Generator", TOMS 1988).
+const THIRD_DIRECTIONS: [u32; 32] = {
+    let mut directions = [
+        1 << 31,
+        3 << 30,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+    ];
+    let mut i = 2;
+    while i < 32 {
+        directions[i] = directions[i - 1] ^ directions[i - 2] ^ (directions[i - 2] >> 2);
+        i += 1;
+    }
+    directions
+};
 
 /// Wraps a number in [0, 2) to [0, 1).
 fn wrapped(x: f32) -> f32 {
@@ -81,8 +150,8 @@ mod tests {
 
     #[test]
     fn every_power_of_two_of_progressive_positions_is_even() {
-        let offsets = progressive_offsets(0..256, 256, 0);
-        assert_eq!(progressive_offsets(17..40, 256, 0), offsets[17..40]);
+        let offsets = progressive_offsets(0..256, 256, ShutterSample::ONLY);
+        assert_eq!(progressive_offsets(17..40, 256, ShutterSample::ONLY), offsets[17..40]);
         for count in [4, 16, 64, 256] {
             // One position in each cell of a square grid.
             let side = (count as f32).sqrt();
@@ -94,23 +163,62 @@ mod tests {
     }
 
     #[test]
-    fn positions_of_any_count_and_set_stay_inside_the_pixel() {
+    fn positions_of_any_count_stay_inside_the_pixel() {
         for count in 1..70 {
             for set in [0, 1, 2, 77] {
-                let offsets = [pixel_offsets(count, set), progressive_offsets(0..count, count, set)].concat();
+                let shutter = ShutterSample { index: set, count: 78 };
+                let offsets =
+                    [pixel_offsets(count, set), progressive_offsets(0..count, count, shutter)].concat();
                 assert!(offsets.iter().all(|p| p.min_element() >= 0.0 && p.max_element() < 1.0));
             }
         }
     }
 
+    /// Positions that `times` shutter samples with `count` each have together.
+    fn of_all_times(indices: Range<u32>, count: u32, times: u32) -> Vec<Vec2> {
+        let of_time =
+            |index| progressive_offsets(indices.clone(), count, ShutterSample { index, count: times });
+        (0..times).flat_map(of_time).collect()
+    }
+
     #[test]
-    fn single_samples_of_many_sets_fill_the_pixel() {
-        // Of 64 sets each sixteenth of the pixel gets 4 ± 2 samples.
-        let mut cells = [0; 16];
-        for set in 0..64 {
-            let p = pixel_offsets(1, set)[0];
-            cells[(p.x * 4.0) as usize * 4 + (p.y * 4.0) as usize] += 1;
+    fn shutter_samples_share_the_positions_of_one_sequence() {
+        let bits = |points: Vec<Vec2>| {
+            let mut bits: Vec<_> = points.iter().map(|p| p.to_array().map(f32::to_bits)).collect();
+            bits.sort_unstable();
+            bits
+        };
+        for (count, times) in [(1, 8), (2, 8), (8, 8), (16, 4), (1, 64), (64, 1), (5, 4)] {
+            let whole = progressive_offsets(0..count * times, count * times, ShutterSample::ONLY);
+            assert_eq!(bits(of_all_times(0..count, count, times)), bits(whole.clone()), "{count} x {times}");
+            // So do the first ones of each, wherever a frame ends.
+            let first = whole[..(count.div_ceil(2) * times) as usize].to_vec();
+            assert_eq!(
+                bits(of_all_times(0..count.div_ceil(2), count, times)),
+                bits(first),
+                "{count} x {times}"
+            );
         }
-        assert!(cells.iter().all(|count| (2..=6).contains(count)), "{cells:?}");
+    }
+
+    #[test]
+    fn positions_of_each_time_fill_the_pixel() {
+        // Each sixteenth of the pixel has 4 ± 2 of the 64 positions of each time.
+        for index in 0..8 {
+            let mut cells = [0; 16];
+            for p in progressive_offsets(0..64, 64, ShutterSample { index, count: 8 }) {
+                cells[(p.x * 4.0) as usize * 4 + (p.y * 4.0) as usize] += 1;
+            }
+            assert!(cells.iter().all(|count| (2..=6).contains(count)), "{index}: {cells:?}");
+        }
+    }
+
+    #[test]
+    fn numbers_of_times_between_powers_of_two_have_distinct_positions() {
+        let mut positions: Vec<_> =
+            of_all_times(0..3, 3, 6).iter().map(|p| p.to_array().map(f32::to_bits)).collect();
+        positions.sort_unstable();
+        positions.dedup();
+        assert_eq!(positions.len(), 18);
     }
 }

@@ -8,7 +8,7 @@ use super::filter::PixelSample;
 use super::pixel_offsets::{pixel_offsets, progressive_offsets};
 use super::settings::RenderSettings;
 
-/// Index of the first set of extra samples; the sets of base samples have lower ones.
+/// Index of the set of extra samples in [`pixel_offsets`]; that of base samples is 0.
 const EXTRA_SET: u32 = 1 << 16;
 
 /// One of several renders of a frame, at different times, whose mean is the frame.
@@ -37,7 +37,7 @@ pub(super) fn path_samples(
     indices: Range<u32>,
 ) -> Vec<PixelSample> {
     let count = shutter_sample.share_of(settings.samples);
-    settings.filter.samples(&progressive_offsets(indices, count, shutter_sample.index))
+    settings.filter.samples(&progressive_offsets(indices, count, shutter_sample))
 }
 
 /// The samples of every pixel that Whitted's tree has in one shutter sample.
@@ -61,18 +61,17 @@ impl SamplePlan {
     pub(super) fn new(settings: &RenderSettings, shutter_sample: ShutterSample) -> Self {
         let base = shutter_sample.share_of(settings.samples);
         let max = settings.adaptive.map_or(base, |adaptive| shutter_sample.share_of(adaptive.max_samples));
-        let set = |count: u32, family: u32| match count {
-            0 => Vec::new(),
-            count => {
-                let index = shutter_sample.index + family * EXTRA_SET;
-                settings.filter.samples(&pixel_offsets(count, index))
-            }
+        let max = max.max(base);
+        let [base_offsets, extra_offsets] = if shutter_sample.count > 1 {
+            [0..base, base..max].map(|indices| progressive_offsets(indices, max, shutter_sample))
+        } else {
+            [(base, 0), (max - base, EXTRA_SET)].map(|(count, set)| pixel_offsets(count, set))
         };
         Self {
-            base: set(base, 0),
-            extra: set(max.saturating_sub(base), 1),
+            base: settings.filter.samples(&base_offsets),
+            extra: settings.filter.samples(&extra_offsets),
             threshold: settings.adaptive.map_or(0.0, |adaptive| adaptive.threshold),
-            first_index: shutter_sample.index.wrapping_mul(base.max(max)),
+            first_index: shutter_sample.index.wrapping_mul(max),
             leaves_sums: shutter_sample.count > 1 && settings.filter.has_negative_lobes(),
         }
     }

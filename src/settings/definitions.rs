@@ -142,7 +142,7 @@ settings! {
     /// . The shutter opens before the time of the frame and closes as long after it
     shutter: ShutterFrames, Image { value_name: "FRAMES|DEG" }
     /// Number of times within the open shutter
-    /// . The scene is posed anew at each, and samples are distributed among them
+    /// . The scene is posed anew at each, and samples are distributed among them: all take the same number, at least one
     time_samples: Whole<u32, 1, 4096> = 8, Image { value_name: "N", requires: Some("shutter") }
     /// Depth of field: radius in metres, or an f-number such as f/2.8
     /// for a sensor 24 mm high. Its noise falls with more samples
@@ -184,7 +184,7 @@ settings! {
     /// . 0 looks up the prefiltered environment; even then one ray a sample follows frosted glass (not with --env-samples 0 under an environment), and one follows rough metals in scenes without an environment
     glossy: Whole<u32, 0, 4096> = 0, Image { value_name: "N" }
     /// Shadow rays of the whitted integrator towards the environment
-    /// for each lookup at the first visible surface; surfaces seen in mirrors and through glass send one. Where such a ray hits something, that point is lit, so that light of the environment bounces once. 0: no shadows of the environment. auto: 1, and 4 on shadow catchers and the ground, unless what casts shadows covers a small part of the sky. Inside closed spaces auto fades
+    /// for each lookup at the first visible surface; surfaces seen in mirrors and through glass send one. Where a ray of the first surface hits something, that point is lit, so that light of the environment bounces once. 0: no shadows of the environment. auto: 1, and 4 on shadow catchers and the ground, unless what casts shadows covers a small part of the sky. Inside closed spaces auto fades
     /// the shadows out, with fewer rays: without more bounces the space would be black
     env_samples: EnvSamplesType = EnvSamples::Auto, Image { value_name: "N|auto" }
     /// Shadows of glass

@@ -35,6 +35,11 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
         ),
         (values.shutter.is_some() && !moves(job), "shutter", "nothing moves"),
         (
+            values.shutter.is_some() && moves(job) && values.time_samples == 1,
+            "shutter",
+            "`time_samples` is 1, and one time has no motion",
+        ),
+        (
             values.background_fit != PlateFit::Fill && job.plates.is_none(),
             "background_fit",
             "the background is no image",
@@ -122,7 +127,7 @@ fn changes_noise(job: &SequenceJob) -> bool {
 }
 
 /// Whether the camera turns or follows a path, or any selected clip has two keys for anything.
-fn moves(job: &SequenceJob) -> bool {
+pub(super) fn moves(job: &SequenceJob) -> bool {
     if matches!(job.selection.camera, SelectedCamera::Turntable(_) | SelectedCamera::Path(_)) {
         return true;
     }

@@ -23,7 +23,7 @@ use crate::sequence::{
 use crate::settings::{BackgroundSource, DenoiserKind, GroundKind, SettingValues, Switch, parse, suggest};
 
 use super::environment::{LoadedEnvironment, LoadedEnvironments, environment_request};
-use super::ineffective::ineffective_settings;
+use super::ineffective::{ineffective_settings, moves};
 use super::memory_limit::max_memory_bytes;
 use super::outline::{SequenceOutline, ShotOutline, plate_files};
 use super::render_settings::{exr_output, known_window, path_settings};
@@ -272,7 +272,7 @@ fn sequence_job(
     environment: Environment,
 ) -> SequenceJob {
     let args = &shot.values;
-    SequenceJob {
+    let mut job = SequenceJob {
         scene,
         selection,
         environment,
@@ -308,7 +308,12 @@ fn sequence_job(
         keep_going: args.keep_going && !outline.output.is_movie(),
         strict: args.strict,
         max_memory_bytes: max_memory_bytes(args),
+    };
+    if !moves(&job) {
+        // One pose shows what several would, in less time.
+        job.shutter = Shutter::default();
     }
+    job
 }
 
 fn matte_warnings(args: &SettingValues, scene: &Scene) -> Vec<Warning> {

@@ -140,12 +140,28 @@ impl Image {
         Some((0..r.len()).map(|at| [r[at], g[at], b[at], alpha(at)]).collect())
     }
 
-    /// Colours over black; an image of `Y` alone is grey. `None` without colours.
+    /// Colours over black of the [`color_layer`](Image::color_layer). `None` without colours.
     pub fn colors(&self) -> Option<Vec<[f32; 3]>> {
-        let color = |name| self.floats(name).or_else(|| self.floats("Y"));
+        self.colors_of(self.color_layer()?)
+    }
+
+    /// The layer that the image shows: [`BEAUTY`], or the first other one with colours.
+    pub fn color_layer(&self) -> Option<&str> {
+        let others = self.layers().into_iter().filter(|layer| *layer != BEAUTY);
+        std::iter::once(BEAUTY).chain(others).find(|layer| self.has_colors(layer))
+    }
+
+    /// Whether a layer has the channels R, G and B. [`BEAUTY`] may have `Y` alone, which is grey.
+    pub fn has_colors(&self, layer: &str) -> bool {
+        ["R", "G", "B"].into_iter().all(|name| self.component(layer, name).is_some())
+    }
+
+    /// Colours over black of a layer. `None` without colours.
+    pub fn colors_of(&self, layer: &str) -> Option<Vec<[f32; 3]>> {
+        let color = |name| self.component(layer, name);
         let (r, g, b) = (color("R")?, color("G")?, color("B")?);
         let alpha = match self.encoding {
-            ColorEncoding::Srgb => self.floats("A").unwrap_or_default(),
+            ColorEncoding::Srgb => self.coverage_of(layer).unwrap_or_default(),
             ColorEncoding::Linear => Cow::default(),
         };
         let pixel = |at: usize| {
@@ -153,6 +169,18 @@ impl Image {
             [r[at] * cover, g[at] * cover, b[at] * cover]
         };
         Some((0..r.len()).map(pixel).collect())
+    }
+
+    /// The channel A of a layer.
+    pub fn coverage_of(&self, layer: &str) -> Option<Cow<'_, [f32]>> {
+        self.component(layer, "A")
+    }
+
+    fn component(&self, layer: &str, name: &str) -> Option<Cow<'_, [f32]>> {
+        if layer != BEAUTY {
+            return self.floats(&format!("{layer}.{name}"));
+        }
+        self.floats(name).or_else(|| self.floats("Y").filter(|_| name != "A"))
     }
 
     fn floats(&self, name: &str) -> Option<Cow<'_, [f32]>> {

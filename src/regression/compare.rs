@@ -1,21 +1,15 @@
 //! Compares two images: every measure with its value and its limit.
 
+use super::Image;
 use super::cause::likely_cause;
 use super::channel_difference::{LayerDifference, ValueLimits, channel_difference};
+use super::color_checks::check_colors;
 use super::comparison::{Check, Comparison, Mismatch};
 use super::exact::are_identical;
-use super::flip::{FlipMap, PIXELS_PER_DEGREE, flip_display, flip_light};
 use super::non_finite::non_finite;
-use super::pooling::{ObjectError, pool, pool_objects};
 use super::presets::Limits;
-use super::root_mean_square::root_mean_square;
 use super::verdict::Verdict;
-use super::{ColorEncoding, Image, Samples};
-use crate::color::luminance;
 use crate::output::Aov;
-
-/// The layer of the ids of objects.
-const OBJECT_IDS: &str = "object_id";
 
 /// Compares an image with its reference.
 ///
@@ -33,10 +27,7 @@ pub fn compare(actual: &Image, reference: &Image, limits: &Limits) -> Comparison
     }
     comparison.is_identical = are_identical(actual, reference);
     compare_layers(&mut comparison, actual, reference, limits);
-    if let (Some(ours), Some(theirs)) = (actual.colors(), reference.colors()) {
-        let colors = Colors { actual: &ours, reference: &theirs };
-        compare_colors(&mut comparison, &colors, [actual, reference], limits);
-    }
+    check_colors(&mut comparison, [actual, reference], limits);
     comparison.cause = match comparison.verdict() {
         Verdict::Identical => None,
         // No layer is beyond its limit.
@@ -160,87 +151,18 @@ fn layer_difference(layer: &str, actual: &Image, reference: &Image, limits: &Val
     LayerDifference { layer: layer.to_owned(), different_pixels, channels }
 }
 
-/// Whether a layer holds light. Rayframe's own AOVs are known by name; any other layer with colour channels counts as light.
-fn is_light(layer: &str, image: &Image) -> bool {
-    match Aov::ALL.into_iter().find(|known| known.name() == layer) {
-        Some(known) => known.is_light(),
-        None => image.channels_of(layer).any(|channel| channel.name.strip_suffix(".R").is_some()),
-    }
-}
-
-/// The colours of both images, row by row.
-struct Colors<'a> {
-    actual: &'a [[f32; 3]],
-    reference: &'a [[f32; 3]],
-}
-
-fn compare_colors(
-    comparison: &mut Comparison,
-    &Colors { actual, reference }: &Colors<'_>,
-    images: [&Image; 2],
-    limits: &Limits,
-) {
-    let [_, image] = images;
-    let is_display = image.encoding == ColorEncoding::Srgb;
-    comparison.root_mean_square = Some(root_mean_square(actual, reference, is_display.then_some(1.0)));
-    let flip = if is_display { flip_display } else { flip_light };
-    // Equal images have no error; FLIP need not run.
-    let map = if actual == reference {
-        FlipMap { size: image.size(), errors: vec![0.0; actual.len()], exposures: None }
-    } else {
-        flip(reference, actual, image.size(), PIXELS_PER_DEGREE)
-    };
-    let mut pooled = pool(&map);
-    pooled.object = worst_object(&map, images);
-    let brightness = brightness_difference(actual, reference);
-    let of_object = pooled
-        .object
-        .map(|object| ("FLIP of the worst object", object.mean, limits.object_flip, Some(object.at)));
-    let measures = [
-        ("mean FLIP", pooled.mean, limits.mean_flip, None),
-        ("FLIP of the worst tile", pooled.tile, limits.tile_flip, Some(pooled.tile_at)),
-    ];
-    let of_image = ("difference of mean brightness", brightness, limits.brightness, None);
-    for (measure, measured, limit, at) in measures.into_iter().chain(of_object).chain([of_image]) {
-        let at = at.filter(|_| measured > 0.0);
-        comparison.checks.push(Check {
-            measure: measure.to_owned(),
-            measured,
-            limit,
-            at,
-            passes: measured <= limit,
-        });
-    }
-    comparison.flip = Some(pooled);
-    comparison.exposures = map.exposures;
-    comparison.flip_map = Some(map);
-}
-
-/// The worst object of either image, where both have ids: an object that vanishes is in the reference alone.
-fn worst_object(map: &FlipMap, [actual, reference]: [&Image; 2]) -> Option<ObjectError> {
-    let [Samples::Uint(ours), Samples::Uint(theirs)] =
-        [&actual.channel(OBJECT_IDS)?.samples, &reference.channel(OBJECT_IDS)?.samples]
-    else {
-        return None;
-    };
-    let worst = [pool_objects(map, theirs), pool_objects(map, ours)];
-    worst.into_iter().flatten().reduce(|a, b| if b.mean > a.mean { b } else { a })
-}
-
-/// Absolute difference of mean luminance, as a share of the reference's.
-fn brightness_difference(actual: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
-    let sum = |colors: &[[f32; 3]]| -> f64 {
-        let light = colors.iter().map(|color| f64::from(luminance(glam::Vec3::from_array(*color))));
-        light.filter(|light| light.is_finite()).sum()
-    };
-    let (ours, theirs) = (sum(actual), sum(reference));
-    if ours == theirs { 0.0 } else { ((ours - theirs) / theirs).abs() }
+/// Whether a layer holds light, of which an observer judges. Rayframe's own AOVs are known by name; any other layer with colours counts
+/// as light.
+pub(super) fn is_light(layer: &str, image: &Image) -> bool {
+    let known = Aov::ALL.into_iter().find(|known| known.name() == layer);
+    known.is_none_or(Aov::is_light) && image.has_colors(layer)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::regression::{Channel, Preset, Samples};
+    use crate::regression::color_checks::OBJECT_IDS;
+    use crate::regression::{Channel, ColorEncoding, Preset, Samples};
 
     fn flat(size: (u32, u32), value: f32) -> Image {
         let pixels = vec![[value, value, value, 1.0]; (size.0 * size.1) as usize];

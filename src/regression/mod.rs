@@ -13,6 +13,7 @@ mod cause;
 mod cause_materials;
 mod changes;
 mod channel_difference;
+mod color_checks;
 mod compare;
 mod comparison;
 mod encoded_image;

@@ -62,7 +62,17 @@ pub fn flip_light(
     size: (u32, u32),
     pixels_per_degree: f64,
 ) -> FlipMap {
-    let range = ExposureRange::of(reference);
+    flip_light_at(ExposureRange::of(reference), reference, test, size, pixels_per_degree)
+}
+
+/// FLIP of images of linear light: the maximum over exposures.
+pub(super) fn flip_light_at(
+    range: ExposureRange,
+    reference: &[[f32; 3]],
+    test: &[[f32; 3]],
+    size: (u32, u32),
+    pixels_per_degree: f64,
+) -> FlipMap {
     let scales = range.scales();
     let errors = in_bands(size, pixels_per_degree, |rows, kernels| {
         let mut worst = vec![0.0_f32; rows.width * rows.count];

@@ -1,0 +1,212 @@
+//! Checks of what an observer sees: FLIP and brightness of every layer of light, and FLIP of coverage.
+//!
+//! The first layer of colours is the one that the image shows. The others are judged at its exposures and against its brightness, so that
+//! a dim layer counts for what it adds. Those that do not differ have no checks.
+
+use super::compare::is_light;
+use super::comparison::{Check, Comparison};
+use super::flip::{ExposureRange, FlipMap, PIXELS_PER_DEGREE, flip_display, flip_light_at};
+use super::pooling::{ObjectError, PooledErrors, pool, pool_objects};
+use super::presets::Limits;
+use super::root_mean_square::root_mean_square;
+use super::{ColorEncoding, Image, Samples};
+use crate::color::luminance;
+
+/// The layer of the ids of objects.
+pub(super) const OBJECT_IDS: &str = "object_id";
+
+/// Adds the checks of colours and coverage, and the measures of the layer that the image shows.
+pub(super) fn check_colors(comparison: &mut Comparison, images: [&Image; 2], limits: &Limits) {
+    let [actual, reference] = images;
+    let colors_of = |layer: &str| Some([actual.colors_of(layer)?, reference.colors_of(layer)?]);
+    let shown = reference.color_layer().unwrap_or_default();
+    let Some(shown_colors) = colors_of(shown) else { return };
+    let [ours, theirs] = &shown_colors;
+    let is_display = reference.encoding == ColorEncoding::Srgb;
+    let exposures = (!is_display).then(|| ExposureRange::of(theirs));
+    let light = total_light(theirs);
+
+    // The layer that the image shows
+    let map = flip_map(ours, theirs, images, exposures);
+    let pooled = add_flip_checks(&mut comparison.checks, &map, (images, ""), limits);
+    comparison.checks.push(brightness_check(ours, theirs, (light, ""), limits));
+    comparison.root_mean_square = Some(root_mean_square(ours, theirs, is_display.then_some(1.0)));
+    comparison.flip = Some(pooled);
+    comparison.exposures = map.exposures;
+    comparison.flip_map = Some(map);
+
+    // Other layers of light
+    let others = reference.layers().into_iter().filter(|layer| *layer != shown && is_light(layer, reference));
+    for layer in others {
+        let Some([ours, theirs]) = colors_of(layer).filter(|[ours, theirs]| ours != theirs) else { continue };
+        let map = flip_map(&ours, &theirs, images, exposures);
+        let of_layer = format!(" of {layer}");
+        add_flip_checks(&mut comparison.checks, &map, (images, &of_layer), limits);
+        comparison.checks.push(brightness_check(&ours, &theirs, (light, &of_layer), limits));
+    }
+
+    // Coverage, which colours over black do not show
+    if let (Some(ours), Some(theirs)) = (actual.coverage_of(shown), reference.coverage_of(shown))
+        && ours != theirs
+    {
+        let grey = |coverage: &[f32]| coverage.iter().map(|&share| [share; 3]).collect::<Vec<_>>();
+        let map = flip_map(&grey(&ours), &grey(&theirs), images, None);
+        add_flip_checks(&mut comparison.checks, &map, (images, " of coverage"), limits);
+    }
+}
+
+/// FLIP of light at `exposures`, or of display values without.
+fn flip_map(
+    actual: &[[f32; 3]],
+    reference: &[[f32; 3]],
+    [_, image]: [&Image; 2],
+    exposures: Option<ExposureRange>,
+) -> FlipMap {
+    let size = image.size();
+    if actual == reference {
+        // Equal images have no error; FLIP need not run.
+        return FlipMap { size, errors: vec![0.0; actual.len()], exposures: None };
+    }
+    match exposures {
+        Some(exposures) => flip_light_at(exposures, reference, actual, size, PIXELS_PER_DEGREE),
+        None => flip_display(reference, actual, size, PIXELS_PER_DEGREE),
+    }
+}
+
+/// Adds the checks of a FLIP map, and returns its pooled errors.
+fn add_flip_checks(
+    checks: &mut Vec<Check>,
+    map: &FlipMap,
+    (images, of_layer): ([&Image; 2], &str),
+    limits: &Limits,
+) -> PooledErrors {
+    let mut pooled = pool(map);
+    pooled.object = worst_object(map, images);
+    let of_object = pooled
+        .object
+        .map(|object| ("FLIP of the worst object", object.mean, limits.object_flip, Some(object.at)));
+    let measures = [
+        ("mean FLIP", pooled.mean, limits.mean_flip, None),
+        ("FLIP of the worst tile", pooled.tile, limits.tile_flip, Some(pooled.tile_at)),
+    ];
+    checks.extend(measures.into_iter().chain(of_object).map(|(measure, measured, limit, at)| Check {
+        measure: format!("{measure}{of_layer}"),
+        measured,
+        limit,
+        at: at.filter(|_| measured > 0.0),
+        passes: measured <= limit,
+    }));
+    pooled
+}
+
+/// The worst object of either image, where both have ids: an object that vanishes is in the reference alone.
+fn worst_object(map: &FlipMap, [actual, reference]: [&Image; 2]) -> Option<ObjectError> {
+    let [Samples::Uint(ours), Samples::Uint(theirs)] =
+        [&actual.channel(OBJECT_IDS)?.samples, &reference.channel(OBJECT_IDS)?.samples]
+    else {
+        return None;
+    };
+    let worst = [pool_objects(map, theirs), pool_objects(map, ours)];
+    worst.into_iter().flatten().reduce(|a, b| if b.mean > a.mean { b } else { a })
+}
+
+/// The check of mean luminance: the absolute difference as a share of `whole`, the light of what the reference shows.
+fn brightness_check(
+    actual: &[[f32; 3]],
+    reference: &[[f32; 3]],
+    (whole, of_layer): (f64, &str),
+    limits: &Limits,
+) -> Check {
+    let (ours, theirs) = (total_light(actual), total_light(reference));
+    let measured = if ours == theirs { 0.0 } else { ((ours - theirs) / whole).abs() };
+    Check {
+        measure: format!("difference of mean brightness{of_layer}"),
+        measured,
+        limit: limits.brightness,
+        at: None,
+        passes: measured <= limits.brightness,
+    }
+}
+
+/// Sum of the finite luminances.
+fn total_light(colors: &[[f32; 3]]) -> f64 {
+    let light = colors.iter().map(|color| f64::from(luminance(glam::Vec3::from_array(*color))));
+    light.filter(|light| light.is_finite()).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::regression::{Channel, Preset, compare};
+
+    const SIZE: (u32, u32) = (32, 32);
+
+    /// An image with the layer `name` of this grey, beside colours of `beauty` where it has some.
+    fn with_layer(name: &str, grey: f32, beauty: Option<f32>) -> Image {
+        let pixels = vec![[beauty.unwrap_or(0.0); 3].map(f32::from); (SIZE.0 * SIZE.1) as usize];
+        let pixels: Vec<_> = pixels.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect();
+        let mut image = Image::from_rgba(SIZE, ColorEncoding::Linear, &pixels);
+        if beauty.is_none() {
+            image.channels.clear();
+        }
+        for channel in ["R", "G", "B"] {
+            let samples = Samples::Float(vec![grey; pixels.len()]);
+            image.channels.push(Channel { name: format!("{name}.{channel}"), samples });
+        }
+        image
+    }
+
+    fn failures(actual: &Image, reference: &Image) -> String {
+        compare(actual, reference, &Preset::Visual.limits()).failures().join("\n")
+    }
+
+    #[test]
+    fn colours_under_any_name_are_compared() {
+        for name in ["direct", "ViewLayer.Combined", "diffuse"] {
+            let failures = failures(&with_layer(name, 0.8, None), &with_layer(name, 0.1, None));
+            assert!(failures.contains("mean FLIP: ") && failures.contains("mean brightness: "), "{failures}");
+        }
+    }
+
+    #[test]
+    fn layers_of_light_are_compared_beside_equal_colours() {
+        let [bright, dim] = [0.8, 0.1].map(|grey| with_layer("direct", grey, Some(0.9)));
+        let failures = failures(&bright, &dim);
+        assert!(failures.contains("mean FLIP of direct: "), "{failures}");
+        assert!(failures.contains("difference of mean brightness of direct: 0.7778 > 0.03"), "{failures}");
+        // What hardly adds to the image hardly counts.
+        let [bright, dim] = [0.003, 0.001].map(|grey| with_layer("direct", grey, Some(0.9)));
+        let comparison = compare(&bright, &dim, &Preset::Visual.limits());
+        assert!(comparison.passes(), "{:?}", comparison.failures());
+        assert_eq!(comparison.checks.iter().filter(|check| check.measure.ends_with(" of direct")).count(), 3);
+        // Equal layers have no checks.
+        let comparison = compare(&dim, &dim, &Preset::Visual.limits());
+        assert!(comparison.checks.iter().all(|check| !check.measure.ends_with(" of direct")));
+    }
+
+    #[test]
+    fn a_single_channel_without_the_other_two_is_data() {
+        let single = |value: f32| {
+            let samples = Samples::Float(vec![value; (SIZE.0 * SIZE.1) as usize]);
+            let mut image = with_layer("direct", 0.5, Some(0.5));
+            image.channels.push(Channel { name: "shadow.R".to_owned(), samples });
+            image
+        };
+        let failures = failures(&single(0.5), &single(0.4));
+        assert!(failures.starts_with("share of pixels with shadow off by more than "), "{failures}");
+    }
+
+    #[test]
+    fn lost_coverage_fails_where_the_colour_is_black() {
+        let black = |alpha: f32| {
+            Image::from_rgba(
+                SIZE,
+                ColorEncoding::Linear,
+                &vec![[0.0, 0.0, 0.0, alpha]; (SIZE.0 * SIZE.1) as usize],
+            )
+        };
+        let failures = failures(&black(1.0), &black(0.0));
+        assert!(failures.contains("mean FLIP of coverage: "), "{failures}");
+        assert_eq!(super::tests::failures(&black(0.99), &black(1.0)), "");
+    }
+}

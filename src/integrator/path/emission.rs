@@ -40,15 +40,15 @@ impl Tracer<'_, '_> {
         (share, pass)
     }
 
-    /// Adds radiance to a path, clamped where it comes from beyond the first surface. Light that the shadow rays of a surface look for, too, `last`, is
-    /// clamped as theirs.
+    /// Adds radiance that a ray finds to a path, clamped where it comes from beyond the first surface: as that of the shadow rays of the
+    /// surface which the ray left, whether that surface looks for it, too, as `last` does, or is smooth.
     pub(in crate::integrator) fn add_to_path(
         &mut self,
         (state, last): (&RayState, Option<&LastScatter>),
         light_pass: LightPass,
         radiance: Vec3,
     ) {
-        let depth = last.map_or(state.depth, |last| last.depth);
+        let depth = last.map_or(state.depth.saturating_sub(1), |last| last.depth);
         let radiance = clamped(radiance, self.clamp_at(depth));
         self.add(state.sample, light_pass, radiance);
     }

@@ -239,6 +239,23 @@ fn the_clamp_leaves_what_the_first_surface_receives_without_a_detour() {
         stage.settings.path.clamp_indirect = 0.1;
         assert_eq!(look(&stage), without, "{panel:?}");
     }
+    // A mirror and a clear pane show the sky without a detour, too; a mirror that a mirror shows does not.
+    let transmission = Some(Transmission { factor: 1.0, texture: None });
+    let pane = Material { transmission, roughness: 0.0, ior: 1.0, ..lambert(Vec3::ONE) };
+    for (second, material, kept) in
+        [(false, mirror_of(0.0), true), (false, pane, true), (true, mirror_of(0.0), false)]
+    {
+        let mut stage = stage(64);
+        stage.add(floor(20.0), material);
+        if second {
+            stage.add(rectangle(Vec3::Y, Vec3::X * 20.0, Vec3::Z * 20.0), mirror_of(0.0));
+        }
+        stage.environment = Environment::Constant(Vec3::splat(3.0));
+        let look = |stage: &Stage| stage.look(Vec3::new(0.0, 0.1, 0.4), Vec3::ZERO);
+        let without = look(&stage);
+        stage.settings.path.clamp_indirect = 0.1;
+        assert_eq!(look(&stage) == without, kept, "{without}");
+    }
 }
 
 #[test]

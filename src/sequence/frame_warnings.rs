@@ -8,7 +8,7 @@ use crate::error::{Error, Result, Warning};
 use crate::film::Film;
 use crate::integrator::TRANSPARENCY_LIMIT;
 use crate::render::RenderStatistics;
-use crate::scene::Environment;
+use crate::scene::{Environment, SelectedCamera};
 
 use super::memory::reference_budget;
 use super::{PlannedFrame, SequenceJob, Summary};
@@ -44,9 +44,12 @@ impl FrameWarnings {
         let is_whole = window.size() == job.render.resolution;
         if rays.integrator.camera_hits == 0 && tree.triangles > 0 && is_whole && !self.warned_of_empty_view {
             self.warned_of_empty_view = true;
+            let camera = match job.selection.camera {
+                SelectedCamera::Node(_) => job.selection.camera_label(&job.scene),
+                _ => "the camera".to_owned(),
+            };
             messages.push(format!(
-                "{} sees nothing in frame {frame}: the scene lies behind or beside the camera, or faces away from it",
-                job.selection.camera_label(&job.scene)
+                "{camera} sees nothing in frame {frame}: the scene lies behind or beside the camera, or faces away from it"
             ));
         }
         if rays.integrator.transparency_limit_reached > 0 {
@@ -75,7 +78,9 @@ impl FrameWarnings {
         lit: impl FnOnce() -> LitPixels,
     ) -> Option<Warning> {
         let is_lit_by_file = job.is_environment_default && matches!(job.environment, Environment::None);
-        if self.hinted_at_studio || !is_lit_by_file || rays.integrator.camera_hits == 0 {
+        // Shadow catchers are black by intent, and nobody knows the share of pixels that show them.
+        let has_catchers = job.scene.materials.iter().any(|material| material.is_shadow_catcher);
+        if self.hinted_at_studio || !is_lit_by_file || has_catchers || rays.integrator.camera_hits == 0 {
             return None;
         }
         // Without an environment the background is black as well, so lit pixels show surfaces.

@@ -50,7 +50,11 @@ pub fn scale(text: &str) -> Result<f64, String> {
     };
     match number.parse::<f64>() {
         Ok(value) if unit == 1.0 && value > 1.0 && value.is_finite() => {
-            Err(format!("an image {text} times as large? Write {text}% or {}", value / 100.0))
+            let percent = value * 100.0;
+            Err(format!(
+                "write {percent}% for an image {text} times as large, or {text}% for {}",
+                value / 100.0
+            ))
         }
         Ok(value) if value > 0.0 && value * unit <= 100.0 => Ok(value * unit),
         Ok(_) => Err("a scale lies above 0% and at most at 10000%; write 50%, 0.5 or 200%".to_owned()),

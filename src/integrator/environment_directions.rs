@@ -1,8 +1,8 @@
 //! Directions of shadow rays towards the environment, for surfaces that look its light up.
 //!
-//! Whitted's tree multiplies a looked-up light by an estimate of the share that arrives: a ratio of shadowed to unshadowed samples
-//! (Heitz, Hill and McGuire, "Combining Analytic Direct Illumination and Stochastic Shadows", I3D 2018). Directions follow the
-//! light that the lookup averages, so that the ratio is the mean visibility of the samples.
+//! Whitted's tree, and both integrators on what only receives shadows, multiply a looked-up light by an estimate of the share that
+//! arrives: a ratio of shadowed to unshadowed samples (Heitz, Hill and McGuire, "Combining Analytic Direct Illumination and Stochastic
+//! Shadows", I3D 2018). Directions follow the light that the lookup averages, so that the ratio is the mean visibility of the samples.
 
 use std::f32::consts::TAU;
 use std::sync::Arc;

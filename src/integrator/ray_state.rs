@@ -94,14 +94,9 @@ impl Deref for ArrivingState<'_> {
 }
 
 impl RayState {
-    /// The state of a camera ray that starts in `media`, for sample `sample` of a batch.
+    /// The state of a primary ray that starts in `media` with the full weight, for sample `sample` of a batch.
     #[inline(always)]
-    pub(super) fn of_camera(
-        differential: RayDifferential,
-        media: MediaStack,
-        sample: u32,
-        seed: Seed,
-    ) -> Self {
+    pub(super) fn primary(differential: RayDifferential, media: MediaStack, sample: u32, seed: Seed) -> Self {
         Self {
             differential,
             media,

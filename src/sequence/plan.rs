@@ -259,17 +259,12 @@ pub(super) fn existing_files(job: &SequenceJob, planned: &PlannedFrame) -> (bool
 
 /// Refuses files that `existing` does not permit to replace; those first that only [`ExistingFiles::Overwrite`] does.
 pub(super) fn refuse_to_replace(in_the_way: &[ReplacedFile], existing: ExistingFiles) -> Result<()> {
-    let refused = |is_foreign| in_the_way.iter().filter(move |file| file.is_foreign == is_foreign);
-    let (foreign, own) = match existing {
-        ExistingFiles::Protect => (refused(true), Some(refused(false))),
-        ExistingFiles::Resume => (refused(true), None),
-        ExistingFiles::Overwrite => return Ok(()),
-    };
-    let mut refused = foreign.chain(own.into_iter().flatten());
-    match refused.next() {
-        None => Ok(()),
-        Some(first) => Err(replacement_refused(first, refused.count())),
+    if existing == ExistingFiles::Overwrite {
+        return Ok(());
     }
+    let refused = || in_the_way.iter().filter(|file| file.is_foreign || existing == ExistingFiles::Protect);
+    let first = refused().min_by_key(|file| !file.is_foreign);
+    first.map_or(Ok(()), |first| Err(replacement_refused(first, refused().count() - 1)))
 }
 
 /// Error about an existing file, and `others` that are in the way, too.

@@ -83,7 +83,7 @@ impl Tracer<'_, '_> {
                     self.sequences[sample as usize] = samples.sequence(points, sample);
                 }
                 let slot = wavefront.push_with(RaySignature::CAMERA, *ray, || {
-                    RayState::of_camera(differentials.get(lane), media, sample, seed)
+                    RayState::primary(differentials.get(lane), media, sample, seed)
                 });
                 if !self.context.has_receivers {
                     let (ray, state) = wavefront.ray(slot);

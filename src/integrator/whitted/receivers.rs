@@ -33,7 +33,7 @@ const MOST_OF_ONE_RAY: f32 = 0.5;
 
 /// First dimension of the sample points of receivers, beyond those of surfaces and paths.
 const FIRST_DIMENSION: u32 = 1 << 31;
-/// Dimensions of one receiver.
+/// Dimensions from one receiver along a ray to the next, of which it uses two.
 const DIMENSIONS: u32 = 16;
 
 /// A point that receives light.

@@ -138,7 +138,7 @@ impl<'c, 'a> PhotonTracing<'c, 'a> {
                 weight: photon.power,
                 kind: RayKind::Reflection,
                 light_pass: Some(LightPass::Direct),
-                ..RayState::of_camera(RayDifferential::ZERO, media, sample, Seed::default())
+                ..RayState::primary(RayDifferential::ZERO, media, sample, Seed::default())
             };
             let last =
                 LastScatter { pdf: 1.0, position: photon.ray.origin, depth: 0, normal: None, visible: None };

@@ -99,12 +99,13 @@ fn a_hint_names_the_studio_where_a_files_lamps_leave_most_black() {
         let told = told(name, options);
         assert!(told.contains("--env studio") && told.contains("--env-intensity"), "{told}");
     }
-    // Not where the lamps suffice, nor where darkness was requested.
+    // Not where the lamps suffice, nor where darkness was requested or only shadows show.
     for (name, options) in [
         ("lit.exr", &[][..]),
         ("lit.png", &[]),
         ("none.png", &["--light-scale", "1e-5", "--env", "none"]),
         ("studio.png", &["--light-scale", "1e-5", "--env", "studio"]),
+        ("catcher.png", &["--light-scale", "1e-5", "--shadow-catcher", "floor"]),
     ] {
         let told = told(name, options);
         assert!(!told.contains("--env studio"), "{told}");

@@ -148,6 +148,10 @@ fn unlikely_settings_are_warned_about() {
         ["render", scene.to_str().unwrap(), "-o", output.to_str().unwrap(), "-r", "16x9", "--overwrite"];
     let lost = stderr(&rayframe(&arguments));
     assert!(lost.contains("warning: camera \"") && lost.contains("sees nothing in frame 0"), "{lost}");
+    // A camera at a given position is neither one of the file nor an automatic one.
+    let away = ["--camera-position", "0,50,0", "--look-at", "0,100,1"];
+    let lost = stderr(&rayframe(&[&arguments[..], &away].concat()));
+    assert!(lost.contains("warning: the camera sees nothing in frame 0"), "{lost}");
 }
 
 #[test]

@@ -149,9 +149,10 @@ fn clamped(mut values: Vec<f32>, range: &RangeInclusive<f32>) -> Vec<f32> {
     values
 }
 
-/// Time by which a step takes effect before its key, over the time: rounding errors of some hundred frames, and a twentieth of a frame after
-/// ten minutes.
+/// Time by which a step takes effect before its key, over the time: rounding errors of some hundred frames.
 const STEP_TOLERANCE: f64 = 32.0 * f32::EPSILON as f64;
+/// The most of it, seconds: a small part of a frame.
+const MAX_STEP_TOLERANCE: f64 = 1e-3;
 
 /// The interval between two keys that contains a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -171,9 +172,10 @@ struct KeySpan {
 /// Exporters also round key times more than once, or add up the durations of frames. So a step takes effect up to [`STEP_TOLERANCE`] early.
 fn span_at(keyframes: &Keyframes, time_seconds: f64) -> KeySpan {
     let times_seconds = &keyframes.times_seconds;
+    let rounded = f64::from(time_seconds as f32);
     let time_seconds = match keyframes.interpolation {
-        Interpolation::Step => f64::from(time_seconds as f32) * (1.0 + STEP_TOLERANCE),
-        Interpolation::Linear | Interpolation::CubicSpline => f64::from(time_seconds as f32),
+        Interpolation::Step => rounded + (rounded * STEP_TOLERANCE).clamp(0.0, MAX_STEP_TOLERANCE),
+        Interpolation::Linear | Interpolation::CubicSpline => rounded,
     };
     let after = times_seconds.partition_point(|&key_time| f64::from(key_time) <= time_seconds);
     if after == 0 {
@@ -320,6 +322,15 @@ mod tests {
                 assert_eq!(component_at(&step, before, 0), frame.saturating_sub(1) as f32);
             }
         }
+        // An hour is no reason to be early.
+        let late = Keyframes {
+            times_seconds: vec![0.0, 4500.0],
+            values: vec![0.0, 1.0],
+            width: 1,
+            interpolation: Interpolation::Step,
+        };
+        let values = [269_999.0, 270_000.0].map(|frame| component_at(&late, frame / 60.0, 0));
+        assert_eq!(values, [0.0, 1.0]);
     }
 
     #[test]

@@ -7,6 +7,9 @@ use rayon::prelude::*;
 use super::transform::SurfaceMap;
 use crate::scene::{MorphTarget, Primitive};
 
+/// Volume of the box along a joint's axes, as a share of the product of their lengths, up to which it is flat but for rounding errors.
+const FLAT: f32 = 1e-5;
+
 /// Vertices of one parallel task.
 const VERTICES_PER_TASK: usize = 4096;
 
@@ -144,16 +147,24 @@ pub(super) fn mirrors(transform: VertexTransform<'_>) -> bool {
     match transform {
         VertexTransform::Rigid(matrix) => negative(matrix),
         VertexTransform::Skinned { joint_matrices, .. } => {
-            // Joints that are scaled to zero hide what they move, and have no side.
-            let determinants = || joint_matrices.iter().map(|matrix| Mat3::from_mat4(*matrix).determinant());
-            determinants().any(|determinant| determinant < 0.0)
-                && !determinants().any(|determinant| determinant > 0.0)
+            let mut sides = joint_matrices.iter().filter_map(is_mirrored).peekable();
+            sides.peek().is_some() && sides.all(|is_mirrored| is_mirrored)
         }
     }
 }
 
+/// Whether a joint mirrors what it moves. `None` for joints that flatten it, along any direction: the determinant is a rounding error.
+fn is_mirrored(joint_matrix: &Mat4) -> Option<bool> {
+    let Mat3 { x_axis, y_axis, z_axis } = Mat3::from_mat4(*joint_matrix);
+    let volume = x_axis.cross(y_axis).dot(z_axis);
+    let is_flat = volume.abs() <= FLAT * x_axis.length() * y_axis.length() * z_axis.length();
+    (!is_flat).then_some(volume < 0.0)
+}
+
 #[cfg(test)]
 mod tests {
+    use glam::Quat;
+
     use super::*;
     use crate::scene::{MaterialIndex, SkinInfluences};
 
@@ -233,6 +244,9 @@ mod tests {
     #[test]
     fn joints_that_are_scaled_to_zero_do_not_decide_whether_a_skin_is_mirrored() {
         let (mirror, zero) = (Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0)), Mat4::from_scale(Vec3::ZERO));
+        // Below rotations the determinant of a flat joint is a rounding error of either sign.
+        let turn = |angle: f32| Mat4::from_quat(Quat::from_euler(glam::EulerRot::XYZ, angle, 0.7, -angle));
+        let flat = turn(0.3) * Mat4::from_scale(Vec3::new(1.0, 0.0, 1.0)) * turn(1.1);
         for (joints, expected) in [
             ([mirror, zero], true),
             ([zero, mirror], true),
@@ -240,6 +254,8 @@ mod tests {
             ([mirror, Mat4::IDENTITY], false),
             ([Mat4::IDENTITY, zero], false),
             ([zero, zero], false),
+            ([mirror, flat], true),
+            ([flat, Mat4::IDENTITY], false),
         ] {
             let skin = VertexTransform::Skinned { joint_matrices: &joints, world_from_node: &Mat4::IDENTITY };
             assert_eq!(mirrors(skin), expected);

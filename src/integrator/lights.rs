@@ -324,7 +324,9 @@ impl Cone {
     fn new(axis: Vec3, inner_radians: f32, outer_radians: f32) -> Self {
         let cos_outer = libm::cosf(outer_radians);
         let width = libm::cosf(inner_radians) - cos_outer;
-        Self { axis, cos_outer, slope: 1.0 / if width > 0.001 { width } else { 0.001 } }
+        // Equal cones have a hard edge; for others the extension has this least width.
+        let least = if inner_radians >= outer_radians { 1e-6 } else { 0.001 };
+        Self { axis, cos_outer, slope: 1.0 / if width > least { width } else { least } }
     }
 
     #[inline(always)]
@@ -370,6 +372,9 @@ mod tests {
         assert!((cone.falloff(halfway) - 0.25).abs() < 1e-5);
         // Equal angles make a hard edge and no division by zero.
         assert_eq!(Cone::new(Vec3::NEG_Y, 0.5, 0.5).falloff(0.99), 1.0);
+        // However narrow they are.
+        let narrow = Cone::new(Vec3::NEG_Y, 0.02, 0.02);
+        assert_eq!([0.0, 0.018, 0.022].map(|angle| narrow.falloff(libm::cosf(angle))), [1.0, 1.0, 0.0]);
     }
 
     #[test]

@@ -49,7 +49,6 @@ pub enum ImageLightProperty {
 }
 
 const ANY: RangeInclusive<f32> = f32::MIN..=f32::MAX;
-const UNIT: RangeInclusive<f32> = 0.0..=1.0;
 const NOT_NEGATIVE: RangeInclusive<f32> = 0.0..=f32::MAX;
 const POSITIVE: RangeInclusive<f32> = f32::MIN_POSITIVE..=f32::MAX;
 const RIGHT_ANGLE: RangeInclusive<f32> = 0.0..=FRAC_PI_2;
@@ -65,8 +64,8 @@ impl LightProperty {
     /// Valid range of every component.
     pub fn range(self) -> RangeInclusive<f32> {
         match self {
-            Self::Color => UNIT,
-            Self::Intensity => NOT_NEGATIVE,
+            Self::Color => NOT_NEGATIVE,
+            Self::Intensity => ANY,
             Self::Range => POSITIVE,
             Self::InnerCone | Self::OuterCone => RIGHT_ANGLE,
         }
@@ -103,7 +102,8 @@ pub(crate) fn set_light(light: &mut Light, property: LightProperty, values: &[f3
         (LightProperty::Color, _) => {
             light.color = values.first_chunk().copied().map_or(Vec3::ZERO, Vec3::from_array);
         }
-        (LightProperty::Intensity, _) => light.intensity = first,
+        // As in the file itself, light cannot be negative.
+        (LightProperty::Intensity, _) => light.intensity = first.max(0.0),
         (LightProperty::Range, _) => light.range.iter_mut().for_each(|range| *range = first),
         (LightProperty::InnerCone, LightKind::Spot { inner_cone_radians, .. }) => *inner_cone_radians = first,
         (LightProperty::OuterCone, LightKind::Spot { outer_cone_radians, .. }) => *outer_cone_radians = first,

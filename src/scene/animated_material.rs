@@ -194,6 +194,8 @@ pub(crate) fn set_material(material: &mut Material, property: MaterialProperty, 
             material.emissive_strength = first;
             material.emissive = material.emissive_factor * material.emissive_strength;
         }
+        // As in the file itself, an index below 1 is taken for 1, but for 0, which means no Fresnel effect.
+        MaterialProperty::Ior => material.ior = if first > 0.0 { first.max(1.0) } else { 0.0 },
         MaterialProperty::Glossiness => {
             if let Some(glossiness) = &mut material.glossiness {
                 glossiness.factor = first;
@@ -232,7 +234,6 @@ fn number(material: &mut Material, property: MaterialProperty) -> Option<&mut f3
         },
         MaterialProperty::NormalScale => &mut material.normal_texture.as_mut()?.scale,
         MaterialProperty::OcclusionStrength => &mut material.occlusion_texture.as_mut()?.strength,
-        MaterialProperty::Ior => &mut material.ior,
         MaterialProperty::Transmission => &mut material.transmission.as_mut()?.factor,
         MaterialProperty::Thickness => &mut material.volume.as_mut()?.thickness,
         MaterialProperty::AttenuationDistance => &mut material.volume.as_mut()?.attenuation_distance,
@@ -321,6 +322,16 @@ fn vec4(values: &[f32]) -> Vec4 {
 mod tests {
     use super::*;
     use crate::scene::{Glossiness, NormalTexture, Specular, TextureIndex, Transmission};
+
+    #[test]
+    fn an_index_below_one_is_taken_for_one_but_for_zero() {
+        let mut material = Material::default();
+        let posed = [0.0, 0.5, 1.5].map(|ior| {
+            set_material(&mut material, MaterialProperty::Ior, &[ior]);
+            material.ior
+        });
+        assert_eq!(posed, [0.0, 1.0, 1.5]);
+    }
 
     #[test]
     fn emission_is_the_product_of_colour_and_strength_in_either_order() {

@@ -46,14 +46,13 @@ impl FrameRate {
 
     /// The last frame whose time lies within an animation of this duration.
     ///
-    /// Exporters round key times, so a frame less than a thousandth of a frame after the end counts as on it, and so does one before the next time that a
-    /// file can store.
+    /// Exporters round key times, so a frame less than a thousandth of a frame after the end counts as on it, and so does one whose time a file
+    /// would store as the end.
     pub fn last_frame(self, duration_seconds: f32) -> i64 {
-        let frames =
-            |seconds: f32| f64::from(seconds) * f64::from(self.numerator) / f64::from(self.denominator);
-        let last = frames(duration_seconds) + 1e-3;
-        let before_next = frames(duration_seconds.next_up()).next_down();
-        if before_next > last { before_next.floor() as i64 } else { last.floor() as i64 }
+        let frames = |seconds: f64| seconds * f64::from(self.numerator) / f64::from(self.denominator);
+        let [stored, next] = [duration_seconds, duration_seconds.next_up()].map(f64::from);
+        let last = (frames(stored) + 1e-3).max(frames(f64::midpoint(stored, next)));
+        last.floor() as i64
     }
 
     /// Numerator and denominator as OpenEXR stores them.
@@ -141,6 +140,7 @@ mod tests {
                 .step_by(7)
                 .all(|frame| rate.last_frame((f64::from(frame) / 60.0) as f32) == i64::from(frame))
         );
+        assert_eq!(FrameRate::FILM.last_frame(1e6), 24_000_000);
         // A third of a second at 29.97 is 9.99 frames: frame 10 is clearly outside.
         assert_eq!(FrameRate::parse("30000/1001").unwrap().last_frame(1.0 / 3.0), 9);
     }

@@ -196,6 +196,17 @@ fn unknown_pointers_are_warned_about_and_other_channels_imported() {
 }
 
 #[test]
+fn lamps_may_be_animated_as_files_have_them() {
+    let mut document = animatable();
+    let light = "/extensions/KHR_lights_punctual/lights/0";
+    animate(&mut document, &format!("{light}/color"), "LINEAR", "VEC3", &[4.0, 1.0, 0.0, 4.0, 1.0, 0.0]);
+    animate(&mut document, &format!("{light}/intensity"), "LINEAR", "SCALAR", &[-1.0, 2.0]);
+    assert_eq!(document.import().unwrap().animations.len(), 2);
+    animate(&mut document, &format!("{light}/color"), "LINEAR", "VEC3", &[-1.0; 6]);
+    assert!(document.error(65).contains("must"));
+}
+
+#[test]
 fn invalid_keyframes_of_properties_are_errors() {
     let base_color = "/materials/0/pbrMetallicRoughness/baseColorFactor";
     let visible = "/nodes/0/extensions/KHR_node_visibility/visible";

@@ -6,11 +6,19 @@ use std::fs::File;
 use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
+use super::exr_header::MAGIC;
 use super::movie_mark::MOVIE_MARK;
+use super::png_text::SIGNATURE;
 use crate::error::{Error, Result};
 
 /// Bytes that are read at each end of a file.
 const END_BYTES: u64 = 64 << 10;
+/// Beginning of the text of PNG files of this program, which is before the end chunk.
+const PNG_MARK: &[u8] = b"tEXtrenderHash\0";
+/// The end chunk of PNG files.
+const PNG_END: &[u8] = b"IEND\xae\x42\x60\x82";
+/// Attributes of EXR files of this program, sorted by name: a long manifest of Cryptomatte is between the two.
+const EXR_MARKS: [&[u8]; 2] = [b"checksum\0string\0\x40\0\0\0", b"renderHash\0string\0"];
 /// Boxes of a film that are searched for its metadata.
 const MAX_BOXES: usize = 16;
 
@@ -88,11 +96,10 @@ impl OutputKind {
 
     /// Beginning of a file, and the marks in it.
     fn marks(self) -> (&'static [u8], Vec<&'static [u8]>) {
-        const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
         match self {
-            Self::ContactSheet => (PNG, vec![b"tEXtrenderHash\0contact sheet"]),
-            Self::HeatMap => (PNG, vec![b"tEXtrenderHash\0heat map"]),
-            Self::FlipMap => (b"\x76\x2f\x31\x01", vec![b"renderHash\0string\0\x08\0\0\0FLIP map"]),
+            Self::ContactSheet => (SIGNATURE, vec![b"tEXtrenderHash\0contact sheet"]),
+            Self::HeatMap => (SIGNATURE, vec![b"tEXtrenderHash\0heat map"]),
+            Self::FlipMap => (&MAGIC, vec![b"renderHash\0string\0\x08\0\0\0FLIP map"]),
             Self::Movie => (b"", vec![MOVIE_MARK.as_bytes()]),
             Self::Statistics => (b"{", vec![b"\"software\": \"rayframe", b"\"seconds\":", b"\"threads\":"]),
             Self::Manifest => (b"{", vec![b"\"software\": \"rayframe", b"\"complete\":", b"\"schema\":"]),
@@ -108,8 +115,7 @@ impl OutputKind {
 
     fn is_mark_of(self, ends: &[u8]) -> bool {
         let (start, marks) = self.marks();
-        let holds = |mark: &&[u8]| ends.windows(mark.len()).any(|part| part == *mark);
-        ends.starts_with(start) && marks.iter().all(holds)
+        ends.starts_with(start) && marks.iter().all(|mark| holds(ends, mark))
     }
 }
 
@@ -149,8 +155,29 @@ pub fn is_empty_file(path: &Path) -> bool {
 /// Whether a PNG file of this program has the `renderHash` `mark`.
 pub fn is_marked_png(path: &Path, mark: &str) -> bool {
     let is_file = std::fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_file());
-    let mark = [b"tEXtrenderHash\0", mark.as_bytes()].concat();
-    is_file && ends_of(path).is_ok_and(|ends| ends.windows(mark.len()).any(|part| part == mark))
+    let mark = [PNG_MARK, mark.as_bytes()].concat();
+    is_file && ends_of(path).is_ok_and(|ends| holds(&ends, &mark))
+}
+
+/// Whether a file that is no whole EXR frame may be what is left of one of this program, or is zeros, as some are after the system stopped.
+pub(crate) fn may_be_damaged_exr(path: &Path) -> bool {
+    let is_own = |ends: &[u8]| ends.starts_with(&MAGIC) && EXR_MARKS.iter().any(|mark| holds(ends, mark));
+    ends_of(path).is_ok_and(|ends| is_zeros(&ends) || is_own(&ends))
+}
+
+/// The same of PNG frames. One that was cut off has lost its mark, so that it may be of any program.
+pub(crate) fn may_be_damaged_png(path: &Path) -> bool {
+    let may_be_own =
+        |ends: &[u8]| ends.starts_with(SIGNATURE) && (holds(ends, PNG_MARK) || !holds(ends, PNG_END));
+    ends_of(path).is_ok_and(|ends| is_zeros(&ends) || may_be_own(&ends))
+}
+
+fn is_zeros(bytes: &[u8]) -> bool {
+    bytes.iter().all(|byte| *byte == 0)
+}
+
+fn holds(bytes: &[u8], mark: &[u8]) -> bool {
+    bytes.windows(mark.len()).any(|part| part == mark)
 }
 
 /// The first and the last bytes of a file, and those at the end of a film's metadata.

@@ -41,6 +41,7 @@ pub use existing_output::{
     CONTACT_SHEET, FLIP_MAP, HEAT_MAP, OutputKind, PAGE_MARK, SUMMARY_MARK, check_output, is_empty_file,
     is_marked_png,
 };
+pub(crate) use existing_output::{may_be_damaged_exr, may_be_damaged_png};
 pub use exr_attributes::{FrameAttributes, RunStamp, SAMPLE_RANGE};
 pub use exr_bands::{ExrBands, WrittenExr};
 pub use exr_checksum::{ExrIntegrity, verify_exr};
@@ -56,7 +57,6 @@ pub use plate_read::{PlateHeader, PlateImage, plate_header, read_plate};
 pub use png_text::inspect_png;
 pub use png_write::encode_png;
 pub use regular_file::read_regular_file;
-pub(crate) use stored_frame::may_be_damaged_frame;
 pub use stored_frame::{StoredFrame, inspect_exr};
 pub(crate) use texture_decode::{
     DecodedTexels, decode_texels, decompression_bomb, image_header, png_decompression_bomb,

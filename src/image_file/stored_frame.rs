@@ -1,7 +1,7 @@
 //! Inspection of a frame's EXR file: whether it is complete, and what it was rendered from.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read as _, Seek as _};
+use std::io::{self, BufReader, Seek as _};
 use std::path::Path;
 
 use exr::meta::attribute::{AttributeValue, Text};
@@ -10,9 +10,7 @@ use exr::meta::header::Header;
 use super::exr_attributes::{RENDER_HASH, SAMPLE_RANGE};
 use super::exr_checksum::{ExrIntegrity, verify_exr};
 use super::exr_chunks::check_chunks;
-use super::exr_header::MAGIC;
 use super::isolated::isolated;
-use super::png_text::SIGNATURE;
 use crate::image::PixelWindow;
 
 /// Facts about a complete frame on disk.
@@ -47,15 +45,6 @@ pub fn inspect_exr(path: &Path) -> Result<StoredFrame, String> {
         return Err("it has no checksum".to_owned());
     }
     Ok(stored)
-}
-
-/// Whether a file that is no whole frame may be what is left of one: it begins as EXR and PNG files do, or with zeros, as some do after the system
-/// stopped.
-pub(crate) fn may_be_damaged_frame(path: &Path) -> bool {
-    let mut start = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(MAGIC.len() as u64).read_to_end(&mut start));
-    let begins = MAGIC.starts_with(&start) || SIGNATURE.starts_with(&start);
-    read.is_ok() && (begins || start.iter().all(|byte| *byte == 0))
 }
 
 fn inspect(file: BufReader<File>) -> Result<StoredFrame, String> {

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use crate::image_file::{StoredFrame, inspect_exr, inspect_png, is_empty_file, may_be_damaged_frame};
+use crate::image_file::{
+    StoredFrame, inspect_exr, inspect_png, is_empty_file, may_be_damaged_exr, may_be_damaged_png,
+};
 
 use super::{ExistingFiles, OutputFormat, ReplacedFile, SequenceJob};
 
@@ -35,9 +37,9 @@ impl Obstacle {
         Self { why: why.to_owned(), is_foreign: true }
     }
 
-    /// What is at `path`, where `inspected` says that no whole frame is.
-    fn incomplete(path: &Path, inspected: &str) -> Self {
-        Self { why: format!("not a whole frame ({inspected})"), is_foreign: !may_be_damaged_frame(path) }
+    /// A file that `inspected` says is no whole frame.
+    fn incomplete(inspected: &str, may_be_own: bool) -> Self {
+        Self { why: format!("not a whole frame ({inspected})"), is_foreign: !may_be_own }
     }
 
     /// The same, where a link to another place is replaced as little as a file of another program.
@@ -67,9 +69,9 @@ pub(super) fn decide(job: &SequenceJob, path: &Path, render_hash: &str) -> Decis
     if !path.is_file() {
         return without_file(path).map_or(Decision::Render, Decision::InTheWay);
     }
-    let inspected = match job.output.format() {
-        OutputFormat::Exr => inspect_exr(path),
-        OutputFormat::Png => inspect_png(path),
+    let (inspected, may_be_own): (_, fn(&Path) -> bool) = match job.output.format() {
+        OutputFormat::Exr => (inspect_exr(path), may_be_damaged_exr),
+        OutputFormat::Png => (inspect_png(path), may_be_damaged_png),
         // It is one file, which the plan checks.
         OutputFormat::Movie(_) => return Decision::Render,
     };
@@ -78,7 +80,7 @@ pub(super) fn decide(job: &SequenceJob, path: &Path, render_hash: &str) -> Decis
             None => return Decision::Keep,
             Some(obstacle) => obstacle,
         },
-        Err(why) => Obstacle::incomplete(path, &why),
+        Err(why) => Obstacle::incomplete(&why, may_be_own(path)),
     };
     Decision::InTheWay(obstacle.or_link(path))
 }
@@ -93,7 +95,7 @@ pub(super) fn preview_in_the_way(job: &SequenceJob, path: &Path, render_hash: &s
         return without_file(path);
     }
     let obstacle = match inspect_png(path) {
-        Err(why) => Obstacle::incomplete(path, &why),
+        Err(why) => Obstacle::incomplete(&why, may_be_damaged_png(path)),
         Ok(stored) => other_render(&stored, render_hash)?,
     };
     Some(obstacle.or_link(path))

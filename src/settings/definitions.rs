@@ -81,6 +81,7 @@ settings! {
     show: Flag = false, Output { is_for_runs: true }
     /// Keep finished frames, render the rest
     /// : a frame is kept if its hash matches the scene, the settings and the version
+    /// ; replaces other frames of this program, and no other files or links
     resume: Flag = false, Output { excludes: &["overwrite"], is_common: true, is_for_runs: true }
     /// Keep finished passes of the path integrator beside a frame until it is done, and continue from them
     checkpoint: Flag = false, Output { is_for_runs: true }

@@ -13,6 +13,7 @@ mod known_answers;
 mod motion_blur;
 mod references;
 mod renderer;
+mod resume;
 mod run_lock;
 mod scenes;
 mod sequence;

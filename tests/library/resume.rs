@@ -1,0 +1,58 @@
+//! What resuming replaces: damaged frames of this program, and no file of another one.
+
+use rayframe::sequence::{ExistingFiles, Plan};
+
+use crate::sequence::{job, render};
+
+/// Beginning of an EXR file with deep pixels, which this program does not read.
+const DEEP: &[u8] = b"\x76\x2f\x31\x01\x02\x08\0\0name\0string\0\x04\0\0\0deep";
+
+/// Bytes of an image of another program.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn foreign_png() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let writer = png::Encoder::new(&mut bytes, 1, 1).write_header();
+    writer.unwrap().write_image_data(&[7]).unwrap();
+    bytes
+}
+
+#[test]
+fn resuming_replaces_damaged_frames_of_this_program_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let rendered = |name: &str| {
+        render(&job(folder.path(), name, &[0])).unwrap();
+        std::fs::read(folder.path().join(name)).unwrap()
+    };
+    let (exr, png, foreign) = (rendered("own.exr"), rendered("own.png"), foreign_png());
+    // A long manifest may be between the marks of the header, and a changed bit in one of them.
+    let [no_checksum, no_hash] = [&b"checksum\0"[..], b"renderHash\0"].map(|name| {
+        let mut damaged = exr.clone();
+        let at = damaged.windows(name.len()).position(|part| part == name).unwrap();
+        damaged[at] ^= 1;
+        damaged
+    });
+    let cases: [(&str, &[u8], bool); 13] = [
+        ("a.exr", &exr[..exr.len() / 2], true),
+        ("a.exr", &[&exr[..], b"\n"].concat(), true),
+        ("a.exr", &no_checksum, true),
+        ("a.exr", &no_hash, true),
+        ("a.exr", &[0; 5000], true),
+        ("a.exr", DEEP, false),
+        ("a.exr", &foreign, false),
+        ("a.exr", b"\0\0\0\0notes", false),
+        ("a.png", &png[..png.len() / 2], true),
+        ("a.png", &[&png[..], b"\n"].concat(), true),
+        ("a.png", &[0; 5000], true),
+        ("a.png", &[&foreign[..], b"\n"].concat(), false),
+        ("a.png", &exr[..exr.len() / 2], false),
+    ];
+    for (index, (name, content, is_replaced)) in cases.into_iter().enumerate() {
+        let mut job = job(folder.path(), name, &[0]);
+        job.existing = ExistingFiles::Resume;
+        std::fs::write(folder.path().join(name), content).unwrap();
+        match Plan::new(&job) {
+            Ok(plan) => assert!(is_replaced && plan.replaced.len() == 1, "case {index}"),
+            Err(error) => assert!(!is_replaced && error.exit_code() == 73, "case {index}: {error}"),
+        }
+    }
+}

@@ -77,7 +77,7 @@ impl MergePlan {
             if !are_sample_ranges {
                 check_coverage(&tiles, &path)?;
             }
-            check_memory(&tiles, if are_sample_ranges { RANGE_COPIES } else { COPIES }, max_memory_bytes)?;
+            check_memory(&tiles, are_sample_ranges, max_memory_bytes)?;
             if path.canonicalize().is_ok_and(|path| inputs.contains(&path)) {
                 return Err(Error::usage(format!(
                     "--output: \"{}\" is one of the tiles and cannot be written to as well; choose another name",
@@ -200,11 +200,17 @@ fn crop_text(window: &PixelWindow<i64>) -> String {
     format!("{},{},{},{}", window.x0, window.y0, window.x1, window.y1)
 }
 
-fn check_memory(tiles: &[ExrTile], copies: u64, max_memory_bytes: u64) -> Result<()> {
+/// The pixels of the merged image: the whole image, or the crop that sample ranges share.
+fn merged_window(tile: &ExrTile, are_sample_ranges: bool) -> PixelWindow<i64> {
+    if are_sample_ranges { tile.header.data_window } else { tile.header.display_window }
+}
+
+fn check_memory(tiles: &[ExrTile], are_sample_ranges: bool, max_memory_bytes: u64) -> Result<()> {
     let Some(tile) = tiles.first() else {
         return Ok(());
     };
-    let (width, height) = tile.header.display_window.size();
+    let copies = if are_sample_ranges { RANGE_COPIES } else { COPIES };
+    let (width, height) = merged_window(tile, are_sample_ranges).size();
     let needed = u128::from(width) * u128::from(height) * u128::from(tile.header.pixel_bytes() * copies);
     if needed <= u128::from(max_memory_bytes) {
         return Ok(());
@@ -223,7 +229,7 @@ fn is_merged(path: &Path, tiles: &[ExrTile], are_sample_ranges: bool) -> Result<
     let (true, Some(tile)) = (is_there, tiles.first()) else {
         return Ok(false);
     };
-    let window = if are_sample_ranges { tile.header.data_window } else { tile.header.display_window };
+    let window = merged_window(tile, are_sample_ranges);
     let is_this_image = ExrHeader::read(path).is_ok_and(|header| {
         header.data_window == window
             && header.text(SAMPLE_RANGE).is_none()

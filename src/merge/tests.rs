@@ -4,9 +4,14 @@ use crate::image_file::{ExrCompression, FrameAttributes, encode_exr};
 
 /// An image of 5x4 pixels with samples of each type.
 fn whole_image(compression: ExrCompression) -> Vec<u8> {
+    crop_of(PixelWindow::full(5, 4), compression)
+}
+
+/// The same 5x4 pixels as a crop of an image with the pixels `display_window`.
+fn crop_of(display_window: PixelWindow, compression: ExrCompression) -> Vec<u8> {
     let channel = |name: &str, samples| Channel { name: name.to_owned(), samples };
     let image = Image {
-        display_window: PixelWindow::full(5, 4),
+        display_window,
         data_window: PixelWindow::full(5, 4),
         encoding: ColorEncoding::Linear,
         scene: RenderedScene::default(),
@@ -66,4 +71,16 @@ fn broken_tiles_are_refused_and_never_an_internal_error() {
             assert_eq!(merged(&tile).unwrap_err().exit_code(), 65, "{length} bytes");
         }
     }
+}
+
+#[test]
+fn sample_ranges_of_a_crop_need_the_memory_of_the_crop() {
+    let bytes = crop_of(PixelWindow::full(4000, 3000), ExrCompression::None);
+    let header = ExrHeader::parse(&mut bytes.as_slice()).unwrap();
+    let tiles = [ExrTile { path: "crop.exr".into(), header }];
+    // 20 pixels of 10 bytes in six copies are 1200 bytes; the whole image in three is 360 MB.
+    assert!(check_memory(&tiles, true, 1200).is_ok());
+    let message = |are_sample_ranges| check_memory(&tiles, are_sample_ranges, 1199).unwrap_err().to_string();
+    assert!(message(true).contains("merging 5x4 pixels"), "{}", message(true));
+    assert!(message(false).contains("merging 4000x3000 pixels"), "{}", message(false));
 }

@@ -45,7 +45,8 @@ pub fn is_sequence(path: &Path) -> bool {
 /// Pairs the files of two sequences, or two files, by frame number; also by name where a folder holds several sequences.
 ///
 /// # Errors
-/// [`Error::Usage`] for a sequence beside a file, [`Error::Missing`] when a folder cannot be read or holds no frame.
+/// [`Error::Usage`] for a sequence beside a file, and for two files of one frame number; [`Error::Missing`] when a folder cannot be read or
+/// holds no frame.
 pub fn pair_files(actual: &Path, reference: &Path) -> Result<PairedFiles> {
     if is_sequence(actual) != is_sequence(reference) {
         return Err(Error::usage(format!(
@@ -100,9 +101,22 @@ fn is_one_sequence(files: &BTreeMap<Key, PathBuf>) -> bool {
         && files.keys().all(|(_, frame)| frame.is_some())
 }
 
-/// Files of a sequence, by name and number.
+/// Files of a sequence, by name and number, of which each has one file.
 fn frames(path: &Path) -> Result<BTreeMap<Key, PathBuf>> {
-    Ok(keyed_files(path)?.into_iter().collect())
+    let mut files = keyed_files(path)?;
+    files.sort_unstable();
+    let same = files.windows(2).find_map(|pair| match pair {
+        [(key, one), (next, other)] if key == next => Some((one, other)),
+        _ => None,
+    });
+    match same {
+        Some((one, other)) => Err(Error::usage(format!(
+            "{} and {} have the same frame number; name one sequence by its digits, such as a.####.exr, or remove one of them",
+            one.display(),
+            other.display()
+        ))),
+        None => Ok(files.into_iter().collect()),
+    }
 }
 
 fn keyed_files(path: &Path) -> Result<Vec<(Key, PathBuf)>> {
@@ -223,6 +237,20 @@ mod tests {
         assert_eq!(names, ["a.0001.exr", "a.depth.0001.exr"]);
         assert!(paired.pairs.iter().all(|pair| pair.actual.file_name() == pair.reference.file_name()));
         assert_eq!((paired.only_in_actual.len(), paired.only_in_reference.len()), (1, 2));
+    }
+
+    #[test]
+    fn two_files_of_one_frame_number_are_an_error() {
+        let (ours, theirs) = (folder(&["a.01.exr", "a.002.exr", "a.1.exr"]), folder(&["a.1.exr", "a.2.exr"]));
+        for error in [pair_files(ours.path(), theirs.path()), pair_files(theirs.path(), ours.path())] {
+            let error = error.unwrap_err();
+            let message = error.to_string();
+            assert_eq!(error.exit_code(), 2);
+            assert!(message.contains("a.01.exr and ") && message.contains("a.1.exr have"), "{message}");
+        }
+        // A field for the number selects one of them.
+        let paired = pair_files(&ours.path().join("a.##.exr"), theirs.path()).unwrap();
+        assert_eq!(frames_of(&paired), [1]);
     }
 
     #[test]

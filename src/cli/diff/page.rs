@@ -1,7 +1,7 @@
 //! The report page of `rayframe diff`: the compared images, and commands that repeat the comparison.
 
-use std::collections::BTreeMap;
-use std::path::Path;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
 
 use super::args::{DiffArgs, shown};
 use super::result_files::{ResultFiles, title};
@@ -16,14 +16,16 @@ use rayframe::regression::{
 /// A report page under construction.
 pub(super) struct DiffPage {
     files: ResultFiles,
+    names: FrameNames,
     frames: Vec<FrameResult>,
     image_budget: ImageBudget,
 }
 
 impl DiffPage {
     /// A page without images.
-    pub(super) fn new(files: ResultFiles) -> Self {
-        Self { files, frames: Vec::new(), image_budget: ImageBudget::new() }
+    pub(super) fn new(files: ResultFiles, paired: &PairedFiles) -> Self {
+        let names = FrameNames::new(paired);
+        Self { files, names, frames: Vec::new(), image_budget: ImageBudget::new() }
     }
 
     /// Adds two compared files. Images are kept where they are not identical.
@@ -43,7 +45,7 @@ impl DiffPage {
         };
         let largest_measure = comparison.largest_measure().into_iter().collect();
         let frame = FrameResult {
-            name: stem(&pair.actual),
+            name: self.names.of(&pair.actual),
             frame: pair.frame,
             status: if passes { FrameStatus::Passed } else { FrameStatus::Different },
             messages: if passes { largest_measure } else { comparison.failures() },
@@ -74,13 +76,13 @@ impl DiffPage {
             folders: vec![FolderSummary { counts, ..FolderSummary::default() }],
             shots: Vec::new(),
             shot_commands: BTreeMap::new(),
-            frame_commands: frame_commands(args, paired, &self.frames),
+            frame_commands: self.frame_commands(args, paired),
             asset: None,
             accept_command: String::new(),
         };
         if counts.worst() != Verdict::Identical {
             let name = shown(&args.actual);
-            page.shot_commands.insert(name.clone(), commands(args, paired, &self.frames));
+            page.shot_commands.insert(name.clone(), self.commands(args, paired));
             page.shots.push(ShotResult {
                 name,
                 path: args.actual.clone(),
@@ -102,7 +104,7 @@ impl DiffPage {
         let message = if is_missing { "has no reference" } else { "is a reference without an image" };
         let (actual, expected) = if is_missing { (image, None) } else { (None, image) };
         let message = format!("{} {message}", shown(file));
-        let result = FrameResult::new(stem(file), frame_number(file), status, message);
+        let result = FrameResult::new(self.names.of(file), frame_number(file), status, message);
         self.push(FrameResult { expected, actual, ..result });
         Ok(())
     }
@@ -111,62 +113,61 @@ impl DiffPage {
         self.image_budget.admit(&mut frame);
         self.frames.push(frame);
     }
-}
 
-/// Commands that repeat the comparison as JSON, for one frame, as a heat map and as a page.
-fn commands(args: &DiffArgs, paired: &PairedFiles, frames: &[FrameResult]) -> Vec<NamedCommand> {
-    let again = |options: &[&str]| command(args, &args.actual, &args.reference, options);
-    let mut commands = Vec::new();
-    if is_sequence(&args.actual)
-        && let Some(pair) = worst_pair(paired, frames)
-    {
-        commands.push(NamedCommand("One frame alone, here the worst".to_owned(), alone(args, pair)));
+    /// Commands that repeat the comparison as JSON, for one frame, as a heat map and as a page.
+    fn commands(&self, args: &DiffArgs, paired: &PairedFiles) -> Vec<NamedCommand> {
+        let again = |options: &[&str]| command(args, &args.actual, &args.reference, options);
+        let mut commands = Vec::new();
+        if is_sequence(&args.actual)
+            && let Some(pair) = self.worst_pair(paired)
+        {
+            commands.push(NamedCommand("One frame alone, here the worst".to_owned(), alone(args, pair)));
+        }
+        commands.push(NamedCommand("All measures as JSON".to_owned(), again(&["--json"])));
+        let heat_map = if is_sequence(&args.actual) { "heat.####.png" } else { "heat.png" };
+        commands.push(NamedCommand("The heat map as an image".to_owned(), again(&["--heat-map", heat_map])));
+        commands.push(NamedCommand("This page again".to_owned(), again(&["--report", &folder(args)])));
+        commands
     }
-    commands.push(NamedCommand("All measures as JSON".to_owned(), again(&["--json"])));
-    let heat_map = if is_sequence(&args.actual) { "heat.####.png" } else { "heat.png" };
-    commands.push(NamedCommand("The heat map as an image".to_owned(), again(&["--heat-map", heat_map])));
-    commands.push(NamedCommand("This page again".to_owned(), again(&["--report", &folder(args)])));
-    commands
-}
 
-/// Commands that show pairs whose images are omitted from this page. A pair without FLIP has no heat map.
-fn frame_commands(
-    args: &DiffArgs,
-    paired: &PairedFiles,
-    frames: &[FrameResult],
-) -> BTreeMap<String, FrameCommands> {
-    let pairs: BTreeMap<_, _> = paired.pairs.iter().map(|pair| (stem(&pair.actual), pair)).collect();
-    let differing = frames.iter().filter(|frame| frame.verdict() != Verdict::Identical);
-    let known = differing.filter_map(|frame| {
-        let pair = pairs.get(&frame.name)?;
-        let has_flip = frame.comparison.as_ref().is_some_and(|comparison| comparison.flip.is_some());
-        let heat_map = || command(args, &pair.actual, &pair.reference, &["--heat-map", "heat.png"]);
-        let commands = FrameCommands {
-            alone: is_sequence(&args.actual).then(|| alone(args, pair)),
-            heat_map: has_flip.then(heat_map),
+    /// Commands that show pairs whose images are omitted from this page. A pair without FLIP has no heat map.
+    fn frame_commands(&self, args: &DiffArgs, paired: &PairedFiles) -> BTreeMap<String, FrameCommands> {
+        let known = self.differing(paired).map(|(frame, pair)| {
+            let has_flip = frame.comparison.as_ref().is_some_and(|comparison| comparison.flip.is_some());
+            let heat_map = || command(args, &pair.actual, &pair.reference, &["--heat-map", "heat.png"]);
+            let commands = FrameCommands {
+                alone: is_sequence(&args.actual).then(|| alone(args, pair)),
+                heat_map: has_flip.then(heat_map),
+            };
+            (frame.name.clone(), commands)
+        });
+        known.collect()
+    }
+
+    fn worst_pair<'a>(&self, paired: &'a PairedFiles) -> Option<&'a FilePair> {
+        let severity = |frame: &FrameResult| {
+            let tile = frame.comparison.as_ref()?.flip.map_or(0.0, |flip| flip.tile);
+            Some((frame.verdict(), tile))
         };
-        Some((frame.name.clone(), commands))
-    });
-    known.collect()
+        let worst = self.differing(paired).filter_map(|(frame, pair)| Some((severity(frame)?, pair)));
+        let worst = worst.max_by(|(a, _), (b, _)| a.0.cmp(&b.0).then_with(|| a.1.total_cmp(&b.1)));
+        worst.map(|(_, pair)| pair)
+    }
+
+    /// The pairs that are not identical, in the order of the files.
+    fn differing<'a>(&self, paired: &'a PairedFiles) -> impl Iterator<Item = (&FrameResult, &'a FilePair)> {
+        let frames: BTreeMap<_, _> = self.frames.iter().map(|frame| (frame.name.as_str(), frame)).collect();
+        paired.pairs.iter().filter_map(move |pair| {
+            let frame = *frames.get(self.names.of(&pair.actual).as_str())?;
+            (frame.verdict() != Verdict::Identical).then_some((frame, pair))
+        })
+    }
 }
 
 /// A page of one frame, in a folder below this page's.
 fn alone(args: &DiffArgs, pair: &FilePair) -> String {
     let folder = args.report.as_deref().unwrap_or(Path::new("report")).join("frame");
     command(args, &pair.actual, &pair.reference, &["--report", &shown(&folder)])
-}
-
-fn worst_pair<'a>(paired: &'a PairedFiles, frames: &[FrameResult]) -> Option<&'a FilePair> {
-    let severity = |pair: &FilePair| {
-        let name = stem(&pair.actual);
-        let frame =
-            frames.iter().find(|frame| frame.name == name && frame.verdict() != Verdict::Identical)?;
-        let tile = frame.comparison.as_ref()?.flip.map_or(0.0, |flip| flip.tile);
-        Some((frame.verdict(), tile))
-    };
-    let worst = paired.pairs.iter().filter_map(|pair| Some((severity(pair)?, pair)));
-    let worst = worst.max_by(|(a, _), (b, _)| a.0.cmp(&b.0).then_with(|| a.1.total_cmp(&b.1)));
-    worst.map(|(_, pair)| pair)
 }
 
 /// The command that compares two files by the same limits, quoted for a shell.
@@ -187,7 +188,23 @@ fn folder(args: &DiffArgs) -> String {
     args.report.as_deref().map(shown).unwrap_or_default()
 }
 
-/// A path without its ending.
-fn stem(path: &Path) -> String {
-    shown(&path.with_extension(""))
+/// Names of frames: their paths without the ending, which is kept where several files differ in nothing else.
+struct FrameNames {
+    /// Paths without their endings that several files have.
+    shared: BTreeSet<PathBuf>,
+}
+
+impl FrameNames {
+    fn new(paired: &PairedFiles) -> Self {
+        let actual = paired.pairs.iter().map(|pair| &pair.actual);
+        let files = actual.chain(&paired.only_in_actual).chain(&paired.only_in_reference);
+        let mut seen = BTreeSet::new();
+        let stems = files.map(|file| file.with_extension(""));
+        Self { shared: stems.filter(|stem| !seen.insert(stem.clone())).collect() }
+    }
+
+    fn of(&self, file: &Path) -> String {
+        let stem = file.with_extension("");
+        shown(if self.shared.contains(&stem) { file } else { &stem })
+    }
 }

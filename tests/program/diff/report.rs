@@ -162,6 +162,32 @@ fn a_report_of_a_sequence_has_all_frames_and_those_without_a_counterpart() {
     assert!(page["shots"][0]["commands"][0][1].as_str().unwrap().contains("a.0002.exr"));
 }
 
+#[test]
+fn frames_with_previews_of_their_names_are_told_apart() {
+    let stage = Stage::new();
+    // The worst frame is the EXR file of the first pair.
+    for (name, column) in [("a.0001.exr", 24), ("a.0001.png", 4), ("a.0002.exr", 4)] {
+        stage.square(&format!("new/{name}"), (40, 24), column);
+        stage.square(&format!("old/{name}"), (40, 24), 4);
+    }
+    stage.square("new/a.0002.png", (40, 24), 5);
+    stage.square("old/a.0002.png", (40, 24), 4);
+    let [new, old, folder, summary] = ["new", "old", "report", "summary.md"].map(|name| stage.at(name));
+    let options = ["--fail-on", "changed", "--report", &folder, "--summary", &summary];
+    let output = rayframe(&[&["diff", &new, &old][..], &options].concat());
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let page = report_page(&folder);
+    let names: Vec<_> =
+        page["shots"][0]["frames"].as_array().unwrap().iter().map(|frame| &frame["name"]).collect();
+    let name = |name: &str| format!("{new}/{name}");
+    let wanted = ["a.0001.exr", "a.0001.png", "a.0002.exr", "a.0002.png"].map(name);
+    assert_eq!(names, wanted.iter().collect::<Vec<_>>());
+    let command = page["shots"][0]["commands"][0][1].as_str().unwrap();
+    assert!(command.contains("new/a.0001.exr") && command.contains("old/a.0001.exr"), "{command}");
+    let summary = std::fs::read_to_string(summary).unwrap();
+    assert!(summary.contains("a.0001.exr") && summary.contains("a.0002.png"), "{summary}");
+}
+
 /// The data of a page.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn report_page(folder: &str) -> Value {

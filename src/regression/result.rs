@@ -59,6 +59,8 @@ pub struct ShotResult {
     pub seconds: f64,
     /// Whether it was not rendered, because nothing changed since an earlier run in which all of its images were identical.
     pub is_cached: bool,
+    /// Whether it could not be opened, so that its frames are unknown. False in merged reports, which do not tell.
+    pub is_unopened: bool,
 }
 
 /// The result of one frame.

@@ -112,5 +112,6 @@ fn shot(args: &DiffArgs, view: &View) -> ShotResult {
         not_kept: Vec::new(),
         seconds: 0.0,
         is_cached: false,
+        is_unopened: false,
     }
 }

@@ -93,6 +93,7 @@ impl DiffPage {
                 not_kept: Vec::new(),
                 seconds: 0.0,
                 is_cached: false,
+                is_unopened: false,
             });
         }
         self.files.write(&page)

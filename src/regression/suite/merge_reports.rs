@@ -227,6 +227,7 @@ impl Merging<'_> {
             not_kept,
             seconds: shot.seconds,
             is_cached: shot.cached,
+            is_unopened: false,
         })
     }
 

@@ -49,7 +49,7 @@ pub fn finish(
     let rendered: BTreeSet<&str> =
         results.iter().flat_map(|shot| &shot.frames).map(|frame| frame.name.as_str()).collect();
     // A shot that was not tested, or could not be opened, may render any frame.
-    let is_known = |shot: &str| results.iter().any(|result| result.name == shot && !is_unopened(result));
+    let is_known = |shot: &str| results.iter().any(|result| result.name == shot && !result.is_unopened);
     // Without a shot, it belongs to the part that its shot would belong to.
     let is_here = |name: &str| {
         options.shard.is_none_or(|shard| shard.includes(possible_shots(name).last().unwrap_or(name)))
@@ -87,11 +87,6 @@ pub fn finish(
         }
     }
     Ok((orphaned, not_kept))
-}
-
-/// Whether the shot could not be opened, so that its frames are unknown.
-fn is_unopened(result: &ShotResult) -> bool {
-    matches!(&*result.frames, [only] if only.status == FrameStatus::Broken && only.name == result.name)
 }
 
 /// The failures of references that no shot renders.

@@ -109,6 +109,7 @@ fn orphaned(suite: &Suite, frame: FrameResult) -> ShotResult {
         not_kept: Vec::new(),
         seconds: 0.0,
         is_cached: false,
+        is_unopened: false,
     }
 }
 

@@ -89,6 +89,7 @@ pub(super) fn test_shot(context: &TestContext<'_>, shot: &SuiteShot) -> Result<O
         not_kept,
         seconds: start.elapsed().as_secs_f64(),
         is_cached: tested.is_cached,
+        is_unopened: tested.is_unopened,
     }))
 }
 
@@ -99,6 +100,7 @@ struct TestedShot {
     /// `None` where the images depend on more than files.
     inputs: Option<Vec<PathBuf>>,
     is_cached: bool,
+    is_unopened: bool,
 }
 
 impl TestedShot {
@@ -117,7 +119,7 @@ impl TestedShot {
             .into_iter()
             .map(|image| frame((image.name, image.frame, image.reference)))
             .collect();
-        Self { frames, warnings: cached.warnings, inputs: None, is_cached: true }
+        Self { frames, warnings: cached.warnings, is_cached: true, ..Self::default() }
     }
 }
 
@@ -129,7 +131,11 @@ pub(super) struct TestedFrame {
 
 fn unopened(shot: &SuiteShot, message: String) -> TestedShot {
     let result = FrameResult::new(shot.name.clone(), None, FrameStatus::Broken, message);
-    TestedShot { frames: vec![TestedFrame { result, file: None }], ..TestedShot::default() }
+    TestedShot {
+        frames: vec![TestedFrame { result, file: None }],
+        is_unopened: true,
+        ..TestedShot::default()
+    }
 }
 
 /// Stores a pending image for a frame that differs or has no reference, and discards pending images of identical frames. Broken
@@ -182,7 +188,7 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
         frames,
         warnings: warnings.into_iter().collect(),
         inputs: inputs.map(|inputs| inputs.into_iter().collect()),
-        is_cached: false,
+        ..TestedShot::default()
     })
 }
 

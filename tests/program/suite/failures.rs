@@ -117,6 +117,22 @@ fn an_image_too_large_for_a_reference_fails_and_is_not_kept() {
 }
 
 #[test]
+fn a_broken_image_of_an_opened_shot_hides_no_orphaned_references() {
+    let stage = Stage::accepted(&SUITE.replace("frames = 0", "frames = [0, 12]"), &[POINT]);
+    let words = ["FAIL light/point.0000", "FAIL light/point.0012", "no shot renders this reference"];
+    let limited = format!("max_reference_kib = 1\n{SUITE}");
+    for suite in [SUITE, &limited] {
+        stage.write("suite.toml", suite);
+        stage.run(&["test"]).ends(1, &words);
+        let references = stage.references();
+        for frame in ["0000", "0012"] {
+            assert!(references.contains(&format!("light/point.{frame}.exr.remove.new")), "{references:?}");
+        }
+    }
+    stage.run(&["test"]).ends(1, &["raise max_reference_kib"]);
+}
+
+#[test]
 fn shot_files_have_settings_and_limits_of_their_own() {
     let stage = Stage::new(SUITE);
     stage.scene("point.gltf", POINT.1, "", "");

@@ -45,6 +45,7 @@ fn page(name: &str) -> ReportPage {
         not_kept: Vec::new(),
         seconds: 0.0,
         is_cached: false,
+        is_unopened: false,
     };
     let counts = VerdictCounts { identical: 3, changed: 0, failed: 2 };
     let command = NamedCommand(name.to_owned(), format!("rayframe diff '{name}'"));

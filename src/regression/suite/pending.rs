@@ -97,8 +97,8 @@ pub fn pending(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<Pendi
 /// Applies the change.
 ///
 /// # Errors
-/// [`Error::Usage`] where `CI` is set; [`Error::Refused`] when the reference or the shots have changed since the image was rendered, or
-/// when it is larger than the suite allows; [`Error::WriteFailed`] when the file cannot be written.
+/// [`Error::Usage`] where `CI` is set; [`Error::Different`] when the reference or the shots have changed since the image was rendered;
+/// [`Error::Refused`] when it is larger than the suite allows; [`Error::WriteFailed`] when the file cannot be written.
 pub fn accept(suite: &Suite, pending: &Pending) -> Result<()> {
     check_acceptable(suite, pending)?;
     if pending.kind == PendingKind::Remove {
@@ -120,8 +120,9 @@ pub fn check_acceptable(suite: &Suite, pending: &Pending) -> Result<()> {
         ));
     }
     if let Some(why) = outdated(pending)? {
-        let message = format!("{why} since the change was found; run rayframe test and look again");
-        return Err(Error::refused(&pending.file, "", message));
+        let file = pending.file.display();
+        let message = format!("{file}: {why} since the change was found; run rayframe test and look again");
+        return Err(Error::Different { message });
     }
     if pending.kind == PendingKind::Remove {
         return Ok(());

@@ -49,6 +49,9 @@ impl EnvironmentSource {
             Some((OsString::from(file), finite(degrees).ok()?))
         });
         let (file, degrees) = turned.unwrap_or_else(|| (text.to_owned(), 0.0));
+        if let Some(light) = BuiltInLight::ALL.into_iter().find(|light| file == light.name()) {
+            return Err(format!("{} is built in and cannot be rotated; only images take @DEG", light.name()));
+        }
         let looks_like_image = file.to_string_lossy().to_ascii_lowercase();
         let looks_like_image = [".hdr", ".exr"].iter().any(|end| looks_like_image.contains(end));
         if file.is_empty() || !(looks_like_image || Path::new(&file).exists()) {
@@ -228,7 +231,7 @@ mod tests {
         let transparent = BackgroundSource::parse(OsStr::new("transparent"));
         assert!(transparent.unwrap_err().contains("did you mean none?"));
         // They are not turned.
-        assert!(parse("studio@90").is_err());
+        assert!(parse("studio@90").unwrap_err().starts_with("studio is built in and cannot be rotated"));
         // sRGB 0x88 is 0.246 of linear light.
         assert!(parse("#ff8800").unwrap_err().contains("did you mean 1,0.246,0 (linear light)?"));
         assert!(parse("white").unwrap_err().contains("did you mean 1,1,1?"));

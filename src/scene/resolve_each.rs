@@ -35,7 +35,12 @@ impl Selection {
             let camera = request.camera.clone().filter(|_| !is_each_camera);
             let of_sequence = SelectionRequest { clips: clips.clone(), camera, ..request.clone() };
             let (selection, warnings) = Self::resolve(&of_sequence, scene)?;
-            all_warnings.extend(warnings);
+            // Each clip resolves the other names again.
+            for warning in warnings {
+                if !all_warnings.contains(&warning) {
+                    all_warnings.push(warning);
+                }
+            }
             let cameras = if is_each_camera { selected_cameras(scene, &selection.roots) } else { Vec::new() };
             let clip = clip_name(&clips, &selection, scene);
             if cameras.is_empty() {

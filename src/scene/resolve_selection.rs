@@ -4,32 +4,40 @@ use std::collections::BTreeSet;
 
 use super::{
     AnimationIndex, AnimationTarget, CameraChanges, CameraIndex, CameraRequest, ClipSelection, NameOrIndex,
-    NodeIndex, Scene, SceneRoots, SelectedCamera, Selection, SelectionRequest, VariantIndex,
+    NamedKind, NodeIndex, Scene, SceneRoots, SelectedCamera, Selection, SelectionRequest, VariantIndex,
 };
 use crate::error::{Error, Result, Warning};
 
+const SCENE: NamedKind = NamedKind { noun: "scene", setting: "scene_choice", pointer: "/scenes" };
+const CLIP: NamedKind = NamedKind { noun: "animation", setting: "animation", pointer: "/animations" };
+const CAMERA: NamedKind = NamedKind { noun: "camera", setting: "camera", pointer: "/cameras" };
+const VARIANT: NamedKind =
+    NamedKind { noun: "variant", setting: "variant", pointer: "/extensions/KHR_materials_variants/variants" };
+
 impl Selection {
     /// Resolves `request` against `scene`. If all clips are requested, a clip that shares a target with an earlier clip is left
-    /// out with a warning.
+    /// out with a warning. Of several things with a requested name the first is selected, with a warning.
     ///
     /// # Errors
     ///
     /// [`Error::Setting`] for a name or index that does not exist, with the existing ones, and for a request that has several
     /// selections, which [`Selection::resolve_each`] resolves.
     pub fn resolve(request: &SelectionRequest, scene: &Scene) -> Result<(Self, Vec<Warning>)> {
-        let SceneRoots { roots, image_light, .. } = resolve_roots(request.scene.as_ref(), scene)?;
-        let (clips, warnings) = match &request.clips {
+        let mut warnings = Vec::new();
+        let SceneRoots { roots, image_light, .. } =
+            resolve_roots(request.scene.as_ref(), scene, &mut warnings)?;
+        let clips = match &request.clips {
             ClipSelection::Each => return Err(one_of_each("animation", "clip")),
-            ClipSelection::None => (Vec::new(), Vec::new()),
-            ClipSelection::All => disjoint_clips(scene),
+            ClipSelection::None => Vec::new(),
+            ClipSelection::All => disjoint_clips(scene, &mut warnings),
             ClipSelection::One(selected) => {
                 let names = scene.animations.iter().map(|clip| clip.name.as_deref());
-                let clip = find("animation", "animation", selected, names)?;
-                (vec![AnimationIndex(index_u32(clip))], Vec::new())
+                let clip = find(&CLIP, selected, names, &mut warnings)?;
+                vec![AnimationIndex(index_u32(clip))]
             }
         };
-        let camera = resolve_camera(request.camera.as_ref(), scene, &roots)?;
-        let variant = resolve_variant(request.variant.as_ref(), scene)?;
+        let camera = resolve_camera(request.camera.as_ref(), scene, &roots, &mut warnings)?;
+        let variant = resolve_variant(request.variant.as_ref(), scene, &mut warnings)?;
         let camera_changes = CameraChanges::default();
         let selection = Self { roots, clips, camera, camera_changes, image_light, variant };
         Ok((selection, warnings))
@@ -41,30 +49,37 @@ fn one_of_each(setting: &str, what: &str) -> Error {
     Error::setting(setting, format!("each makes several sequences, and here is one; name a {what}"))
 }
 
-fn resolve_roots(selected: Option<&NameOrIndex>, scene: &Scene) -> Result<SceneRoots> {
+fn resolve_roots(
+    selected: Option<&NameOrIndex>,
+    scene: &Scene,
+    warnings: &mut Vec<Warning>,
+) -> Result<SceneRoots> {
     let index = match selected {
         None => scene.default_scene,
         Some(selected) => {
             let names = scene.scenes.iter().map(|roots| roots.name.as_deref());
-            find("scene", "scene_choice", selected, names)?
+            find(&SCENE, selected, names, warnings)?
         }
     };
     Ok(scene.scenes.get(index).cloned().unwrap_or_default())
 }
 
-fn resolve_variant(selected: Option<&NameOrIndex>, scene: &Scene) -> Result<Option<VariantIndex>> {
+fn resolve_variant(
+    selected: Option<&NameOrIndex>,
+    scene: &Scene,
+    warnings: &mut Vec<Warning>,
+) -> Result<Option<VariantIndex>> {
     let Some(selected) = selected else {
         return Ok(None);
     };
     let names = scene.variants.iter().map(|variant| Some(variant.name.as_str()));
-    let index = find("variant", "variant", selected, names)?;
+    let index = find(&VARIANT, selected, names, warnings)?;
     Ok(Some(VariantIndex(index_u32(index))))
 }
 
 /// All clips except those that share a target with an earlier selected clip.
-fn disjoint_clips(scene: &Scene) -> (Vec<AnimationIndex>, Vec<Warning>) {
+fn disjoint_clips(scene: &Scene, warnings: &mut Vec<Warning>) -> Vec<AnimationIndex> {
     let mut clips = Vec::new();
-    let mut warnings = Vec::new();
     let mut held: BTreeSet<AnimationTarget> = BTreeSet::new();
     for (i, clip) in scene.animations.iter().enumerate() {
         if clip.channels.iter().any(|channel| channel.target.clashes(&held)) {
@@ -80,13 +95,14 @@ fn disjoint_clips(scene: &Scene) -> (Vec<AnimationIndex>, Vec<Warning>) {
         held.extend(clip.channels.iter().map(|channel| channel.target));
         clips.push(AnimationIndex(index_u32(i)));
     }
-    (clips, warnings)
+    clips
 }
 
 fn resolve_camera(
     request: Option<&CameraRequest>,
     scene: &Scene,
     roots: &[NodeIndex],
+    warnings: &mut Vec<Warning>,
 ) -> Result<SelectedCamera> {
     let cameras = selected_cameras(scene, roots);
     match request {
@@ -98,15 +114,21 @@ fn resolve_camera(
             if let NameOrIndex::Name(name) = selected {
                 let camera_name = |camera: CameraIndex| scene.cameras[camera.index()].name.as_ref();
                 let node_name = |node: NodeIndex| scene.nodes[node.index()].name.as_ref();
-                let by_camera = cameras.iter().find(|(camera, _)| camera_name(*camera) == Some(name));
-                let by_node = cameras.iter().find(|(_, node)| node_name(*node) == Some(name));
-                if let Some(&(_, node)) = by_camera.or(by_node) {
+                let mut named = cameras.clone();
+                named.retain(|(camera, _)| camera_name(*camera) == Some(name));
+                if named.is_empty() {
+                    named.extend(cameras.iter().filter(|(_, node)| node_name(*node) == Some(name)));
+                }
+                if let Some(&(_, node)) = named.first() {
+                    // Several nodes may show one camera, and an index selects the first of them.
+                    named.dedup_by_key(|(camera, _)| *camera);
+                    warnings.extend(CAMERA.ambiguity(name, named.iter().map(|(camera, _)| camera.index())));
                     return Ok(SelectedCamera::Node(node));
                 }
             }
             let names: Vec<_> =
                 (0..scene.cameras.len()).map(|camera| camera_or_node_name(scene, &cameras, camera)).collect();
-            let index = find("camera", "camera", selected, names.iter().copied())?;
+            let index = find(&CAMERA, selected, names.iter().copied(), warnings)?;
             let node = cameras.iter().find(|(camera, _)| camera.index() == index);
             match node {
                 Some(&(_, node)) => Ok(SelectedCamera::Node(node)),
@@ -142,18 +164,21 @@ pub(super) fn selected_cameras(scene: &Scene, roots: &[NodeIndex]) -> Vec<(Camer
     cameras
 }
 
-/// The index among `names` that `selected` refers to.
+/// The index among `names` that `selected` refers to, with a warning if others have its name.
 fn find<'a>(
-    what: &str,
-    setting: &str,
+    kind: &NamedKind,
     selected: &NameOrIndex,
     names: impl ExactSizeIterator<Item = Option<&'a str>> + Clone,
+    warnings: &mut Vec<Warning>,
 ) -> Result<usize> {
     let (found, label_of_request) = match selected {
         NameOrIndex::Name(name) => {
             // A number that is no name is an index, because shells take # for a comment.
             let as_index = || name.parse().ok().filter(|&i: &usize| i < names.len());
-            let found = names.clone().position(|other| other == Some(name)).or_else(as_index);
+            let mut named =
+                names.clone().enumerate().filter(|(_, other)| *other == Some(name)).map(|(i, _)| i);
+            warnings.extend(kind.ambiguity(name, named.clone()));
+            let found = named.next().or_else(as_index);
             (found, format!("\"{name}\""))
         }
         NameOrIndex::Index(index) => (Some(*index).filter(|&i| i < names.len()), format!("#{index}")),
@@ -165,7 +190,7 @@ fn find<'a>(
         } else {
             format!("choose one of: {}", choices.join(", "))
         };
-        Error::setting(setting, format!("there is no {what} {label_of_request}; {choices}"))
+        Error::setting(kind.setting, format!("there is no {} {label_of_request}; {choices}", kind.noun))
     })
 }
 
@@ -265,6 +290,42 @@ mod tests {
         assert_eq!(selection.camera, SelectedCamera::Node(NodeIndex(1)));
         assert_eq!(selection.variant, Some(VariantIndex(1)));
         assert!(warnings.is_empty());
+    }
+
+    /// The warnings about a camera and a clip of these names.
+    fn ambiguities(scene: &Scene, camera: &str, clip: &str) -> Vec<String> {
+        let request = SelectionRequest {
+            clips: ClipSelection::One(NameOrIndex::Name(clip.to_owned())),
+            camera: Some(CameraRequest::Camera(NameOrIndex::Name(camera.to_owned()))),
+            ..SelectionRequest::default()
+        };
+        let (_, warnings) = Selection::resolve(&request, scene).unwrap();
+        warnings.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn names_of_several_things_are_told() {
+        let mut scene = scene();
+        scene.animations = ["walk", "run", "walk", "walk"].map(|name| clip(name, &[])).to_vec();
+        let clips = "/animations/0: 3 animations are called \"walk\", and the first one is used; `animation` '#2' selects the next one";
+        assert_eq!(ambiguities(&scene, "used", "walk"), [clips]);
+        assert!(ambiguities(&scene, "used", "run").is_empty());
+        // A namesake outside the selected scene cannot be selected.
+        scene.cameras[0].name = Some("used".to_owned());
+        assert!(ambiguities(&scene, "used", "run").is_empty());
+        scene.nodes[0].children.push(NodeIndex(2));
+        let message = ambiguities(&scene, "used", "run").remove(0);
+        assert!(message.starts_with("/cameras/0: 2 cameras are called \"used\""), "{message}");
+        assert!(message.contains("`camera` '#1' selects"), "{message}");
+        // Cameras without names go by those of their nodes.
+        for i in 0..2 {
+            scene.cameras[i].name = None;
+            scene.nodes[i + 1].name = Some("eye".to_owned());
+        }
+        assert!(ambiguities(&scene, "eye", "run")[0].contains("2 cameras are called \"eye\""));
+        // Two nodes with one camera are one.
+        scene.nodes[2].camera = Some(CameraIndex(1));
+        assert!(ambiguities(&scene, "eye", "run").is_empty());
     }
 
     #[test]

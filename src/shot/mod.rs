@@ -5,7 +5,6 @@
 //!
 //! [`SequenceJob`]: crate::sequence::SequenceJob
 
-mod ambiguous_names;
 mod camera_path;
 pub(crate) mod default_views;
 pub mod environment;

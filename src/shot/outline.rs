@@ -15,13 +15,12 @@ use crate::scene::{
 use crate::sequence::{FrameSpec, OutputPattern, duration_seconds};
 use crate::settings::{BackgroundSource, OutputNames, Placeholder, SettingValues};
 
-use super::ambiguous_names::ambiguous_names;
 use super::camera_path::{self, LoadedPath};
 use super::environment::environment_request;
 use super::render_settings::render_settings;
 use super::resolve::import_options;
 use super::shot_settings::{ShotSettings, refusal};
-use super::view::{last_frame, resolve_frames, view_request};
+use super::view::{ambiguous_nodes, last_frame, resolve_frames, view_request};
 
 /// The sequences of a shot: one, or one for each clip and each camera.
 #[derive(Clone, Debug)]
@@ -98,7 +97,7 @@ impl ShotOutline {
         }
         let request = selection_request(args);
         let (mut selections, mut choices) = Selection::resolve_each(&request, scene)?;
-        choices.extend(ambiguous_names(args, scene));
+        choices.extend(ambiguous_nodes(args, scene));
         choices.extend(scene.notes.iter().cloned());
         let mut inputs = vec![shot.scene.clone()];
         if let Some(source) = &args.camera_path {

@@ -1,12 +1,12 @@
 //! The requested view of a shot, and its frames.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Warning};
 use crate::framing::NamedView;
 use crate::scene::{
-    AnimationIndex, CameraRequest, LensRequest, NameOrIndex, NodeIndex, Scene, SelectedCamera, Selection,
-    Target, TurntableRequest, ViewRequest,
+    AnimationIndex, CameraRequest, LensRequest, NameOrIndex, NamedKind, NodeIndex, Scene, SelectedCamera,
+    Selection, Target, TurntableRequest, ViewRequest,
 };
-use crate::settings::{FrameRate, FrameSpec, LookAt, SettingValues, field_of_view_of, suggest};
+use crate::settings::{FocusRequest, FrameRate, FrameSpec, LookAt, SettingValues, field_of_view_of, suggest};
 
 /// The view that the settings ask for.
 pub(super) fn view_request(
@@ -79,4 +79,61 @@ pub(super) fn named_node(
         let text = text.escape_debug();
         Error::setting(setting, format!("the scene has no node \"{text}\"; write {forms}: {names}"))
     })
+}
+
+/// A warning for each setting whose name several nodes have. The first of them is used.
+pub(super) fn ambiguous_nodes(args: &SettingValues, scene: &Scene) -> Vec<Warning> {
+    let target = match &args.look_at {
+        Some(LookAt::Node(node)) => Some(node),
+        _ => None,
+    };
+    let focus = match &args.focus {
+        FocusRequest::Node(node) => Some(node),
+        _ => None,
+    };
+    let selected = [("look_at", target), ("frame_node", args.frame_node.as_ref()), ("focus", focus)];
+    let warning = |(setting, selected): (_, Option<&NameOrIndex>)| {
+        let NameOrIndex::Name(name) = selected? else { return None };
+        let nodes = scene.nodes.iter().enumerate().filter(|(_, node)| node.name.as_ref() == Some(name));
+        let kind = NamedKind { noun: "node", setting, pointer: "/nodes" };
+        kind.ambiguity(name, nodes.map(|(i, _)| i))
+    };
+    selected.into_iter().filter_map(warning).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Node;
+    use crate::settings::Settings;
+
+    #[test]
+    fn names_of_several_nodes_are_told() {
+        let name = |name: &str| NameOrIndex::Name(name.to_owned());
+        let node = |name: &str| Node { name: Some(name.to_owned()), ..Node::default() };
+        let nodes = ["arm", "eye", "eye", "arm", "hand"].map(node).to_vec();
+        let scene = Scene { nodes, ..Scene::default() };
+        let args = SettingValues {
+            look_at: Some(LookAt::Node(name("arm"))),
+            frame_node: Some(name("eye")),
+            focus: FocusRequest::Node(name("arm")),
+            ..Settings::default().values()
+        };
+        let messages: Vec<_> = ambiguous_nodes(&args, &scene).iter().map(ToString::to_string).collect();
+        let told = |first, name, setting, second| {
+            format!(
+                "/nodes/{first}: 2 nodes are called \"{name}\", and the first one is used; `{setting}` '#{second}' selects the next one"
+            )
+        };
+        let expected =
+            [told(0, "arm", "look_at", 3), told(1, "eye", "frame_node", 2), told(0, "arm", "focus", 3)];
+        assert_eq!(messages, expected);
+        let args = SettingValues {
+            look_at: Some(LookAt::Node(name("hand"))),
+            frame_node: Some(NameOrIndex::Index(1)),
+            ..Settings::default().values()
+        };
+        assert!(ambiguous_nodes(&args, &scene).is_empty());
+        assert!(ambiguous_nodes(&Settings::default().values(), &scene).is_empty());
+    }
 }

@@ -7,9 +7,6 @@ use rayon::prelude::*;
 use super::transform::SurfaceMap;
 use crate::scene::{MorphTarget, Primitive};
 
-/// Volume of the box along a joint's axes, as a share of the product of their lengths, up to which it is flat but for rounding errors.
-const FLAT: f32 = 1e-5;
-
 /// Vertices of one parallel task.
 const VERTICES_PER_TASK: usize = 4096;
 
@@ -143,28 +140,19 @@ pub(super) fn morph_attributes(primitive: &Primitive, weights: &[f32]) -> Morphe
 
 /// Whether the transform mirrors the surface, so that the winding of triangles must be reversed.
 pub(super) fn mirrors(transform: VertexTransform<'_>) -> bool {
-    let negative = |matrix: &Mat4| SurfaceMap::new(Mat3::from_mat4(*matrix)).handedness < 0.0;
+    let map = |matrix: &Mat4| SurfaceMap::new(Mat3::from_mat4(*matrix));
     match transform {
-        VertexTransform::Rigid(matrix) => negative(matrix),
+        VertexTransform::Rigid(matrix) => map(matrix).handedness < 0.0,
         VertexTransform::Skinned { joint_matrices, .. } => {
-            let mut sides = joint_matrices.iter().filter_map(is_mirrored).peekable();
-            sides.peek().is_some() && sides.all(|is_mirrored| is_mirrored)
+            // Joints that are scaled to zero flatten what they move, and do not count.
+            let mut joints = joint_matrices.iter().filter_map(|matrix| map(matrix).mirrors());
+            joints.next() == Some(true) && joints.all(|mirrors| mirrors)
         }
     }
 }
 
-/// Whether a joint mirrors what it moves. `None` for joints that flatten it, along any direction: the determinant is a rounding error.
-fn is_mirrored(joint_matrix: &Mat4) -> Option<bool> {
-    let Mat3 { x_axis, y_axis, z_axis } = Mat3::from_mat4(*joint_matrix);
-    let volume = x_axis.cross(y_axis).dot(z_axis);
-    let is_flat = volume.abs() <= FLAT * x_axis.length() * y_axis.length() * z_axis.length();
-    (!is_flat).then_some(volume < 0.0)
-}
-
 #[cfg(test)]
 mod tests {
-    use glam::Quat;
-
     use super::*;
     use crate::scene::{MaterialIndex, SkinInfluences};
 
@@ -244,9 +232,6 @@ mod tests {
     #[test]
     fn joints_that_are_scaled_to_zero_do_not_decide_whether_a_skin_is_mirrored() {
         let (mirror, zero) = (Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0)), Mat4::from_scale(Vec3::ZERO));
-        // Below rotations the determinant of a flat joint is a rounding error of either sign.
-        let turn = |angle: f32| Mat4::from_quat(Quat::from_euler(glam::EulerRot::XYZ, angle, 0.7, -angle));
-        let flat = turn(0.3) * Mat4::from_scale(Vec3::new(1.0, 0.0, 1.0)) * turn(1.1);
         for (joints, expected) in [
             ([mirror, zero], true),
             ([zero, mirror], true),
@@ -254,10 +239,33 @@ mod tests {
             ([mirror, Mat4::IDENTITY], false),
             ([Mat4::IDENTITY, zero], false),
             ([zero, zero], false),
-            ([mirror, flat], true),
-            ([flat, Mat4::IDENTITY], false),
         ] {
             let skin = VertexTransform::Skinned { joint_matrices: &joints, world_from_node: &Mat4::IDENTITY };
+            assert_eq!(mirrors(skin), expected);
+        }
+    }
+
+    #[test]
+    fn joints_that_are_flat_below_rotations_do_not_decide_either() {
+        let mirror = Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0));
+        for degrees in (0..360).step_by(5) {
+            let angle = (degrees as f32).to_radians();
+            for axis in [Vec3::X, Vec3::Y, Vec3::ONE.normalize(), Vec3::new(0.6, -0.8, 0.0)] {
+                let turn = Mat4::from_axis_angle(axis, angle);
+                let flat = turn * Mat4::from_scale(Vec3::new(100.0, 100.0, 0.0)) * turn.transpose();
+                for joints in [[mirror, flat], [flat, mirror], [mirror, mirror * flat]] {
+                    let skin = VertexTransform::Skinned {
+                        joint_matrices: &joints,
+                        world_from_node: &Mat4::IDENTITY,
+                    };
+                    assert!(mirrors(skin), "{axis} {degrees}");
+                }
+            }
+        }
+        // Thin is not flat.
+        let thin = [mirror * Mat4::from_scale(Vec3::new(1.0, 1e-3, 1e-3)), Mat4::IDENTITY];
+        for (joints, expected) in [(&thin[..1], true), (&thin[..], false)] {
+            let skin = VertexTransform::Skinned { joint_matrices: joints, world_from_node: &Mat4::IDENTITY };
             assert_eq!(mirrors(skin), expected);
         }
     }

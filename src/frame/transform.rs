@@ -61,6 +61,17 @@ impl SurfaceMap {
         Self { linear, cofactors, handedness: if determinant < 0.0 { -1.0 } else { 1.0 } }
     }
 
+    /// Whether the map mirrors; `None` for one that is flat but for rounding, whose determinant has no meaningful sign.
+    pub(super) fn mirrors(&self) -> Option<bool> {
+        /// Errors of matrix products, over the largest element.
+        const ROUNDING: f32 = 1e-5;
+        let largest = |matrix: &Mat3| matrix.to_cols_array().iter().fold(0.0, |max: f32, x| max.max(x.abs()));
+        // The cofactors are the derivatives of the determinant by the elements.
+        let determinant = self.linear.x_axis.dot(self.cofactors.x_axis);
+        let error = ROUNDING * largest(&self.linear) * largest(&self.cofactors);
+        (determinant.abs() > error).then_some(determinant < 0.0)
+    }
+
     /// A unit normal, or zero if the map collapses the surface.
     pub(super) fn normal(&self, normal: Vec3) -> Vec3 {
         unit(self.cofactors * normal * self.handedness).unwrap_or(Vec3::ZERO)

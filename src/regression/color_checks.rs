@@ -1,6 +1,6 @@
 //! Checks of what an observer sees: FLIP and brightness of every layer of light, and FLIP of coverage.
 //!
-//! The first layer of colours is the one that the image shows. The others are judged at its exposures and against its brightness, so that
+//! The first layer of colours is the one that the image shows. The others are measured at its exposures and against its brightness, so that
 //! a dim layer counts for what it adds. Those that do not differ have no checks.
 
 use super::compare::is_light;

@@ -151,7 +151,7 @@ fn layer_difference(layer: &str, actual: &Image, reference: &Image, limits: &Val
     LayerDifference { layer: layer.to_owned(), different_pixels, channels }
 }
 
-/// Whether a layer holds light, of which an observer judges. Rayframe's own AOVs are known by name; any other layer with colours counts
+/// Whether a layer holds light, which an observer sees. Rayframe's own AOVs are known by name; any other layer with colours counts
 /// as light.
 pub(super) fn is_light(layer: &str, image: &Image) -> bool {
     let known = Aov::ALL.into_iter().find(|known| known.name() == layer);

@@ -50,11 +50,16 @@ pub fn scale(text: &str) -> Result<f64, String> {
     };
     match number.parse::<f64>() {
         Ok(value) if unit == 1.0 && value > 1.0 && value.is_finite() => {
-            let percent = value * 100.0;
-            Err(format!(
-                "write {percent}% for an image {text} times as large, or {text}% for {}",
-                value / 100.0
-            ))
+            let percent = format!("{text}% or {}", value / 100.0);
+            // Up to ten times as large is likelier than up to a tenth.
+            Err(if value < 10.0 {
+                format!(
+                    "write {}% for an image {text} times as large, or {percent} for a small one",
+                    (value * 1e6).round() / 1e4
+                )
+            } else {
+                format!("an image {text} times as large? Write {percent}")
+            })
         }
         Ok(value) if value > 0.0 && value * unit <= 100.0 => Ok(value * unit),
         Ok(_) => Err("a scale lies above 0% and at most at 10000%; write 50%, 0.5 or 200%".to_owned()),
@@ -289,6 +294,9 @@ mod tests {
         assert_eq!(scale("0.25"), Ok(0.25));
         assert_eq!((scale("1"), scale("200%")), (Ok(1.0), Ok(2.0)));
         assert!(scale("50").unwrap_err().contains("rite 50% or 0.5"));
+        assert!(
+            scale("2").unwrap_err().starts_with("write 200% for an image 2 times as large, or 2% or 0.02")
+        );
         assert!(scale("inf").is_err() && scale("1e300").is_err());
         assert!(
             scale("0%").is_err() && scale("NaN").is_err() && scale("-1").is_err() && scale("1e9%").is_err()

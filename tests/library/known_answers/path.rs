@@ -210,14 +210,20 @@ fn clear_panes_pass_the_light_of_lamps_and_environments() {
 
 #[test]
 fn the_clamp_limits_what_paths_bring() {
-    // A mirror shows a lamp of 100; with the clamp no more than 10.
-    let mut stage = stage(4);
-    let mirror = Material { metallic: 1.0, roughness: 0.0, ..Material::default() };
-    stage.add(floor(5.0), mirror);
-    stage.add(rectangle(Vec3::new(0.0, 0.5, -2.0), Vec3::X, Vec3::Y * 0.4), lamp(100.0));
-    assert_close(middle(&stage), Vec3::splat(100.0), 1.0);
-    stage.settings.path.clamp_indirect = 10.0;
-    assert_close(middle(&stage), Vec3::splat(10.0), 1e-3);
+    // A mirror shows a lamp of 100, and so it does under a pane that reflects nothing; there with the clamp no more than 10.
+    for (is_covered, clamped) in [(false, 100.0), (true, 10.0)] {
+        let mut stage = stage(4);
+        stage.add(floor(5.0), mirror_of(0.0));
+        if is_covered {
+            let transmission = Some(Transmission { factor: 1.0, texture: None });
+            let pane = Material { transmission, roughness: 0.0, ior: 1.0, ..lambert(Vec3::ONE) };
+            stage.add(rectangle(Vec3::Y * 0.01, Vec3::X * 5.0, Vec3::Z * 5.0), pane);
+        }
+        stage.add(rectangle(Vec3::new(0.0, 0.5, -2.0), Vec3::X, Vec3::Y * 0.4), lamp(100.0));
+        assert_close(middle(&stage), Vec3::splat(100.0), 1.0);
+        stage.settings.path.clamp_indirect = 10.0;
+        assert_close(middle(&stage), Vec3::splat(clamped), clamped * 0.01);
+    }
 }
 
 #[test]

@@ -79,6 +79,16 @@ pub fn layer_of(channel: &str) -> &str {
     }
 }
 
+/// Whether a layer holds a Cryptomatte: numbers that name things, whatever its channels are called.
+pub fn is_cryptomatte(layer: &str) -> bool {
+    let name = layer.rsplit('.').next().unwrap_or(layer).to_ascii_lowercase();
+    name.starts_with("crypto_")
+        || matches!(
+            name.trim_end_matches(|character: char| character.is_ascii_digit()),
+            "cryptoobject" | "cryptomaterial" | "cryptoasset"
+        )
+}
+
 /// The nearest half. Values beyond ±65504 become ±65504, NaN becomes 0, and −0 becomes 0.
 pub fn half_from_f32(value: f32) -> f16 {
     if value.is_nan() {

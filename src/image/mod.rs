@@ -13,7 +13,9 @@ use std::borrow::Cow;
 
 use crate::color::srgb_to_linear;
 
-pub use channel::{BEAUTY, Channel, Samples, finite_f32, half_from_f32, halves_from_f32, layer_of};
+pub use channel::{
+    BEAUTY, Channel, Samples, finite_f32, half_from_f32, halves_from_f32, is_cryptomatte, layer_of,
+};
 pub use plate::{Plate, PlateFit, over, resample};
 pub use rendered_scene::{PartHashes, RenderedScene};
 pub use scene_content::{ContentChange, ContentNames, SceneContent};
@@ -145,10 +147,20 @@ impl Image {
         self.colors_of(self.color_layer()?)
     }
 
-    /// The layer that the image shows: [`BEAUTY`], or the first other one with colours.
+    /// The layer that the image shows: [`BEAUTY`], one that other programs call so, or the first other one with colours.
     pub fn color_layer(&self) -> Option<&str> {
-        let others = self.layers().into_iter().filter(|layer| *layer != BEAUTY);
-        std::iter::once(BEAUTY).chain(others).find(|layer| self.has_colors(layer))
+        let is_whole = |layer: &&str| {
+            let name = layer.rsplit('.').next().unwrap_or(layer);
+            ["combined", "rgba", "beauty"].into_iter().any(|whole| name.eq_ignore_ascii_case(whole))
+        };
+        let layers =
+            self.layers().into_iter().filter(|layer| self.has_colors(layer) && !is_cryptomatte(layer));
+        let layers: Vec<_> = layers.collect();
+        let whole = layers
+            .iter()
+            .find(|layer| **layer == BEAUTY)
+            .or_else(|| layers.iter().find(|layer| is_whole(layer)));
+        whole.or(layers.first()).copied()
     }
 
     /// Whether a layer has the channels R, G and B. [`BEAUTY`] may have `Y` alone, which is grey.

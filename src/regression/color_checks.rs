@@ -1,6 +1,6 @@
 //! Checks of what an observer sees: FLIP and brightness of every layer of light, and FLIP of coverage.
 //!
-//! The first layer of colours is the one that the image shows. The others are measured at its exposures and against its brightness, so that
+//! The layer that the image shows is the first of light by [`Image::color_layer`]. The others are measured at its exposures and against its brightness, so that
 //! a dim layer counts for what it adds. Those that do not differ have no checks.
 
 use super::compare::is_light;
@@ -18,13 +18,14 @@ pub(super) const OBJECT_IDS: &str = "object_id";
 /// Adds the checks of colours and coverage, and the measures of the layer that the image shows.
 pub(super) fn check_colors(comparison: &mut Comparison, images: [&Image; 2], limits: &Limits) {
     let [actual, reference] = images;
+    let layers: Vec<_> = reference.layers().into_iter().filter(|layer| is_light(layer, reference)).collect();
+    let shown = reference.color_layer().filter(|layer| layers.contains(layer));
+    let Some(shown) = shown.or(layers.first().copied()) else { return };
     let colors_of = |layer: &str| Some([actual.colors_of(layer)?, reference.colors_of(layer)?]);
-    let shown = reference.color_layer().unwrap_or_default();
-    let Some(shown_colors) = colors_of(shown) else { return };
-    let [ours, theirs] = &shown_colors;
+    let Some([ours, theirs]) = &colors_of(shown) else { return };
     let is_display = reference.encoding == ColorEncoding::Srgb;
-    let exposures = (!is_display).then(|| ExposureRange::of(theirs));
-    let light = total_light(theirs);
+    let exposures = || (!is_display).then(|| ExposureRange::of(theirs));
+    let light = || total_light(theirs);
 
     // The layer that the image shows
     let map = flip_map(ours, theirs, images, exposures);
@@ -36,8 +37,7 @@ pub(super) fn check_colors(comparison: &mut Comparison, images: [&Image; 2], lim
     comparison.flip_map = Some(map);
 
     // Other layers of light
-    let others = reference.layers().into_iter().filter(|layer| *layer != shown && is_light(layer, reference));
-    for layer in others {
+    for layer in layers.iter().copied().filter(|layer| *layer != shown) {
         let Some([ours, theirs]) = colors_of(layer).filter(|[ours, theirs]| ours != theirs) else { continue };
         let map = flip_map(&ours, &theirs, images, exposures);
         let of_layer = format!(" of {layer}");
@@ -46,28 +46,37 @@ pub(super) fn check_colors(comparison: &mut Comparison, images: [&Image; 2], lim
     }
 
     // Coverage, which colours over black do not show
-    if let (Some(ours), Some(theirs)) = (actual.coverage_of(shown), reference.coverage_of(shown))
-        && ours != theirs
-    {
-        let grey = |coverage: &[f32]| coverage.iter().map(|&share| [share; 3]).collect::<Vec<_>>();
-        let map = flip_map(&grey(&ours), &grey(&theirs), images, None);
-        add_flip_checks(&mut comparison.checks, &map, (images, " of coverage"), limits);
+    for layer in layers {
+        let (Some(ours), Some(theirs)) = (actual.coverage_of(layer), reference.coverage_of(layer)) else {
+            continue;
+        };
+        if ours != theirs {
+            let grey = |coverage: &[f32]| coverage.iter().map(|&share| [share; 3]).collect::<Vec<_>>();
+            let map = flip_map(&grey(&ours), &grey(&theirs), images, || None);
+            let of_layer = if layer == shown { String::new() } else { format!(" of {layer}") };
+            add_flip_checks(
+                &mut comparison.checks,
+                &map,
+                (images, &format!(" of coverage{of_layer}")),
+                limits,
+            );
+        }
     }
 }
 
-/// FLIP of light at `exposures`, or of display values without.
+/// FLIP of light at `exposures`, or of display values without any.
 fn flip_map(
     actual: &[[f32; 3]],
     reference: &[[f32; 3]],
     [_, image]: [&Image; 2],
-    exposures: Option<ExposureRange>,
+    exposures: impl FnOnce() -> Option<ExposureRange>,
 ) -> FlipMap {
     let size = image.size();
     if actual == reference {
         // Equal images have no error; FLIP need not run.
         return FlipMap { size, errors: vec![0.0; actual.len()], exposures: None };
     }
-    match exposures {
+    match exposures() {
         Some(exposures) => flip_light_at(exposures, reference, actual, size, PIXELS_PER_DEGREE),
         None => flip_display(reference, actual, size, PIXELS_PER_DEGREE),
     }
@@ -114,11 +123,15 @@ fn worst_object(map: &FlipMap, [actual, reference]: [&Image; 2]) -> Option<Objec
 fn brightness_check(
     actual: &[[f32; 3]],
     reference: &[[f32; 3]],
-    (whole, of_layer): (f64, &str),
+    (whole, of_layer): (impl FnOnce() -> f64, &str),
     limits: &Limits,
 ) -> Check {
-    let (ours, theirs) = (total_light(actual), total_light(reference));
-    let measured = if ours == theirs { 0.0 } else { ((ours - theirs) / whole).abs() };
+    let measured = if actual == reference {
+        0.0
+    } else {
+        let difference = total_light(actual) - total_light(reference);
+        if difference == 0.0 { 0.0 } else { (difference / whole()).abs() }
+    };
     Check {
         measure: format!("difference of mean brightness{of_layer}"),
         measured,
@@ -182,6 +195,57 @@ mod tests {
         // Equal layers have no checks.
         let comparison = compare(&dim, &dim, &Preset::Visual.limits());
         assert!(comparison.checks.iter().all(|check| !check.measure.ends_with(" of direct")));
+    }
+
+    #[test]
+    fn the_whole_image_goes_before_its_passes_whatever_their_names() {
+        // An occlusion pass, first by name, is white in both.
+        let both = |grey: f32| {
+            let mut image = with_layer("v.AO", 1.0, None);
+            image.channels.extend(with_layer("v.Combined", grey, None).channels);
+            image
+        };
+        assert_eq!(both(0.5).color_layer(), Some("v.Combined"));
+        let failures = failures(&both(0.006), &both(0.002));
+        assert!(failures.contains("difference of mean brightness: 2 > 0.03"), "{failures}");
+        // Data with colours is shown where there is nothing else, and is no light.
+        let albedo = |grey: f32| with_layer("albedo", grey, None);
+        assert_eq!(albedo(0.5).color_layer(), Some("albedo"));
+        assert!(
+            super::tests::failures(&albedo(0.5), &albedo(0.2)).starts_with("share of pixels with albedo")
+        );
+    }
+
+    #[test]
+    fn cryptomattes_are_data_whatever_their_channels() {
+        let ids = |id: f32| {
+            let mut image = with_layer("ViewLayer.CryptoObject00", id, Some(0.5));
+            for channel in image.channels.iter_mut().filter(|channel| channel.name.starts_with("View")) {
+                // One pixel of a thousand is of another thing.
+                if let Samples::Float(values) = &mut channel.samples {
+                    values[1..].fill(1.0);
+                }
+            }
+            image
+        };
+        assert!(compare(&ids(1e34), &ids(1.0), &Preset::Visual.limits()).passes());
+    }
+
+    #[test]
+    fn coverage_and_data_of_every_layer_of_light_are_limited() {
+        let layer = |name: &str, value: f32| {
+            let mut image = with_layer("fg", 0.0, Some(0.5));
+            let samples = Samples::Float(vec![value; (SIZE.0 * SIZE.1) as usize]);
+            image.channels.push(Channel { name: name.to_owned(), samples });
+            image
+        };
+        let failures = |name| failures(&layer(name, 9.0), &layer(name, 0.0));
+        assert!(failures("fg.A").contains("mean FLIP of coverage of fg: "), "{}", failures("fg.A"));
+        assert!(
+            failures("fg.Z").starts_with("share of pixels with data of fg off by"),
+            "{}",
+            failures("fg.Z")
+        );
     }
 
     #[test]

@@ -1,6 +1,5 @@
 //! Compares two images: every measure with its value and its limit.
 
-use super::Image;
 use super::cause::likely_cause;
 use super::channel_difference::{LayerDifference, ValueLimits, channel_difference};
 use super::color_checks::check_colors;
@@ -9,6 +8,8 @@ use super::exact::are_identical;
 use super::non_finite::non_finite;
 use super::presets::Limits;
 use super::verdict::Verdict;
+use super::{Channel, Image};
+use crate::image::is_cryptomatte;
 use crate::output::Aov;
 
 /// Compares an image with its reference.
@@ -104,29 +105,19 @@ fn mismatches(actual: &Image, reference: &Image) -> Vec<Mismatch> {
 fn compare_layers(comparison: &mut Comparison, actual: &Image, reference: &Image, limits: &Limits) {
     let pixels = reference.data_window.pixel_count();
     for layer in reference.layers() {
-        let (values, share) = if is_light(layer, reference) {
-            (&limits.light, limits.light_share)
-        } else {
-            (&limits.data, limits.data_share)
-        };
-        let difference = layer_difference(layer, actual, reference, values);
-        if share < f64::INFINITY {
-            let measured = difference.different_pixels as f64 / pixels.max(1) as f64;
-            let worst = difference.channels.iter().filter(|channel| channel.different > 0);
-            let worst = worst.max_by(|a, b| a.largest.total_cmp(&b.largest));
-            comparison.checks.push(Check {
-                measure: format!(
-                    "share of pixels with {layer} off by more than {} and {} %",
-                    values.absolute,
-                    values.relative * 100.0
-                ),
-                measured,
-                limit: share,
-                at: worst.map(|channel| channel.largest_at),
-                passes: measured <= share,
-            });
-        }
+        let images = [actual, reference];
+        let (data, light) = ((&limits.data, limits.data_share), (&limits.light, limits.light_share));
+        let is_light = is_light(layer, reference);
+        let layer_limits = if is_light { light } else { data };
+        let difference = layer_difference(layer, images, layer_limits.0, |_| true);
+        comparison.checks.extend(share_check(layer, &difference, layer_limits, pixels));
         comparison.layers.push(difference);
+        if is_light {
+            // Such as a depth beside the colours of a layer.
+            let difference = layer_difference(layer, images, data.0, |channel| !is_color(&channel.name));
+            let of_data = share_check(&format!("data of {layer}"), &difference, data, pixels);
+            comparison.checks.extend(of_data.filter(|_| !difference.channels.is_empty()));
+        }
     }
     let channels = comparison.layers.iter().flat_map(|layer| &layer.channels);
     let measured = channels.map(|channel| channel.different as f64).sum();
@@ -137,11 +128,43 @@ fn compare_layers(comparison: &mut Comparison, actual: &Image, reference: &Image
     }
 }
 
-fn layer_difference(layer: &str, actual: &Image, reference: &Image, limits: &ValueLimits) -> LayerDifference {
+/// The check of the share of pixels that differ; `None` without a limit.
+fn share_check(
+    what: &str,
+    difference: &LayerDifference,
+    (values, share): (&ValueLimits, f64),
+    pixels: usize,
+) -> Option<Check> {
+    let measured = difference.different_pixels as f64 / pixels.max(1) as f64;
+    let worst = difference.channels.iter().filter(|channel| channel.different > 0);
+    let worst = worst.max_by(|a, b| a.largest.total_cmp(&b.largest));
+    let (absolute, percent) = (values.absolute, values.relative * 100.0);
+    (share < f64::INFINITY).then(|| Check {
+        measure: format!("share of pixels with {what} off by more than {absolute} and {percent} %"),
+        measured,
+        limit: share,
+        at: worst.map(|channel| channel.largest_at),
+        passes: measured <= share,
+    })
+}
+
+/// Whether a channel of a layer of light is colour or coverage.
+fn is_color(channel: &str) -> bool {
+    let component = channel.rsplit('.').next().unwrap_or(channel);
+    matches!(component, "R" | "G" | "B" | "A" | "Y" | "RY" | "BY")
+}
+
+/// The difference of those channels of a layer that `is_compared`.
+fn layer_difference(
+    layer: &str,
+    [actual, reference]: [&Image; 2],
+    limits: &ValueLimits,
+    is_compared: impl Fn(&Channel) -> bool,
+) -> LayerDifference {
     let width = reference.size().0;
     let mut is_beyond = vec![false; reference.data_window.pixel_count()];
     let mut channels = Vec::new();
-    for channel in reference.channels_of(layer) {
+    for channel in reference.channels_of(layer).filter(|channel| is_compared(channel)) {
         if let Some(ours) = actual.channel(&channel.name) {
             let values = (&ours.samples, &channel.samples);
             channels.push(channel_difference(&channel.name, values, limits, width, &mut is_beyond));
@@ -152,10 +175,10 @@ fn layer_difference(layer: &str, actual: &Image, reference: &Image, limits: &Val
 }
 
 /// Whether a layer holds light, which an observer sees. Rayframe's own AOVs are known by name; any other layer with colours counts
-/// as light.
+/// as light, but for Cryptomattes.
 pub(super) fn is_light(layer: &str, image: &Image) -> bool {
     let known = Aov::ALL.into_iter().find(|known| known.name() == layer);
-    known.is_none_or(Aov::is_light) && image.has_colors(layer)
+    known.is_none_or(Aov::is_light) && image.has_colors(layer) && !is_cryptomatte(layer)
 }
 
 #[cfg(test)]

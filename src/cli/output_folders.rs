@@ -12,10 +12,10 @@ const OUTPUTS: [&str; 6] = ["output", "movie", "contact_sheet", "stats", "manife
 /// Checks the outputs that shot files name.
 ///
 /// # Errors
-/// [`Error::Refused`] for a path outside the folder of its file and those of `allow_dir` on the command line.
-pub(super) fn check_outputs(settings: &Settings) -> Result<()> {
+/// [`Error::Refused`] for a path outside the folder of its file and of all `allowed` folders: those of the command line, since a shot file
+/// permits itself nothing but to read.
+pub(super) fn check_outputs(settings: &Settings, allowed: &[PathBuf]) -> Result<()> {
     let values = settings.values();
-    let allowed = typed_folders(settings);
     for setting in OUTPUTS {
         let Some(Provenance::File { path: file, .. }) = settings.origin_of(setting) else { continue };
         let path = match setting {
@@ -27,18 +27,10 @@ pub(super) fn check_outputs(settings: &Settings) -> Result<()> {
             _ => values.manifest.clone(),
         };
         if let Some(path) = path {
-            check_inside(file, setting, &path, &allowed)?;
+            check_inside(file, setting, &path, allowed)?;
         }
     }
     Ok(())
-}
-
-/// The folders that the command line permits. Those of a shot file permit it nothing but to read.
-fn typed_folders(settings: &Settings) -> Vec<PathBuf> {
-    match settings.origin_of("allow_dir") {
-        Some(Provenance::File { .. }) | None => Vec::new(),
-        Some(_) => settings.values().allow_dir,
-    }
 }
 
 /// Checks that `path`, which `file` names by the key `key`, is inside the folder of `file` or one of `allowed`.
@@ -54,7 +46,7 @@ pub(super) fn check_inside(file: &Path, key: &str, path: &Path, allowed: &[PathB
     }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let message = format!(
-        "{key}: \"{}\" leads outside the folder of this file; --allow-dir {} permits it",
+        "{key}: \"{}\" leads outside the folder of this file; --allow-dir \"{}\" permits it",
         path.display(),
         folder.display()
     );

@@ -196,9 +196,11 @@ impl RenderOptions {
         let definitions = self.0.get_many::<String>("set").unwrap_or_default();
         // Errors of the file come first: it is wrong whatever overrides it.
         let file = shot_file.as_deref().map(Settings::read_shot).transpose()?;
-        let levels = [self.typed(scene)?, Settings::read_definitions(definitions)?, file.unwrap_or_default()];
+        let typed = [self.typed(scene)?, Settings::read_definitions(definitions)?];
+        let allowed: Vec<_> = typed.iter().flat_map(|level| level.values().allow_dir).collect();
+        let levels = typed.into_iter().chain([file.unwrap_or_default()]);
         let shot = ShotSettings::merge(levels, shot_file)?;
-        check_outputs(&shot.settings)?;
+        check_outputs(&shot.settings, &allowed)?;
         Ok(shot)
     }
 

@@ -134,10 +134,19 @@ impl<'s> Resources<'s> {
             pointer: format!("{}#{pointer}", context.path.display()),
             source,
         };
-        // The name is checked first: whether a file exists elsewhere is nobody's business.
         let is_allowed = |real: &Path| self.allowed.iter().any(|folder| real.starts_with(folder));
-        if !is_allowed(&canonical(&path)) || !is_allowed(&path.canonicalize().map_err(missing)?) {
-            return Err(context.refused(pointer, self.outside(relative)));
+        match path.canonicalize() {
+            Ok(real) if is_allowed(&real) => {}
+            Ok(real) if is_allowed(&canonical(&path)) => {
+                let message = format!("\"{}\" is a link {}", relative.display(), permitted_by(&real));
+                return Err(context.refused(pointer, message));
+            }
+            // Elsewhere nobody learns whether there is such a file.
+            Err(error) if is_allowed(&canonical(&path)) => return Err(missing(error)),
+            _ => {
+                let message = format!("\"{}\" leads {}", relative.display(), permitted_by(&path));
+                return Err(context.refused(pointer, message));
+            }
         }
         let (limit_bytes, used_bytes) = (context.remaining_bytes(), context.used_bytes());
         read_regular(context, &path, pointer, limit_bytes).map_err(|error| match error {
@@ -157,16 +166,14 @@ impl<'s> Resources<'s> {
             other => other,
         })
     }
+}
 
-    /// Why the file `relative` is refused, and the option that permits it.
-    fn outside(&self, relative: &Path) -> String {
-        let path = self.folder.join(relative);
-        let folder = path.parent().unwrap_or(&self.folder).display();
-        let relative = relative.display();
-        format!(
-            "\"{relative}\" leads outside the scene's folder; --allow-dir {folder} permits it, in suites the setting allow_dir"
-        )
-    }
+/// That `path` is elsewhere, and the option that permits it.
+fn permitted_by(path: &Path) -> String {
+    let folder = path.parent().unwrap_or(Path::new(".")).display();
+    format!(
+        "outside the scene's folder; --allow-dir \"{folder}\" permits it, in suites the setting allow_dir"
+    )
 }
 
 impl Hash<'_> {

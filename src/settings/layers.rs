@@ -1,5 +1,7 @@
 //! Levels of settings, merged field by field.
 
+use std::path::PathBuf;
+
 use crate::error::{Error, Provenance, Result, SettingError};
 
 use super::conflicts::conflicts;
@@ -7,10 +9,14 @@ use super::definitions::{DEFINITIONS, Definition, Settings};
 
 impl Settings {
     /// Adds what `lower` gives and these settings do not, unless it cannot be combined with them or has no effect beside them: then it
-    /// gives way, and so does what has no effect without it.
+    /// gives way, and so does what has no effect without it. Folders of `allow_dir` add up.
     pub fn fill_from(&mut self, lower: &Self) {
         let is_new = |definition: &Definition| definition.origin(self).is_none();
         let mut both = self.clone();
+        if let (Some(own), Some(others)) = (&mut both.allow_dir, &lower.allow_dir) {
+            let is_other = |folder: &&PathBuf| self.allow_dir.iter().all(|own| !own.value.contains(folder));
+            own.value.extend(others.value.iter().filter(is_other).cloned());
+        }
         for definition in DEFINITIONS.iter().filter(|definition| is_new(definition)) {
             if definition.origin(lower).is_some() && !self.excludes(definition) {
                 (definition.access.copy)(&mut both, lower);

@@ -158,12 +158,23 @@ fn files_outside_the_folder_are_read_where_their_folder_is_allowed() {
     assert_eq!(code("../other/b.bin", &["shared", "missing"]), 77);
     assert_eq!(code("../shared/../other/b.bin", &["shared"]), 77);
     assert_eq!(code("own.bin", &["shared"]), 0);
+    // The message names a folder that permits it.
+    let permits = |uri: &str| {
+        assert_eq!(code(uri, &[]), 77, "{uri}");
+        let message = import(&at("scene/scene.gltf"), &ImportOptions::default()).unwrap_err().to_string();
+        let folder = message.split('"').nth(3).unwrap().to_owned();
+        let options = ImportOptions { allowed_folders: vec![folder.into()], ..ImportOptions::default() };
+        assert!(import(&at("scene/scene.gltf"), &options).is_ok(), "{message}");
+    };
+    permits("../shared/deep/a.bin");
     // Links lead where they lead.
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink(at("other/b.bin"), at("shared/link.bin")).unwrap();
         assert_eq!(code("../shared/link.bin", &["shared"]), 77);
         assert_eq!(code("../shared/link.bin", &["shared", "other"]), 0);
+        std::os::unix::fs::symlink(at("other/b.bin"), at("scene/link.bin")).unwrap();
+        permits("link.bin");
     }
 }
 

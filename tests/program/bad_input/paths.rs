@@ -60,6 +60,12 @@ fn allow_dir_permits_files_of_scenes_to_every_command() {
     std::fs::write(&shot, "scene = 'bad.gltf'\nallow_dir = '../shared'\noutput = '../shared/a.exr'\n")
         .unwrap();
     assert_eq!(code(&["render", &shot, "-q"]), Some(77));
+    // Permission to write takes none to read.
+    std::fs::create_dir(at("out")).unwrap();
+    let elsewhere =
+        "scene = 'bad.gltf'\nallow_dir = '../shared'\noutput = '../out/a.exr'\nresolution = [4, 4]\n";
+    std::fs::write(&shot, elsewhere).unwrap();
+    assert_eq!(code(&["render", &shot, "-q", "--allow-dir", &at("out")]), Some(0));
 }
 
 #[cfg(unix)]

@@ -130,3 +130,17 @@ pub(crate) fn set_camera(projection: &mut Projection, property: CameraProperty, 
         },
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lamps_are_never_negative_and_may_be_brighter_than_white() {
+        let kind = LightKind::Point;
+        let mut light = Light { name: None, color: Vec3::ONE, intensity: 1.0, range: None, kind };
+        set_light(&mut light, LightProperty::Intensity, &[-1.0]);
+        set_light(&mut light, LightProperty::Color, &[4.0, 1.0, 0.0]);
+        assert_eq!((light.intensity, light.color), (0.0, Vec3::new(4.0, 1.0, 0.0)));
+    }
+}

@@ -216,6 +216,23 @@ fn ineffective_options_are_warned_about() {
 }
 
 #[test]
+fn a_shutter_before_what_does_not_move_changes_nothing() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/");
+    let hash = |scene: &str, options: &[&str]| {
+        let scene = format!("{root}{scene}");
+        let plan = ["render", &scene, "--dry-run", "--progress", "json", "-f", "0", "-o", "unwritten.exr"];
+        let printed = rayframe(&[&plan[..], options].concat()).stdout;
+        let plan: serde_json::Value = serde_json::from_slice(&printed).unwrap();
+        plan["frames"][0]["render_hash"].as_str().unwrap().to_owned()
+    };
+    let shutter = ["--shutter", "0.5"];
+    assert_eq!(hash("light/point.gltf", &shutter), hash("light/point.gltf", &[]));
+    assert_ne!(hash("morph/weights.gltf", &shutter), hash("morph/weights.gltf", &[]));
+    let once = [&shutter[..], &["--time-samples", "1"]].concat();
+    assert_ne!(hash("morph/weights.gltf", &once), hash("morph/weights.gltf", &shutter));
+}
+
+#[test]
 fn strict_reports_each_warning_once() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("a.gltf");

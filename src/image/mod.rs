@@ -149,18 +149,13 @@ impl Image {
 
     /// The layer that the image shows: [`BEAUTY`], one that other programs call so, or the first other one with colours.
     pub fn color_layer(&self) -> Option<&str> {
-        let is_whole = |layer: &&str| {
+        let is_whole = |layer: &str| {
             let name = layer.rsplit('.').next().unwrap_or(layer);
             ["combined", "rgba", "beauty"].into_iter().any(|whole| name.eq_ignore_ascii_case(whole))
         };
         let layers =
             self.layers().into_iter().filter(|layer| self.has_colors(layer) && !is_cryptomatte(layer));
-        let layers: Vec<_> = layers.collect();
-        let whole = layers
-            .iter()
-            .find(|layer| **layer == BEAUTY)
-            .or_else(|| layers.iter().find(|layer| is_whole(layer)));
-        whole.or(layers.first()).copied()
+        layers.min_by_key(|layer| (*layer != BEAUTY, !is_whole(layer)))
     }
 
     /// Whether a layer has the channels R, G and B. [`BEAUTY`] may have `Y` alone, which is grey.

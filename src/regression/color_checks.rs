@@ -1,7 +1,8 @@
 //! Checks of what an observer sees: FLIP and brightness of every layer of light, and FLIP of coverage.
 //!
-//! The layer that the image shows is the first of light by [`Image::color_layer`]. The others are measured at its exposures and against its brightness, so that
-//! a dim layer counts for what it adds. Those that do not differ have no checks.
+//! The layer that the image shows is the first of light by [`Image::color_layer`]. The others are measured at its
+//! exposures and against its brightness, so that a dim layer counts for what it adds. Those that do not differ have no
+//! checks.
 
 use super::compare::is_light;
 use super::comparison::{Check, Comparison};
@@ -25,7 +26,7 @@ pub(super) fn check_colors(comparison: &mut Comparison, images: [&Image; 2], lim
     let Some([ours, theirs]) = &colors_of(shown) else { return };
     let is_display = reference.encoding == ColorEncoding::Srgb;
     let exposures = || (!is_display).then(|| ExposureRange::of(theirs));
-    let light = || total_light(theirs);
+    let light = total_light(theirs);
 
     // The layer that the image shows
     let map = flip_map(ours, theirs, images, exposures);
@@ -123,14 +124,14 @@ fn worst_object(map: &FlipMap, [actual, reference]: [&Image; 2]) -> Option<Objec
 fn brightness_check(
     actual: &[[f32; 3]],
     reference: &[[f32; 3]],
-    (whole, of_layer): (impl FnOnce() -> f64, &str),
+    (whole, of_layer): (f64, &str),
     limits: &Limits,
 ) -> Check {
     let measured = if actual == reference {
         0.0
     } else {
         let difference = total_light(actual) - total_light(reference);
-        if difference == 0.0 { 0.0 } else { (difference / whole()).abs() }
+        if difference == 0.0 { 0.0 } else { (difference / whole).abs() }
     };
     Check {
         measure: format!("difference of mean brightness{of_layer}"),
@@ -156,8 +157,8 @@ mod tests {
 
     /// An image with the layer `name` of this grey, beside colours of `beauty` where it has some.
     fn with_layer(name: &str, grey: f32, beauty: Option<f32>) -> Image {
-        let pixels = vec![[beauty.unwrap_or(0.0); 3].map(f32::from); (SIZE.0 * SIZE.1) as usize];
-        let pixels: Vec<_> = pixels.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect();
+        let beauty_grey = beauty.unwrap_or(0.0);
+        let pixels = vec![[beauty_grey, beauty_grey, beauty_grey, 1.0]; (SIZE.0 * SIZE.1) as usize];
         let mut image = Image::from_rgba(SIZE, ColorEncoding::Linear, &pixels);
         if beauty.is_none() {
             image.channels.clear();

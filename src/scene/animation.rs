@@ -65,6 +65,19 @@ pub enum AnimationTarget {
 }
 
 impl AnimationTarget {
+    /// The node whose transform, weights or visibility this is.
+    pub fn node(self) -> Option<NodeIndex> {
+        match self {
+            Self::Translation(node)
+            | Self::Rotation(node)
+            | Self::Scale(node)
+            | Self::Weights(node)
+            | Self::Weight(node, _)
+            | Self::Visibility(node) => Some(node),
+            _ => None,
+        }
+    }
+
     /// Whether one of the targets `held` animates this property or part of it.
     pub fn clashes(self, held: &BTreeSet<Self>) -> bool {
         let any = |first, last| held.range(first..=last).next().is_some();

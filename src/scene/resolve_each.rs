@@ -12,7 +12,7 @@ use crate::error::{Result, Warning};
 pub struct NamedSelection {
     /// The selection.
     pub selection: Selection,
-    /// Name of the clip, `clip0` without one; `all` or `none` where no single clip is requested.
+    /// Name of the clip, `clip0` without one; `walk+camera` of several; `all` or `none` where these are requested.
     pub clip: String,
     /// Name of the camera, or of its node; `camera0` without either, `auto` for the automatic one.
     pub camera: String,
@@ -80,11 +80,15 @@ fn clips_of_sequences(request: &SelectionRequest, scene: &Scene) -> Vec<ClipSele
     }
 }
 
+/// The name of the clip, those of several joined by `+`, or how they are selected.
 fn clip_name(requested: &ClipSelection, selection: &Selection, scene: &Scene) -> String {
     match (requested, selection.clips.as_slice()) {
-        (ClipSelection::One(_), &[clip]) => {
-            let name = scene.animations.get(clip.index()).and_then(|clip| clip.name.clone());
-            named(name, "clip", clip.index())
+        (ClipSelection::One(_) | ClipSelection::Together(_), clips) => {
+            let name = |clip: &AnimationIndex| {
+                let name = scene.animations.get(clip.index()).and_then(|clip| clip.name.clone());
+                named(name, "clip", clip.index())
+            };
+            clips.iter().map(name).collect::<Vec<_>>().join("+")
         }
         (ClipSelection::All, _) => "all".to_owned(),
         _ => "none".to_owned(),
@@ -168,5 +172,7 @@ mod tests {
         assert_eq!(names(&request(ClipSelection::None), &scene()), [pair("none", "stereo")]);
         let second = ClipSelection::One(NameOrIndex::Index(1));
         assert_eq!(names(&request(second), &scene()), [pair("clip1", "stereo")]);
+        let both = ClipSelection::Together("#1, walk".to_owned());
+        assert_eq!(names(&request(both), &scene()), [pair("clip1+walk", "stereo")]);
     }
 }

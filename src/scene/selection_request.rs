@@ -9,6 +9,16 @@ pub enum NameOrIndex {
     Index(usize),
 }
 
+impl NameOrIndex {
+    /// `#2` is the third, anything else a name.
+    pub fn parse(text: &str) -> Self {
+        match text.strip_prefix('#').and_then(|digits| digits.parse().ok()) {
+            Some(index) => Self::Index(index),
+            None => Self::Name(text.to_owned()),
+        }
+    }
+}
+
 /// Requested animation clips.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -20,6 +30,9 @@ pub enum ClipSelection {
     None,
     /// One clip.
     One(NameOrIndex),
+    /// Several clips that play together: names and indices, separated by commas. A clip that has the whole text as its
+    /// name is the only one.
+    Together(String),
     /// Each clip alone, in a sequence of its own. [`super::Selection::resolve_each`] resolves it.
     Each,
 }

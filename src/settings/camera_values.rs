@@ -3,8 +3,8 @@
 use glam::Vec3;
 
 use super::choices::LookAt;
-use super::parse::{choice, finite};
-use crate::scene::Orbit;
+use super::parse::finite;
+use crate::scene::{NameOrIndex, Orbit};
 
 /// Height of the sensor of a focal length, millimetres, as for the f-number of an aperture.
 const SENSOR_HEIGHT_MM: f32 = 24.0;
@@ -42,7 +42,7 @@ pub(super) fn point(text: &str) -> Result<Vec3, String> {
 pub(super) fn look_at(text: &str) -> Result<LookAt, String> {
     match numbers(text) {
         Some(numbers) if numbers.len() > 1 => point(text).map(LookAt::Point),
-        _ => Ok(LookAt::Node(choice(text))),
+        _ => Ok(LookAt::Node(NameOrIndex::parse(text))),
     }
 }
 

@@ -248,15 +248,7 @@ pub fn focus(text: &str) -> Result<FocusRequest, String> {
         Ok(distance) if distance > 0.0 => Ok(FocusRequest::Metres(distance)),
         Ok(_) => Err("a distance lies above 0 metres".to_owned()),
         Err(_) if matches!(text, "center" | "middle") => Ok(FocusRequest::Center),
-        Err(_) => Ok(FocusRequest::Node(choice(text))),
-    }
-}
-
-/// `#2` is the third, anything else a name.
-pub fn choice(text: &str) -> NameOrIndex {
-    match text.strip_prefix('#').and_then(|digits| digits.parse().ok()) {
-        Some(index) => NameOrIndex::Index(index),
-        None => NameOrIndex::Name(text.to_owned()),
+        Err(_) => Ok(FocusRequest::Node(NameOrIndex::parse(text))),
     }
 }
 
@@ -265,17 +257,18 @@ pub fn camera(text: &str) -> CameraRequest {
     match text {
         "auto" => CameraRequest::Auto,
         "each" => CameraRequest::Each,
-        _ => CameraRequest::Camera(choice(text)),
+        _ => CameraRequest::Camera(NameOrIndex::parse(text)),
     }
 }
 
-/// `all`, `none`, `each`, `#2` or a name.
+/// `all`, `none`, `each`, `#2`, a name, or several with commas.
 pub fn clips(text: &str) -> ClipSelection {
     match text {
         "each" => ClipSelection::Each,
         "all" => ClipSelection::All,
         "none" => ClipSelection::None,
-        _ => ClipSelection::One(choice(text)),
+        _ if text.contains(',') => ClipSelection::Together(text.to_owned()),
+        _ => ClipSelection::One(NameOrIndex::parse(text)),
     }
 }
 
@@ -328,8 +321,8 @@ mod tests {
 
     #[test]
     fn names_and_indices_are_distinguished() {
-        assert_eq!(choice("#2"), NameOrIndex::Index(2));
-        assert_eq!(choice("#x"), NameOrIndex::Name("#x".to_owned()));
+        assert_eq!(NameOrIndex::parse("#2"), NameOrIndex::Index(2));
+        assert_eq!(NameOrIndex::parse("#x"), NameOrIndex::Name("#x".to_owned()));
         assert_eq!(camera("auto"), CameraRequest::Auto);
         assert_eq!(clips("Walk"), ClipSelection::One(NameOrIndex::Name("Walk".to_owned())));
     }

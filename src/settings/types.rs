@@ -136,7 +136,7 @@ setting_types! {
     /// Frames per second.
     Rate: FrameRate, ValueForm::NUMBER_OR_TEXT, FrameRate::parse, FrameRate::to_string;
     /// Name or index.
-    NameOrIndexType: NameOrIndex, ValueForm::TEXT, |text| Ok(parse::choice(text)), name_or_index;
+    NameOrIndexType: NameOrIndex, ValueForm::TEXT, |text| Ok(NameOrIndex::parse(text)), name_or_index;
     /// Camera.
     CameraType: CameraRequest, ValueForm::TEXT, |text| Ok(parse::camera(text)), |camera| match camera {
         CameraRequest::Auto => "auto".to_owned(),
@@ -144,11 +144,12 @@ setting_types! {
         CameraRequest::Camera(camera) => name_or_index(camera),
     };
     /// Animation clips.
-    Clips: ClipSelection, ValueForm::TEXT, |text| Ok(parse::clips(text)), |clips| match clips {
+    Clips: ClipSelection, ValueForm::TEXT.or_list(","), |text| Ok(parse::clips(text)), |clips| match clips {
         ClipSelection::All => "all".to_owned(),
         ClipSelection::None => "none".to_owned(),
         ClipSelection::Each => "each".to_owned(),
         ClipSelection::One(clip) => name_or_index(clip),
+        ClipSelection::Together(clips) => clips.clone(),
     };
     /// AOVs.
     Aovs: AovSet, ValueForm::TEXT.or_list(","), lists::aovs,

@@ -20,7 +20,7 @@ use crate::sequence::{
     ExistingFiles, FirstPose, PixelMemory, Plan, Plates, SequenceJob, SequenceOutputs, SharedExposure,
     Shutter, check_framing_memory, check_image_memory, lowest_band,
 };
-use crate::settings::{BackgroundSource, DenoiserKind, GroundKind, SettingValues, Switch, parse, suggest};
+use crate::settings::{BackgroundSource, DenoiserKind, GroundKind, SettingValues, Switch, suggest};
 
 use super::environment::{LoadedEnvironment, LoadedEnvironments, environment_request};
 use super::ineffective::{ineffective_settings, moves};
@@ -354,8 +354,8 @@ fn catch_shadows(scene: &mut Scene, names: &[String]) -> Result<()> {
         if mark_shadow_catchers(scene, name) > 0 {
             continue;
         }
-        if let NameOrIndex::Index(_) = parse::choice(name)
-            && let Some(node) = scene.node(&parse::choice(name))
+        if let selected @ NameOrIndex::Index(_) = NameOrIndex::parse(name)
+            && let Some(node) = scene.node(&selected)
             && mark_shadow_catching_node(scene, node)
         {
             continue;

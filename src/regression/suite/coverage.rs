@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 use crate::error::Result;
 use crate::framing::NamedView;
 use crate::scene::NameOrIndex;
-use crate::settings::{Named as _, NamedFrame, TomlEntry, TomlFile, entries, nearest, parse};
+use crate::settings::{Named as _, NamedFrame, TomlEntry, TomlFile, entries, nearest};
 
 /// Keys of the table that are not limits.
 pub(super) const COVERAGE_KEYS: [&str; 6] = ["frames", "cameras", "views", "clips", "variants", WHOLE_SCENE];
@@ -78,7 +78,7 @@ fn covered(file: &TomlFile<'_>, entry: TomlEntry<'_>) -> Result<Covered> {
     }
     let expected = "\"each\", or an array of names, such as [\"walk\", \"#0\"]";
     let names = texts(file, entry, expected)?;
-    Ok(Covered::Named(names.into_iter().map(parse::choice).collect()))
+    Ok(Covered::Named(names.into_iter().map(NameOrIndex::parse).collect()))
 }
 
 fn views(file: &TomlFile<'_>, entry: TomlEntry<'_>) -> Result<Vec<NamedView>> {

@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3, Vec4};
 use super::context::Context;
 use super::normals::{face_normal, normalize_tangents};
 use crate::error::Result;
-use crate::scene::{Primitive, SkinInfluences};
+use crate::scene::{MorphTarget, Primitive, SkinInfluences};
 
 struct PortableOps;
 
@@ -77,7 +77,8 @@ impl Geometry<PortableOps> for Corners<'_> {
 }
 
 /// Computes MikkTSpace tangents of `primitive` from its texture coordinate set `uv_set`. Vertices are split where the
-/// tangents of their triangles differ. Without vertex normals the face normals are used.
+/// tangents of their triangles differ. Without vertex normals the face normals are used. Morph targets without stored tangents
+/// get deltas of their own.
 pub(super) fn generate(
     context: &mut Context,
     primitive: &mut Primitive,
@@ -95,7 +96,67 @@ pub(super) fn generate(
         .map_err(|error| context.invalid(pointer, format!("tangents cannot be computed: {error}")))?;
     let corner_tangents = corners.tangents;
     split_vertices(primitive, &corner_tangents);
+    add_morph_deltas(context, primitive, uv_set, pointer)
+}
+
+/// Gives morph targets the deltas of generated tangents, so that the tangents follow the surface.
+///
+/// A tangent is the direction in which u grows, and ∂P/∂u of a triangle is linear in its positions. The delta of a vertex is
+/// the mean of ∂ΔP/∂u / |∂P/∂u| over its triangles: exact where these agree, at any weight and for sums of targets.
+fn add_morph_deltas(
+    context: &mut Context,
+    primitive: &mut Primitive,
+    uv_set: usize,
+    pointer: &str,
+) -> Result<()> {
+    let Primitive { positions, triangles, uvs, targets, .. } = primitive;
+    let Some(uvs) = uvs.get(uv_set) else { return Ok(()) };
+    let moves_tangents = |target: &&mut MorphTarget| target.positions.is_some() && target.tangents.is_none();
+    for target in targets.iter_mut().filter(moves_tangents) {
+        context.charge((positions.len() as u64).saturating_mul(size_of::<Vec3>() as u64), pointer)?;
+        let Some(moves) = &target.positions else { continue };
+        let mut sums = vec![(Vec3::ZERO, 0.0); positions.len()];
+        for triangle in triangles.iter() {
+            let Some(u_axis) = UAxis::new(uvs, triangle) else { continue };
+            let delta = u_axis.of(moves, triangle) / u_axis.of(positions, triangle).length();
+            if !delta.is_finite() {
+                continue;
+            }
+            for &vertex in triangle {
+                if let Some((sum, count)) = sums.get_mut(vertex as usize) {
+                    *sum += delta;
+                    *count += 1.0;
+                }
+            }
+        }
+        target.tangents = Some(sums.into_iter().map(|(sum, count)| sum / f32::max(count, 1.0)).collect());
+    }
     Ok(())
+}
+
+/// The derivative by u of what is linear over a triangle, as weights of its two edges.
+struct UAxis([f32; 2]);
+
+impl UAxis {
+    /// `None` where texture coordinates have no area.
+    fn new(uvs: &[Vec2], triangle: &[u32; 3]) -> Option<Self> {
+        let [origin, first, second] = corners(uvs, triangle)?;
+        let [first, second] = [first - origin, second - origin];
+        let area = first.perp_dot(second);
+        (area != 0.0).then(|| Self([second.y / area, -first.y / area]))
+    }
+
+    fn of(&self, values: &[Vec3], triangle: &[u32; 3]) -> Vec3 {
+        let [origin, first, second] = corners(values, triangle).unwrap_or_default();
+        (first - origin) * self.0[0] + (second - origin) * self.0[1]
+    }
+}
+
+fn corners<T: Copy>(values: &[T], triangle: &[u32; 3]) -> Option<[T; 3]> {
+    let [Some(&a), Some(&b), Some(&c)] = triangle.map(|vertex| values.get(vertex as usize)) else {
+        return None;
+    };
+    Some([a, b, c])
 }
 
 /// Splits every vertex into one for each distinct tangent, in triangle order.

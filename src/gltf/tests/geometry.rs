@@ -2,7 +2,7 @@ use serde_json::{Value, json};
 
 use super::Document;
 use crate::scene::MorphTarget;
-use glam::{Vec3, Vec4};
+use glam::{Mat3, Vec3, Vec4};
 
 fn primitive_of(document: &mut Document) -> &mut Value {
     &mut document.json["meshes"][0]["primitives"][0]
@@ -145,6 +145,41 @@ fn primitives_without_normals_get_tangents() {
     let primitive = &scene.meshes[0].primitives[0];
     assert_eq!(primitive.normals, None);
     assert_eq!(primitive.tangents, Some(vec![Vec4::new(1.0, 0.0, 0.0, 1.0); 3]));
+}
+
+#[test]
+fn generated_tangents_follow_morphs() {
+    // A skewed quad with skewed coordinates, and a target that turns and stretches it.
+    let base = [[0.0, 0.0, 0.0], [2.0, 0.3, 0.0], [2.2, 1.5, 0.0], [0.1, 1.2, 0.0]].map(Vec3::from_array);
+    let morph = Mat3::from_rotation_z(1.2) * Mat3::from_diagonal(Vec3::new(1.5, 0.8, 1.0));
+    let turned = base.map(|position| morph * position);
+    let tangents_of = |positions: [Vec3; 4], target: Option<[Vec3; 4]>| {
+        let flat = |points: [Vec3; 4]| points.iter().flat_map(Vec3::to_array).collect::<Vec<f32>>();
+        let mut document = Document::triangle();
+        document.attribute("POSITION", "VEC3", &flat(positions));
+        document.attribute("NORMAL", "VEC3", &[0.0, 0.0, 1.0].repeat(4));
+        // Linear in the positions, so that both triangles have one u axis.
+        let uvs: Vec<f32> = base.iter().flat_map(|point| [0.4 * point.x - 0.7 * point.y, -point.y]).collect();
+        document.attribute("TEXCOORD_0", "VEC2", &uvs);
+        index_accessor(&mut document, &[0, 1, 2, 0, 2, 3]);
+        let mut document = with_normal_map(document);
+        if let Some(deltas) = target {
+            let deltas = document.floats("VEC3", &flat(deltas));
+            primitive_of(&mut document)["targets"] = json!([{"POSITION": deltas}]);
+        }
+        let primitive = document.import().unwrap().meshes[0].primitives[0].clone();
+        let deltas = primitive.targets.first().and_then(|target| target.tangents.clone());
+        let deltas = deltas.unwrap_or_else(|| vec![Vec3::ZERO; primitive.positions.len()]);
+        let tangents = primitive.tangents.unwrap().into_iter().zip(deltas);
+        tangents.map(|(tangent, delta)| (tangent.truncate() + delta).normalize()).collect::<Vec<_>>()
+    };
+    let deltas = [0, 1, 2, 3].map(|corner| turned[corner] - base[corner]);
+    let (morphed, expected) = (tangents_of(base, Some(deltas)), tangents_of(turned, None));
+    assert_eq!(morphed.len(), 4);
+    for (morphed, expected) in morphed.iter().zip(&expected) {
+        assert!((*morphed - *expected).length() < 1e-5, "{morphed} {expected}");
+    }
+    assert!((expected[0] - tangents_of(base, None)[0]).length() > 0.5);
 }
 
 #[test]

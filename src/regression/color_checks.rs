@@ -6,7 +6,7 @@
 
 use super::compare::is_light;
 use super::comparison::{Check, Comparison};
-use super::flip::{ExposureRange, FlipMap, PIXELS_PER_DEGREE, flip_display, flip_light_at};
+use super::flip::{Exposures, FlipMap, PIXELS_PER_DEGREE, flip_display, flip_light_at};
 use super::pooling::{ObjectError, PooledErrors, pool, pool_objects};
 use super::presets::Limits;
 use super::root_mean_square::root_mean_square;
@@ -25,7 +25,8 @@ pub(super) fn check_colors(comparison: &mut Comparison, images: [&Image; 2], lim
     let colors_of = |layer: &str| Some([actual.colors_of(layer)?, reference.colors_of(layer)?]);
     let Some([ours, theirs]) = &colors_of(shown) else { return };
     let is_display = reference.encoding == ColorEncoding::Srgb;
-    let exposures = || (!is_display).then(|| ExposureRange::of(theirs));
+    let exposures = (!is_display).then(|| Exposures::of(theirs));
+    let exposures = exposures.as_ref();
     let light = total_light(theirs);
 
     // The layer that the image shows
@@ -34,7 +35,7 @@ pub(super) fn check_colors(comparison: &mut Comparison, images: [&Image; 2], lim
     comparison.checks.push(brightness_check(ours, theirs, (light, ""), limits));
     comparison.root_mean_square = Some(root_mean_square(ours, theirs, is_display.then_some(1.0)));
     comparison.flip = Some(pooled);
-    comparison.exposures = map.exposures;
+    comparison.exposures.clone_from(&map.exposures);
     comparison.flip_map = Some(map);
 
     // Other layers of light
@@ -53,7 +54,7 @@ pub(super) fn check_colors(comparison: &mut Comparison, images: [&Image; 2], lim
         };
         if ours != theirs {
             let grey = |coverage: &[f32]| coverage.iter().map(|&share| [share; 3]).collect::<Vec<_>>();
-            let map = flip_map(&grey(&ours), &grey(&theirs), images, || None);
+            let map = flip_map(&grey(&ours), &grey(&theirs), images, None);
             let of_layer = if layer == shown { String::new() } else { format!(" of {layer}") };
             add_flip_checks(
                 &mut comparison.checks,
@@ -70,15 +71,15 @@ fn flip_map(
     actual: &[[f32; 3]],
     reference: &[[f32; 3]],
     [_, image]: [&Image; 2],
-    exposures: impl FnOnce() -> Option<ExposureRange>,
+    exposures: Option<&Exposures>,
 ) -> FlipMap {
     let size = image.size();
     if actual == reference {
         // Equal images have no error; FLIP need not run.
         return FlipMap { size, errors: vec![0.0; actual.len()], exposures: None };
     }
-    match exposures() {
-        Some(exposures) => flip_light_at(exposures, reference, actual, size, PIXELS_PER_DEGREE),
+    match exposures {
+        Some(exposures) => flip_light_at(exposures.clone(), reference, actual, size, PIXELS_PER_DEGREE),
         None => flip_display(reference, actual, size, PIXELS_PER_DEGREE),
     }
 }
@@ -151,6 +152,7 @@ fn total_light(colors: &[[f32; 3]]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::color::srgb_to_linear;
     use crate::regression::{Channel, Preset, compare};
 
     const SIZE: (u32, u32) = (32, 32);
@@ -179,6 +181,45 @@ mod tests {
         for name in ["direct", "ViewLayer.Combined", "diffuse"] {
             let failures = failures(&with_layer(name, 0.8, None), &with_layer(name, 0.1, None));
             assert!(failures.contains("mean FLIP: ") && failures.contains("mean brightness: "), "{failures}");
+        }
+    }
+
+    #[test]
+    fn what_fails_on_a_display_fails_as_light() {
+        // A patch on a flat wall, a soft shadow, and a grid of lines, each beside a black corner
+        let display = |wall: f32, depth: f32, darkens: fn(usize, usize) -> f32| {
+            let value = |at: usize| {
+                let (x, y) = (at % 64, at / 64);
+                let is_corner = x < 4 && y < 4;
+                if is_corner { 0.0 } else { wall - depth * darkens(x, y) }
+            };
+            (0..64 * 64).map(|at| [value(at), value(at), value(at), 1.0]).collect::<Vec<_>>()
+        };
+        let patch = |x: usize, y: usize| f32::from((20..50).contains(&x) && (20..50).contains(&y));
+        let shadow =
+            |x: usize, y: usize| 1.0 - (libm::hypotf(x as f32 - 32.0, y as f32 - 32.0) / 20.0).min(1.0);
+        let lines = |x: usize, y: usize| f32::from(x.is_multiple_of(8) || y.is_multiple_of(8));
+        for damage in [patch as fn(usize, usize) -> f32, shadow, lines] {
+            for wall in [0.95, 0.9, 0.8, 0.5, 0.25] {
+                for depth in [0.06, 0.12, 0.2] {
+                    let found = |to_encoding: fn(f32) -> f32, encoding: ColorEncoding| {
+                        let [actual, reference] = [depth, 0.0].map(|depth| {
+                            let pixels = display(wall, depth, damage).into_iter();
+                            let pixels: Vec<_> = pixels
+                                .map(|[r, g, b, a]| [to_encoding(r), to_encoding(g), to_encoding(b), a])
+                                .collect();
+                            Image::from_rgba((64, 64), encoding, &pixels)
+                        });
+                        failures(&actual, &reference)
+                    };
+                    let on_display = found(|value| value, ColorEncoding::Srgb);
+                    let as_light = found(srgb_to_linear, ColorEncoding::Linear);
+                    assert!(
+                        on_display.is_empty() || !as_light.is_empty(),
+                        "wall {wall}, depth {depth}: {on_display}"
+                    );
+                }
+            }
         }
     }
 

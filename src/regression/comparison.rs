@@ -6,7 +6,7 @@ use serde::{Serialize, Serializer};
 
 use super::cause::Cause;
 use super::channel_difference::LayerDifference;
-use super::flip::{ExposureRange, FlipMap};
+use super::flip::{Exposures, FlipMap};
 use super::non_finite::NonFinite;
 use super::pooling::PooledErrors;
 use super::root_mean_square::RootMeanSquare;
@@ -82,7 +82,7 @@ pub struct Comparison {
     /// FLIP, pooled over the image.
     pub flip: Option<PooledErrors>,
     /// Exposures of FLIP for linear light.
-    pub exposures: Option<ExposureRange>,
+    pub exposures: Option<Exposures>,
     /// FLIP of every pixel. `None` for images without colours or of different sizes.
     #[serde(skip)]
     pub flip_map: Option<FlipMap>,

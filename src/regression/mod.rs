@@ -39,7 +39,7 @@ pub use compare::compare;
 pub use comparison::{Check, Comparison, Mismatch};
 pub use encoded_image::EncodedImage;
 pub use exact::{are_identical, pixel_hash};
-pub use flip::{ExposureRange, FlipMap, PIXELS_PER_DEGREE, flip_display, flip_light};
+pub use flip::{Exposures, FlipMap, PIXELS_PER_DEGREE, flip_display, flip_light};
 pub use heat_map::{heat_map, magma};
 pub use non_finite::{NonFinite, non_finite};
 pub use pooling::{ObjectError, PooledErrors, pool, pool_objects};

@@ -7,6 +7,9 @@
 //! Where most of an image is black, its median says nothing about what is in it: the published tool then compares at up to 23 stops more than
 //! for what is lit, and residues of a millionth turn white. Here the last exposure is six stops beyond the one for what is lit. All other images have
 //! the published exposures.
+//!
+//! The curve compresses the contrast of what is bright to a quarter. Where the brightest light is near the median, all exposures show both there, and
+//! a soft shadow on white passes. [`Exposures::linear`] are exposures without a curve, as an image viewer shows linear light.
 
 use serde::Serialize;
 
@@ -14,38 +17,37 @@ use serde::Serialize;
 const ACES: [f32; 6] = [0.6 * 0.6 * 2.51, 0.6 * 0.03, 0.0, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14];
 /// Tone-mapped value of the brightest light at the first exposure, and of the median at the last.
 const SHOWN: f32 = 0.85;
-/// Most of an image is black where its median is under this share of [`median_of_lit`].
+/// Most of an image is black where its median is under this share of the median of what is lit.
 const BLACK_SHARE: f32 = 1.0 / 65536.0;
 /// The luminance for the last exposure of such an image, as a share of the same.
 const LEAST_SHARE: f32 = 1.0 / 64.0;
+/// Share of what is lit that is not white at the first exposure without a curve. The rest is highlights.
+const BELOW_WHITE: f64 = 0.98;
+/// Linear value of the median of what is lit at the second one.
+const LINEAR_MEDIAN: f32 = 0.4;
 
-/// Exposures from `start` to `stop`, in stops.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct ExposureRange {
+/// Exposures from `start` to `stop`, in stops, with the tone curve, and others without it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Exposures {
     /// The exposure for the brightest light of the reference.
     pub start: f32,
     /// The exposure for the median of the reference; where most of it is black, six stops beyond the one for what is lit.
     pub stop: f32,
     /// Number of exposures, evenly spaced, both ends included.
     pub count: u32,
+    /// Factors on light of the exposures without the tone curve, at which what is beyond 1 is white: the first shows what is bright just
+    /// below white; a second one shows the median where the first shows it dark. None for black images.
+    pub linear: Vec<f32>,
 }
 
-impl ExposureRange {
+impl Exposures {
     /// The exposures for `reference`, which is in linear light.
     pub fn of(reference: &[[f32; 3]]) -> Self {
-        let mut luminances: Vec<f32> = reference
-            .iter()
-            .map(|[r, g, b]| {
-                0.2126 * at_least_zero(*r) + 0.7152 * at_least_zero(*g) + 0.0722 * at_least_zero(*b)
-            })
-            // No exposure shows what is infinite.
-            .filter(|luminance| luminance.is_finite())
-            .collect();
+        let luminances = sorted_luminances(reference);
         let half = luminances.len() / 2;
-        luminances.sort_unstable_by(f32::total_cmp);
         let largest = luminances.last().copied().unwrap_or_default();
         let median = luminances.get(half).copied().unwrap_or_default();
-        let lit = median_of_lit(&luminances);
+        let lit = quantile_of_lit(&luminances, 0.5);
         let median = if median < BLACK_SHARE * lit { LEAST_SHARE * lit } else { median };
         let stops = |luminance: f32| {
             let luminance = if luminance > f32::EPSILON { luminance } else { f32::EPSILON };
@@ -54,24 +56,44 @@ impl ExposureRange {
         let (start, stop) = (stops(largest), stops(median));
         // An image of uniform brightness needs one exposure; the published tool rejects it.
         let count = if stop > start { ((stop - start).ceil() as u32).max(2) } else { 1 };
-        Self { start, stop, count }
+        Self { start, stop, count, linear: linear_scales(&luminances) }
     }
 
-    /// The factor on light of each exposure.
+    /// The factor on light of each exposure with the tone curve.
     pub fn scales(&self) -> Vec<f32> {
         let step = (self.stop - self.start) / (self.count.max(2) - 1) as f32;
         (0..self.count).map(|index| libm::exp2f(self.start + index as f32 * step)).collect()
     }
 }
 
-/// The median of sorted luminances, each weighted by its fourth root: what is black hardly counts, and a few very bright ones do not decide.
-fn median_of_lit(luminances: &[f32]) -> f32 {
+/// [`Exposures::linear`] of the sorted luminances of a reference.
+fn linear_scales(luminances: &[f32]) -> Vec<f32> {
+    let bright = 1.0 / quantile_of_lit(luminances, BELOW_WHITE);
+    let median = LINEAR_MEDIAN / quantile_of_lit(luminances, 0.5);
+    let scales = [Some(bright), (median > 2.0 * bright).then_some(median)];
+    scales.into_iter().flatten().filter(|scale| scale.is_finite()).collect()
+}
+
+/// The finite luminances in ascending order. Negative light counts as none.
+fn sorted_luminances(image: &[[f32; 3]]) -> Vec<f32> {
+    let luminances = image.iter().map(|[r, g, b]| {
+        0.2126 * at_least_zero(*r) + 0.7152 * at_least_zero(*g) + 0.0722 * at_least_zero(*b)
+    });
+    // No exposure shows what is infinite.
+    let mut luminances: Vec<f32> = luminances.filter(|luminance| luminance.is_finite()).collect();
+    luminances.sort_unstable_by(f32::total_cmp);
+    luminances
+}
+
+/// The luminance below which `share` of the sorted ones lie, each weighted by its fourth root: what is black hardly counts, and a few very bright
+/// ones do not decide.
+fn quantile_of_lit(luminances: &[f32], share: f64) -> f32 {
     let weight = |luminance: &f32| f64::from(luminance.sqrt().sqrt());
-    let half = 0.5 * luminances.iter().map(weight).sum::<f64>();
+    let below = share * luminances.iter().map(weight).sum::<f64>();
     let mut sum = 0.0;
     let lit = luminances.iter().find(|luminance| {
         sum += weight(luminance);
-        sum > half
+        sum > below
     });
     lit.copied().unwrap_or_default()
 }
@@ -106,7 +128,7 @@ mod tests {
     fn the_range_covers_the_brightest_light_and_the_median() {
         // Luminances 1, 2, 8, 64: the upper median is 8, three stops below 64.
         let reference = [1.0, 64.0, 8.0, 2.0].map(|value| [value; 3]);
-        let range = ExposureRange::of(&reference);
+        let range = Exposures::of(&reference);
         assert!((range.stop - range.start - 3.0).abs() < 1e-4 && range.count == 4 || range.count == 3);
         let scales = range.scales();
         assert!((tone_mapped(64.0 * scales[0]) - SHOWN).abs() < 1e-4);
@@ -118,7 +140,7 @@ mod tests {
         // A third of the image is lit; the rest has light of a millionth, or none.
         let image = |dark: f32| (0..99).map(|i| [if i % 3 == 0 { 0.5 } else { dark }; 3]).collect::<Vec<_>>();
         for dark in [0.0, 1e-6] {
-            let range = ExposureRange::of(&image(dark));
+            let range = Exposures::of(&image(dark));
             assert!((range.stop - range.start - 6.0).abs() < 1e-4, "{dark}: {range:?}");
         }
         // Dark, but not black; dim interiors with windows; a sun; many fireflies
@@ -132,24 +154,41 @@ mod tests {
             (with_bright(1000, 1.0, 1e5), 1e5),
             (with_bright(200, 1.0, 65504.0), 65504.0),
         ] {
-            let range = ExposureRange::of(&image);
+            let range = Exposures::of(&image);
             assert!((range.stop - range.start - libm::log2f(ratio)).abs() < 1e-3, "{ratio}: {range:?}");
         }
     }
 
     #[test]
     fn values_that_are_not_finite_have_no_exposure() {
-        let finite = ExposureRange::of(&[[0.5; 3], [0.25; 3], [0.5; 3]]);
+        let finite = Exposures::of(&[[0.5; 3], [0.25; 3], [0.5; 3]]);
         for broken in [f32::INFINITY, f32::NAN] {
-            let range = ExposureRange::of(&[[0.5; 3], [0.25; 3], [0.5; 3], [broken, 0.0, 0.0]]);
+            let range = Exposures::of(&[[0.5; 3], [0.25; 3], [0.5; 3], [broken, 0.0, 0.0]]);
             assert!((1..20).contains(&range.count) && range.start == finite.start, "{broken}: {range:?}");
         }
     }
 
     #[test]
+    fn exposures_without_a_curve_show_what_is_bright_and_a_dark_median() {
+        // A white wall with a highlight, and a dark wall with a bright window
+        let image = |share: usize, bright: f32, rest: f32| {
+            (0..1000).map(|i| [if i % 1000 < share { bright } else { rest }; 3]).collect::<Vec<_>>()
+        };
+        let linear = |image: &[[f32; 3]]| Exposures::of(image).linear;
+        for (image, expected) in
+            [(image(5, 50.0, 0.5), &[2.0_f32][..]), (image(100, 8.0, 0.02), &[0.125, 20.0])]
+        {
+            let found = linear(&image);
+            assert_eq!(found.len(), expected.len());
+            assert!(found.iter().zip(expected).all(|(a, b)| (a / b - 1.0).abs() < 1e-5), "{found:?}");
+        }
+        assert!(linear(&image(0, 0.0, 0.0)).is_empty());
+    }
+
+    #[test]
     fn flat_and_black_images_have_one_exposure() {
         for value in [0.0, 1.0, -1.0] {
-            let range = ExposureRange::of(&[[value; 3]; 9]);
+            let range = Exposures::of(&[[value; 3]; 9]);
             assert_eq!((range.count, range.scales().len()), (1, 1));
             assert!(range.start.is_finite());
         }

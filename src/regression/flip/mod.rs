@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 use crate::color::srgb_to_linear;
 
-pub use exposures::ExposureRange;
+pub use exposures::Exposures;
 
 /// Pixels a degree for an observer 0.7 m from a display 0.7 m wide with 3840 columns.
 pub const PIXELS_PER_DEGREE: f64 = 3840.0 * std::f64::consts::PI / 180.0;
@@ -34,7 +34,7 @@ pub struct FlipMap {
     /// Row-major, top row first, from 0 to 1.
     pub errors: Vec<f32>,
     /// The exposures over which the maximum was taken; `None` for display images.
-    pub exposures: Option<ExposureRange>,
+    pub exposures: Option<Exposures>,
 }
 
 /// FLIP of display images, in sRGB values between 0 and 1. Both are of `size`.
@@ -62,34 +62,34 @@ pub fn flip_light(
     size: (u32, u32),
     pixels_per_degree: f64,
 ) -> FlipMap {
-    flip_light_at(ExposureRange::of(reference), reference, test, size, pixels_per_degree)
+    flip_light_at(Exposures::of(reference), reference, test, size, pixels_per_degree)
 }
 
 /// FLIP of images of linear light: the maximum over exposures.
 pub(super) fn flip_light_at(
-    range: ExposureRange,
+    exposures: Exposures,
     reference: &[[f32; 3]],
     test: &[[f32; 3]],
     size: (u32, u32),
     pixels_per_degree: f64,
 ) -> FlipMap {
-    let scales = range.scales();
+    let scales = exposures.scales();
     let errors = in_bands(size, pixels_per_degree, |rows, kernels| {
         let mut worst = vec![0.0_f32; rows.width * rows.count];
-        for scale in &scales {
-            let band = |image: &[[f32; 3]]| {
-                Band::new(rows, kernels.radius, |at| image[at].map(|light| tone_mapped(light * scale)))
-            };
+        let mut compare_as = |shown: &dyn Fn(f32) -> f32| {
+            let band = |image: &[[f32; 3]]| Band::new(rows, kernels.radius, |at| image[at].map(shown));
             let found = band::errors(&band(reference), &band(test), rows, kernels);
-            for (worst, error) in worst.iter_mut().zip(found) {
-                if error > *worst {
-                    *worst = error;
-                }
-            }
+            worst.iter_mut().zip(found).for_each(|(worst, error)| *worst = worst.max(error));
+        };
+        for scale in &scales {
+            compare_as(&|light| tone_mapped(light * scale));
+        }
+        for scale in &exposures.linear {
+            compare_as(&|light| unit(light * scale));
         }
         worst
     });
-    FlipMap { size, errors, exposures: Some(range) }
+    FlipMap { size, errors, exposures: Some(exposures) }
 }
 
 /// Computes the errors of all bands in parallel, in order.

@@ -40,6 +40,17 @@ struct ChannelTarget {
     range: RangeInclusive<f32>,
     /// Whether the property is a boolean, which cannot be interpolated.
     is_boolean: bool,
+    /// Whether a pointer names the property. Keys of a wrong format then exclude the channel, not the file.
+    has_pointer: bool,
+}
+
+impl ChannelTarget {
+    /// Whether the property is a colour without alpha.
+    fn is_rgb(&self) -> bool {
+        let can_be_color =
+            matches!(self.property, AnimationTarget::Material(..) | AnimationTarget::Light(..));
+        can_be_color && self.components == 3
+    }
 }
 
 /// Imports all animations, and the number of ignored channels of each.
@@ -63,16 +74,17 @@ pub(super) fn import(
                 let message = "animates a property that another channel of this animation animates";
                 return Err(context.invalid(format!("{pointer}/target"), message));
             }
-            properties.insert(target.property);
             let sampler = context.check_index(
                 channel.sampler.value(),
                 animation.samplers.len(),
                 &format!("{pointer}/sampler"),
                 "sampler",
             )?;
-            if let Some(json) = animation.samplers.get(sampler) {
-                let pointer = format!("/animations/{i}/samplers/{sampler}");
-                let keyframes = keyframes(context, data, json, &target, &pointer)?;
+            let pointer = format!("/animations/{i}/samplers/{sampler}");
+            if let Some(json) = animation.samplers.get(sampler)
+                && let Some(keyframes) = keyframes(context, data, json, &target, &pointer)?
+            {
+                properties.insert(target.property);
                 channels.push(Channel { target: target.property, keyframes });
             }
         }
@@ -106,7 +118,7 @@ fn channel_target(
                 Path::Scale => (AnimationTarget::Scale(node), &formats::VECTOR_KEYS),
                 Path::MorphTargetWeights => (AnimationTarget::Weights(node), &formats::WEIGHT_KEYS),
             };
-            ChannelTarget { property, components: 0, keys, range: ANY, is_boolean: false }
+            ChannelTarget { property, components: 0, keys, range: ANY, is_boolean: false, has_pointer: false }
         }
         Checked::Invalid => match pointer_target(context, data, &target_pointer)? {
             Some(target) => target,
@@ -152,7 +164,7 @@ fn pointer_target(context: &mut Context, data: &Data, pointer: &str) -> Result<O
         }
     };
     let Property { target: property, components, range, is_boolean } = property;
-    Ok(Some(ChannelTarget { property, components, keys, range, is_boolean }))
+    Ok(Some(ChannelTarget { property, components, keys, range, is_boolean, has_pointer: true }))
 }
 
 /// Errors if the channel animates translation, rotation or scale of a node that has a matrix.
@@ -210,13 +222,14 @@ fn components(
     }
 }
 
+/// Reads keyframes. `None` for a property that a pointer names if their format does not fit, which a warning names.
 fn keyframes(
     context: &mut Context,
     data: &Data,
     sampler: &json::animation::Sampler,
     target: &ChannelTarget,
     pointer: &str,
-) -> Result<Keyframes> {
+) -> Result<Option<Keyframes>> {
     let components = target.components;
     let Checked::Valid(interpolation) = sampler.interpolation else {
         let message = "must be LINEAR, STEP or CUBICSPLINE";
@@ -232,7 +245,9 @@ fn keyframes(
         return Err(context.invalid(format!("{pointer}/interpolation"), message));
     }
     let times_seconds = times(context, data, sampler, pointer)?;
-    let values = values(context, data, sampler, target, pointer)?;
+    let Some(values) = values(context, data, sampler, target, pointer)? else {
+        return Ok(None);
+    };
     let expected =
         times_seconds.len().checked_mul(values_per_key).and_then(|count| count.checked_mul(components));
     if expected != Some(values.len()) {
@@ -250,7 +265,7 @@ fn keyframes(
     {
         check_rotations(context, &values, values_per_key, pointer)?;
     }
-    Ok(Keyframes { times_seconds, values, width: components, interpolation })
+    Ok(Some(Keyframes { times_seconds, values, width: components, interpolation }))
 }
 
 fn times(
@@ -290,25 +305,41 @@ fn times(
     Ok(times)
 }
 
+/// Reads the values of all keyframes. `None` as for [`keyframes`].
 fn values(
     context: &mut Context,
     data: &Data,
     sampler: &json::animation::Sampler,
     target: &ChannelTarget,
     pointer: &str,
-) -> Result<Vec<f32>> {
+) -> Result<Option<Vec<f32>>> {
     let reference = Reference {
         name: "output".to_owned(),
         accessor: sampler.output.value(),
         pointer: format!("{pointer}/output"),
     };
+    let accessor = data.accessor(context, reference.accessor, &reference.pointer)?;
+    let [.., rgba] = &formats::PROPERTY_KEYS;
+    if target.is_rgb() && formats::mismatch(accessor, rgba, false).is_none() {
+        // Blender writes specularColorFactor so.
+        context.warn(&reference.pointer, "the colours of keyframes have alpha, which is ignored");
+        let colors = data.floats_as::<4>(context, &reference, rgba)?;
+        let colors: Vec<[f32; 3]> = colors.into_iter().map(|[r, g, b, _]| [r, g, b]).collect();
+        return Ok(Some(colors.into_flattened()));
+    }
+    if target.has_pointer
+        && let Some(message) = formats::mismatch(accessor, target.keys, false)
+    {
+        context.warn(&reference.pointer, format!("{message}; the property is not animated"));
+        return Ok(None);
+    }
     let is_weights = matches!(target.property, AnimationTarget::Weights(_) | AnimationTarget::MeshWeights(_));
-    Ok(match if is_weights { 1 } else { target.components } {
+    Ok(Some(match if is_weights { 1 } else { target.components } {
         1 => data.floats_as::<1>(context, &reference, target.keys)?.into_flattened(),
         2 => data.floats_as::<2>(context, &reference, target.keys)?.into_flattened(),
         3 => data.floats_as::<3>(context, &reference, target.keys)?.into_flattened(),
         _ => data.floats_as::<4>(context, &reference, target.keys)?.into_flattened(),
-    })
+    }))
 }
 
 /// Checks that keyframe values lie in the range of the property. Tangents of cubic splines may lie outside.

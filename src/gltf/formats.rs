@@ -126,20 +126,32 @@ pub(super) fn check(
     quantization_declared: bool,
     pointer: &str,
 ) -> Result<()> {
+    match mismatch(accessor, allowed, quantization_declared) {
+        None => Ok(()),
+        Some(message) => Err(context.invalid(pointer, message)),
+    }
+}
+
+/// Why `allowed` excludes the format of `accessor`; `None` if it contains it.
+pub(super) fn mismatch(
+    accessor: &Accessor,
+    allowed: &AllowedFormats,
+    quantization_declared: bool,
+) -> Option<String> {
     let Some(format) = Format::of(accessor) else {
-        return Err(context.invalid(pointer, "its accessor has an unknown componentType or type"));
+        return Some("its accessor has an unknown componentType or type".to_owned());
     };
     let encoding = (format.component, format.normalized);
     let shape_fits = allowed.shapes.contains(&format.shape);
     if shape_fits && allowed.core.contains(&encoding) {
-        return Ok(());
+        return None;
     }
     let quantized = shape_fits && allowed.quantized.contains(&encoding);
     if quantized && quantization_declared {
-        return Ok(());
+        return None;
     }
     let hint = if quantized { format!(" unless the file declares {QUANTIZATION}") } else { String::new() };
-    Err(context.invalid(pointer, format!("{} cannot be {}{hint}", allowed.what, format_name(format))))
+    Some(format!("{} cannot be {}{hint}", allowed.what, format_name(format)))
 }
 
 /// Describes the format in words.

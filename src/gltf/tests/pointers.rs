@@ -206,16 +206,58 @@ fn lamps_may_be_animated_as_files_have_them() {
     assert!(document.error(65).contains("must"));
 }
 
+const VISIBLE: &str = "/nodes/0/extensions/KHR_node_visibility/visible";
+
+#[test]
+fn keys_of_another_format_leave_out_their_channel_alone() {
+    let emission = "/materials/0/emissiveFactor";
+    for (pointer, interpolation, shape, values, expected) in [
+        (emission, "LINEAR", "SCALAR", &[0.5; 2][..], "keys of three numbers cannot be SCALAR of floats"),
+        ("/nodes/0/scale", "LINEAR", "VEC4", &[0.5; 8], "keys of three numbers cannot be VEC4 of floats"),
+        (VISIBLE, "STEP", "SCALAR", &[0.0; 2], "keys of a boolean cannot be SCALAR of floats"),
+    ] {
+        let mut document = animatable();
+        animate(&mut document, pointer, interpolation, shape, values);
+        // A second channel animates the property.
+        animate(&mut document, emission, "LINEAR", "VEC3", &[0.5; 6]);
+        let mut second = document.json["animations"][1].take();
+        let samplers = [document.json["animations"][0]["samplers"][0].take(), second["samplers"][0].take()];
+        second["channels"][0]["sampler"] = json!(1);
+        let channels = [document.json["animations"][0]["channels"][0].take(), second["channels"][0].take()];
+        document.json["animations"] = json!([{"channels": channels, "samplers": samplers}]);
+        let scene = document.import().unwrap();
+        let [channel] = &scene.animations[0].channels[..] else { panic!("{:?}", scene.animations) };
+        let target = AnimationTarget::Material(MaterialIndex(0), MaterialProperty::EmissiveFactor);
+        assert_eq!(channel.target, target, "{pointer}");
+        let [warning] = &scene.warnings[..] else { panic!("{:?}", scene.warnings) };
+        assert_eq!(warning.pointer, "/animations/0/samplers/0/output");
+        assert_eq!(warning.message, format!("{expected}; the property is not animated"));
+    }
+}
+
+#[test]
+fn keys_of_colors_may_have_alpha() {
+    for pointer in ["/materials/0/emissiveFactor", "/extensions/KHR_lights_punctual/lights/0/color"] {
+        let mut document = animatable();
+        let values = [0.1, 0.2, 0.3, 9.0, 0.4, 0.5, 0.6, 9.0];
+        animate(&mut document, pointer, "LINEAR", "VEC4", &values);
+        let scene = document.import().unwrap();
+        let keyframes = &scene.animations[0].channels[0].keyframes;
+        assert_eq!(keyframes.width, 3);
+        assert_eq!(keyframes.values, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6], "{pointer}");
+        let [warning] = &scene.warnings[..] else { panic!("{:?}", scene.warnings) };
+        assert_eq!(warning.pointer, "/animations/0/samplers/0/output");
+        assert!(warning.message.contains("alpha, which is ignored"), "{warning}");
+    }
+}
+
 #[test]
 fn invalid_keyframes_of_properties_are_errors() {
     let base_color = "/materials/0/pbrMetallicRoughness/baseColorFactor";
-    let visible = "/nodes/0/extensions/KHR_node_visibility/visible";
     for (pointer, interpolation, shape, values, expected) in [
-        (base_color, "LINEAR", "VEC3", &[0.5; 6][..], "VEC3 of floats"),
-        (base_color, "LINEAR", "VEC4", &[0.5; 4], "has 4 numbers"),
+        (base_color, "LINEAR", "VEC4", &[0.5; 4][..], "has 4 numbers"),
         (base_color, "LINEAR", "VEC4", &[1.5; 8], "must lie between 0 and 1"),
         ("/cameras/0/perspective/yfov", "LINEAR", "SCALAR", &[4.0; 2], "/output"),
-        (visible, "STEP", "SCALAR", &[0.0; 2], "SCALAR of floats"),
     ] {
         let mut document = animatable();
         animate(&mut document, pointer, interpolation, shape, values);
@@ -224,7 +266,7 @@ fn invalid_keyframes_of_properties_are_errors() {
     }
     let mut document = animatable();
     let switch = document.accessor(5121, "SCALAR", 2, &[0, 1]);
-    animate_with(&mut document, visible, "LINEAR", switch);
+    animate_with(&mut document, VISIBLE, "LINEAR", switch);
     assert!(document.error(65).contains("must be STEP"));
     // The same node is animated by a pointer and by a node path.
     let mut document = animatable();

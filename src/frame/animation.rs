@@ -299,6 +299,22 @@ mod tests {
     }
 
     #[test]
+    fn time_0_is_among_keys_before_and_after_it() {
+        let start = |times_seconds: [f32; 2], values: &[f32], interpolation| {
+            let (times_seconds, values) = (times_seconds.to_vec(), values.to_vec());
+            component_at(&Keyframes { times_seconds, values, width: 1, interpolation }, 0.0, 0)
+        };
+        assert_eq!(start([-1.0, 3.0], &[2.0, 6.0], Interpolation::Step), 2.0);
+        assert_eq!(start([-1.0, 3.0], &[2.0, 6.0], Interpolation::Linear), 3.0);
+        // In the middle of two seconds an out-tangent of 1 adds (1/8 − 1/2 + 1/2) · 2 · 1 = 1/4.
+        assert_eq!(start([-1.0, 1.0], &[0.0, 0.0, 1.0, 0.0, 0.0, 0.0], Interpolation::CubicSpline), 0.25);
+        // All keys are over.
+        assert_eq!(start([-3.0, -1.0], &[2.0, 6.0], Interpolation::Step), 6.0);
+        assert_eq!(start([-3.0, -1.0], &[2.0, 6.0], Interpolation::Linear), 6.0);
+        assert_eq!(start([-3.0, -1.0], &[0.0, 2.0, 0.0, 0.0, 6.0, 0.0], Interpolation::CubicSpline), 6.0);
+    }
+
+    #[test]
     fn a_frame_on_a_key_matches_it_though_the_key_was_rounded_up() {
         let times_seconds: Vec<f32> = (0..100).map(|frame| frame as f32 / 24.0).collect();
         let values = (0..100).map(|frame| frame as f32).collect();

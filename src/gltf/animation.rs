@@ -281,10 +281,11 @@ fn times(
     };
     let times: Vec<[f32; 1]> = data.floats_as(context, &reference, &formats::TIMES)?;
     let times: Vec<f32> = times.into_iter().map(|[time]| without_rounding_below(time, 0.0)).collect();
-    let pointer = format!("/accessors/{}", reference.accessor);
+    // Blender writes them for actions that start before its frame 0, unless it samples them.
     if times.first().is_some_and(|&first| first < 0.0) {
-        return Err(context.invalid(pointer, "has keyframes before time 0"));
+        context.warn(&reference.pointer, "has keyframes before time 0; frames begin at time 0");
     }
+    let pointer = format!("/accessors/{}", reference.accessor);
     // Keys without stored data are all at time 0, which is valid: an extension may supply them.
     let is_stored = data
         .accessor(context, reference.accessor, &reference.pointer)

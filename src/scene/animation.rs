@@ -17,7 +17,7 @@ pub struct Animation {
 }
 
 impl Animation {
-    /// Time of the last keyframe, seconds.
+    /// Time of the last keyframe, seconds; 0 if all keyframes are before time 0.
     pub fn duration_seconds(&self) -> f32 {
         self.channels
             .iter()
@@ -95,7 +95,7 @@ impl AnimationTarget {
 /// Keyframe times and values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Keyframes {
-    /// Strictly increasing times; at least one.
+    /// Times in order; at least one. Equal times are a sudden change, negative ones are before the first frame.
     pub times_seconds: Vec<f32>,
     /// `width` values for each key. Cubic splines have `3 · width`: in-tangent, value, out-tangent.
     pub values: Vec<f32>,

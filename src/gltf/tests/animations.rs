@@ -31,7 +31,6 @@ fn keyframes_of_each_interpolation_are_read() {
 fn wrong_keys_are_errors() {
     for (document, expected) in [
         (clip("scale", "LINEAR", &[1.0, 0.5], "VEC3", &[1.0; 6]), "must increase"),
-        (clip("scale", "LINEAR", &[-1.0, 0.5], "VEC3", &[1.0; 6]), "before time 0"),
         (clip("scale", "LINEAR", &[0.0, f32::NAN], "VEC3", &[1.0; 6]), "not a number"),
         (clip("scale", "LINEAR", &[0.0, 1.0], "VEC3", &[1.0; 3]), "/output: has 3 numbers"),
         (clip("scale", "CUBICSPLINE", &[0.0], "VEC3", &[1.0; 3]), "/output"),
@@ -83,6 +82,19 @@ fn weights_of_meshes_without_triangles_are_ignored() {
 fn first_keys_before_time_0_by_a_rounding_error_are_at_time_0() {
     let scene = clip("scale", "LINEAR", &[-1e-8, 0.5], "VEC3", &[1.0; 6]).import().unwrap();
     assert_eq!(scene.animations[0].channels[0].keyframes.times_seconds, [0.0, 0.5]);
+}
+
+#[test]
+fn keys_before_time_0_are_kept_with_a_warning() {
+    for (times, duration) in [([-1.0, 0.5], 0.5), ([-2.0, -1.0], 0.0)] {
+        let scene = clip("scale", "LINEAR", &times, "VEC3", &[1.0; 6]).import().unwrap();
+        assert_eq!(scene.animations[0].channels[0].keyframes.times_seconds, times);
+        assert_eq!(scene.animations[0].duration_seconds(), duration);
+        let [warning] = &scene.warnings[..] else { panic!("{:?}", scene.warnings) };
+        assert_eq!(warning.pointer, "/animations/0/samplers/0/input");
+        assert!(warning.message.contains("before time 0"), "{warning}");
+    }
+    assert!(clip("scale", "LINEAR", &[-1.0, -2.0], "VEC3", &[1.0; 6]).error(65).contains("must increase"));
 }
 
 #[test]

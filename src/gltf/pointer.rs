@@ -5,7 +5,7 @@
 use std::ops::RangeInclusive;
 
 use super::document::Document;
-use super::extensions::{IMAGE_LIGHTS, IOR, LIGHTS, SPECULAR, SPECULAR_GLOSSINESS};
+use super::extensions::{EMISSIVE_STRENGTH, IMAGE_LIGHTS, IOR, LIGHTS, SPECULAR, SPECULAR_GLOSSINESS};
 use super::raw::{ANY, Raw};
 use crate::scene::{
     AnimationTarget, CameraIndex, CameraProperty, ImageLightIndex, ImageLightProperty, LightIndex,
@@ -133,11 +133,12 @@ const NO_DEFAULT: [&str; 3] = ["aspectRatio", "zfar", "range"];
 
 /// Resolves `pointer`. `None` if the file has no such property or the property is not supported.
 pub(super) fn resolve(document: &Document, pointer: &str) -> Option<Property> {
+    let pointer = &corrected(pointer);
     if let Some(property) = single_weight(document, pointer) {
         return Some(property);
     }
     let (owner, key) = pointer.rsplit_once('/')?;
-    let owner = Raw::at(&document.value, owner)?;
+    let owner = owner_at(document, owner)?;
     if !owner.value.is_object() || (NO_DEFAULT.contains(&key) && owner.field(key).is_none()) {
         return None;
     }
@@ -162,6 +163,20 @@ pub(super) fn resolve(document: &Document, pointer: &str) -> Option<Property> {
         }
         _ => None,
     }
+}
+
+/// Corrects what the glTF exporter of Blender misspells: `spot.outerConeAngle` and `clearcoatRoughnessFactor `.
+fn corrected(pointer: &str) -> String {
+    pointer.trim_end_matches(' ').replace("/spot.", "/spot/")
+}
+
+/// The object at `pointer`, or its material where it is an extension that is absent while it has its default values.
+fn owner_at<'a>(document: &'a Document, pointer: &str) -> Option<Raw<'a>> {
+    Raw::at(&document.value, pointer).or_else(|| {
+        let (material, extension) = pointer.split_once("/extensions/")?;
+        let can_be_absent = [IOR, EMISSIVE_STRENGTH].contains(&extension);
+        if can_be_absent { Raw::at(&document.value, material) } else { None }
+    })
 }
 
 /// Splits off the index before the first slash.

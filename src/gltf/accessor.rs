@@ -54,6 +54,11 @@ impl<'a> StridedElements<'a> {
     }
 }
 
+/// Whether a component is infinite or not a number.
+fn is_wrong<const N: usize>(element: &[f32; N]) -> bool {
+    element.iter().fold(false, |any, value| any | !value.is_finite())
+}
+
 impl<'a> Data<'a> {
     /// Returns accessor `index`; `pointer` is the JSON pointer of the reference to it.
     pub(super) fn accessor(&self, context: &Context, index: usize, pointer: &str) -> Result<&'a Accessor> {
@@ -117,6 +122,39 @@ impl<'a> Data<'a> {
         index: usize,
         pointer: &str,
     ) -> Result<Vec<[f32; N]>> {
+        match self.stored_floats(context, index, pointer)? {
+            (elements, None) => Ok(elements),
+            (_, Some(i)) => Err(context.invalid(
+                format!("/accessors/{index}"),
+                format!("element {i} is infinite or not a number; export the file again"),
+            )),
+        }
+    }
+
+    /// Reads all elements of accessor `index` as floats. Elements with infinities or NaNs are zero, with a warning at `pointer`.
+    pub(super) fn floats_or_zeros<const N: usize>(
+        &self,
+        context: &mut Context,
+        index: usize,
+        pointer: &str,
+    ) -> Result<Vec<[f32; N]>> {
+        let (mut elements, wrong) = self.stored_floats(context, index, pointer)?;
+        if let Some(first) = wrong {
+            context.warn(pointer, "some elements are infinite or not a number; they are taken as zero");
+            for element in elements.iter_mut().skip(first).filter(|element| is_wrong(element)) {
+                *element = [0.0; N];
+            }
+        }
+        Ok(elements)
+    }
+
+    /// Reads all elements of accessor `index` as floats, and the index of the first with an infinity or a NaN.
+    fn stored_floats<const N: usize>(
+        &self,
+        context: &mut Context,
+        index: usize,
+        pointer: &str,
+    ) -> Result<(Vec<[f32; N]>, Option<usize>)> {
         let format = self.format(context, index, pointer)?;
         let elements: Vec<[f32; N]> = match format.component {
             // A loop without a case for every component.
@@ -129,21 +167,12 @@ impl<'a> Data<'a> {
                 self.elements(context, index, pointer, decode)?
             }
         };
-        let is_invalid =
-            |element: &[f32; N]| element.iter().fold(false, |any, value| any | !value.is_finite());
-        match first_wrong(&elements, is_invalid) {
-            None => {
-                let accessor = self.accessor(context, index, pointer)?;
-                if format.component == ComponentType::F32 && self.is_plain(index, accessor) {
-                    check_extremes(context, accessor, index, &elements);
-                }
-                Ok(elements)
-            }
-            Some(i) => Err(context.invalid(
-                format!("/accessors/{index}"),
-                format!("element {i} is infinite or not a number; export the file again"),
-            )),
+        let wrong = first_wrong(&elements, is_wrong);
+        let accessor = self.accessor(context, index, pointer)?;
+        if wrong.is_none() && format.component == ComponentType::F32 && self.is_plain(index, accessor) {
+            check_extremes(context, accessor, index, &elements);
         }
+        Ok((elements, wrong))
     }
 
     /// Whether the file stores the elements as they are. Compression changes values a little, and its accessors state the originals.

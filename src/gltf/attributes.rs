@@ -134,6 +134,17 @@ impl Data<'_> {
         self.floats(context, reference.accessor, &reference.pointer)
     }
 
+    /// As [`Self::floats_as`], but elements with infinities or NaNs are zero, with a warning.
+    pub(super) fn floats_or_zeros_as<const N: usize>(
+        &self,
+        context: &mut Context,
+        reference: &Reference,
+        allowed: &AllowedFormats,
+    ) -> Result<Vec<[f32; N]>> {
+        self.check_format(context, reference, allowed)?;
+        self.floats_or_zeros(context, reference.accessor, &reference.pointer)
+    }
+
     /// Reads the accessor of `reference` as unsigned integers, after checking its format against `allowed`.
     pub(super) fn integers_as<const N: usize>(
         &self,

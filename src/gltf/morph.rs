@@ -47,7 +47,10 @@ fn read_target(
         let Some(reference) = attributes.find(name) else {
             return Ok(None);
         };
-        let values: Vec<[f32; 3]> = data.floats_as(context, reference, allowed)?;
+        let values: Vec<[f32; 3]> = match name {
+            "POSITION" => data.floats_as(context, reference, allowed)?,
+            _ => data.floats_or_zeros_as(context, reference, allowed)?,
+        };
         Ok(Some(values.into_iter().map(Vec3::from_array).collect()))
     };
     let positions = vectors("POSITION", &formats::MORPH_POSITION)?;

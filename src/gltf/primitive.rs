@@ -133,7 +133,7 @@ fn read_triangles(
     Ok(triangles)
 }
 
-/// Reads unit normals, and unit tangents if there are normals.
+/// Reads unit normals, and unit tangents if there are normals. Exporters write NaN where triangles have no area.
 #[expect(clippy::type_complexity, reason = "two optional lists, named by the caller")]
 fn read_tangent_frames(
     context: &mut Context,
@@ -145,13 +145,13 @@ fn read_tangent_frames(
     let Some(reference) = attributes.find("NORMAL") else {
         return Ok((None, None));
     };
-    let normals: Vec<[f32; 3]> = data.floats_as(context, reference, &formats::NORMAL)?;
+    let normals: Vec<[f32; 3]> = data.floats_or_zeros_as(context, reference, &formats::NORMAL)?;
     let mut normals: Vec<Vec3> = normals.into_iter().map(Vec3::from_array).collect();
     normals::normalize(context, &mut normals, positions, triangles, &reference.pointer);
     let Some(reference) = attributes.find("TANGENT") else {
         return Ok((Some(normals), None));
     };
-    let tangents: Vec<[f32; 4]> = data.floats_as(context, reference, &formats::TANGENT)?;
+    let tangents: Vec<[f32; 4]> = data.floats_or_zeros_as(context, reference, &formats::TANGENT)?;
     let mut tangents: Vec<Vec4> = tangents.into_iter().map(Vec4::from_array).collect();
     normals::normalize_tangents(&mut tangents, &normals);
     Ok((Some(normals), Some(tangents)))

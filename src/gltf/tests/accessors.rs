@@ -141,18 +141,60 @@ fn infinities_and_nans_are_errors() {
         let mut document = Document::triangle();
         document.attribute("POSITION", "VEC3", &[0.0, 0.0, 0.0, 0.0, value, 0.0, 0.0, 0.0, 0.0]);
         assert!(document.error(65).contains("/accessors/1: element 1"));
-        for (name, shape, width) in
-            [("NORMAL", "VEC3", 3), ("TANGENT", "VEC4", 4), ("TEXCOORD_0", "VEC2", 2), ("COLOR_0", "VEC4", 4)]
-        {
+        let mut document = Document::triangle();
+        let mut values = [0.5; 12];
+        values[9] = value;
+        document.attribute("COLOR_0", "VEC4", &values);
+        assert!(document.error(65).contains("element 2"), "{value}");
+    }
+}
+
+#[test]
+fn normals_and_tangents_that_are_not_finite_are_computed() {
+    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        for name in ["NORMAL", "TANGENT"] {
             let mut document = Document::triangle();
-            let mut values = vec![0.5; 3 * width];
-            values[2 * width + 1] = value;
-            // Without normals tangents are not read.
-            document.attribute("NORMAL", "VEC3", &[0.0, 0.0, 1.0].repeat(3));
-            document.attribute(name, shape, &values);
-            assert!(document.error(65).contains("element 2"), "{name} {value}");
+            let mut normals = [0.0, 0.6, 0.8].repeat(3);
+            let mut tangents = [1.0, 0.0, 0.0, 1.0].repeat(3);
+            if name == "NORMAL" {
+                normals[6] = value;
+            } else {
+                tangents[11] = value;
+            }
+            document.attribute("NORMAL", "VEC3", &normals);
+            document.attribute("TANGENT", "VEC4", &tangents);
+            let scene = document.import().unwrap();
+            let pointer = format!("/meshes/0/primitives/0/attributes/{name}");
+            let message = "some elements are infinite or not a number; they are taken as zero";
+            assert!(
+                scene.warnings.iter().any(|w| w.pointer == pointer && w.message == message),
+                "{:?}",
+                scene.warnings
+            );
+            let primitive = &scene.meshes[0].primitives[0];
+            let (normals, tangents) =
+                (primitive.normals.as_ref().unwrap(), primitive.tangents.as_ref().unwrap());
+            // The triangle lies in the xy plane.
+            let replaced = if name == "NORMAL" { Vec3::Z } else { normals[1] };
+            assert_eq!((normals[0], normals[2]), (normals[1], replaced), "{name} {value}");
+            assert!(tangents.iter().all(|tangent| tangent.truncate().is_normalized()), "{tangents:?}");
+            assert!(name == "NORMAL" || tangents[2].truncate().dot(normals[2]).abs() < 1e-6);
         }
     }
+}
+
+#[test]
+fn displacements_of_normals_that_are_not_finite_are_zero() {
+    let mut document = Document::triangle();
+    document.attribute("NORMAL", "VEC3", &[0.0, 0.0, 1.0].repeat(3));
+    let deltas = document.floats("VEC3", &[1.0, 0.0, 0.0, f32::NAN, 1.0, 1.0, 1.0, 0.0, 0.0]);
+    document.json["meshes"][0]["primitives"][0]["targets"] = json!([{"NORMAL": deltas}]);
+    let scene = document.import().unwrap();
+    let target = &scene.meshes[0].primitives[0].targets[0];
+    assert_eq!(target.normals, Some(vec![Vec3::X, Vec3::ZERO, Vec3::X]));
+    assert_eq!(scene.warnings.len(), 1, "{:?}", scene.warnings);
+    document.json["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": deltas}]);
+    assert!(document.error(65).contains("element 1"));
 }
 
 #[test]

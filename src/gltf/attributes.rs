@@ -44,8 +44,9 @@ impl Attributes {
         self.references.iter().find(|reference| reference.name == name)
     }
 
-    /// Returns the attributes `prefix0`, `prefix1`, … in order. A gap in the numbering is an error.
-    pub(super) fn sets(&self, context: &Context, prefix: &str) -> Result<Vec<Reference>> {
+    /// Returns the attributes `prefix0`, `prefix1`, … in order up to a gap in their numbers. A gap is an error if `needed` sets reach
+    /// beyond it, and a warning otherwise.
+    pub(super) fn sets(&self, context: &mut Context, prefix: &str, needed: usize) -> Result<Vec<Reference>> {
         let numbered =
             self.references.iter().filter(|reference| set_number(&reference.name, prefix).is_some()).count();
         let sets: Vec<Reference> =
@@ -54,13 +55,14 @@ impl Attributes {
             .references
             .iter()
             .find(|reference| set_number(&reference.name, prefix).is_some_and(|set| set >= sets.len()));
-        match stray {
-            None => Ok(sets),
-            Some(reference) => Err(context.invalid(
-                &reference.pointer,
-                format!("{prefix}{} is missing; sets are numbered from 0 without gaps", sets.len()),
-            )),
+        if let Some(Reference { name, pointer, .. }) = stray {
+            let gap = format!("{prefix}{} is missing; sets are numbered from 0 without gaps", sets.len());
+            if needed > sets.len() {
+                return Err(context.invalid(pointer, gap));
+            }
+            context.warn(pointer, format!("{gap}, and {name} is ignored"));
         }
+        Ok(sets)
     }
 
     /// Names of the attributes that consist of `prefix` and a number.

@@ -80,7 +80,7 @@ fn read_uvs(
     base: &Attributes,
 ) -> Result<Vec<(usize, Vec<Vec2>)>> {
     let mut uvs = Vec::new();
-    let base_sets = base.sets(context, "TEXCOORD_")?;
+    let base_sets = base.sets(context, "TEXCOORD_", 0)?;
     for (set, base_reference) in base_sets.iter().enumerate() {
         if let Some(reference) = attributes.find(&base_reference.name) {
             let values: Vec<[f32; 2]> = data.floats_as(context, reference, &formats::MORPH_TEXCOORD)?;

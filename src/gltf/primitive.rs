@@ -65,8 +65,12 @@ pub(super) fn import_primitive(
         None => read_triangles(context, data, primitive, mode, positions.len(), &pointer)?,
     };
     let (normals, tangents) = read_tangent_frames(context, data, &attributes, &positions, &triangles)?;
+    let variants = variants::of_primitive(context, data.document, raw)?;
+    let indices = std::iter::once(material).chain(variants.iter().map(|(_, material)| *material));
+    let used: Vec<&Material> = indices.filter_map(|material| materials.get(material.index())).collect();
+    let uv_sets = used.iter().map(|&material| super::material::uv_sets(material)).max();
     let mut imported = Primitive {
-        uvs: read_uvs(context, data, &attributes)?,
+        uvs: read_uvs(context, data, &attributes, uv_sets.unwrap_or(0))?,
         colors: read_colors(context, data, &attributes)?,
         influences: influences::read(context, data, &attributes, &pointer)?,
         targets: morph::read(context, data, raw, &attributes, vertex_count)?,
@@ -75,12 +79,10 @@ pub(super) fn import_primitive(
         tangents,
         triangles,
         material,
-        variants: variants::of_primitive(context, data.document, raw)?,
+        variants,
     };
     drop_unused_vertices(&mut imported);
-    let variant_materials = imported.variants.iter().map(|(_, material)| *material);
-    let all_materials: Vec<MaterialIndex> = std::iter::once(material).chain(variant_materials).collect();
-    for material in all_materials.iter().filter_map(|material| materials.get(material.index())) {
+    for material in used {
         add_material_attributes(context, &mut imported, material, &pointer)?;
     }
     Ok(Some(imported))
@@ -157,11 +159,21 @@ fn read_tangent_frames(
     Ok((Some(normals), Some(tangents)))
 }
 
-fn read_uvs(context: &mut Context, data: &Data, attributes: &Attributes) -> Result<Vec<Vec<Vec2>>> {
+/// Reads all texture coordinates. Those beyond the first `used_sets` belong to no texture, so that their values and numbers may be wrong.
+fn read_uvs(
+    context: &mut Context,
+    data: &Data,
+    attributes: &Attributes,
+    used_sets: usize,
+) -> Result<Vec<Vec<Vec2>>> {
     let mut uvs = Vec::new();
-    for reference in attributes.sets(context, "TEXCOORD_")? {
-        let set: Vec<[f32; 2]> = data.floats_as(context, &reference, &formats::TEXCOORD)?;
-        uvs.push(set.into_iter().map(Vec2::from_array).collect());
+    for (set, reference) in attributes.sets(context, "TEXCOORD_", used_sets)?.iter().enumerate() {
+        let values: Vec<[f32; 2]> = if set < used_sets {
+            data.floats_as(context, reference, &formats::TEXCOORD)?
+        } else {
+            data.floats_or_zeros_as(context, reference, &formats::TEXCOORD)?
+        };
+        uvs.push(values.into_iter().map(Vec2::from_array).collect());
     }
     Ok(uvs)
 }

@@ -2,7 +2,7 @@ use serde_json::{Value, json};
 
 use super::Document;
 use crate::scene::MorphTarget;
-use glam::{Mat3, Vec3, Vec4};
+use glam::{Mat3, Vec2, Vec3, Vec4};
 
 fn primitive_of(document: &mut Document) -> &mut Value {
     &mut document.json["meshes"][0]["primitives"][0]
@@ -59,9 +59,35 @@ fn attributes_have_equal_counts_and_no_gaps_in_their_numbers() {
     let mut document = Document::triangle();
     document.attribute("NORMAL", "VEC3", &[0.0, 0.0, 1.0]);
     assert!(document.error(65).contains("/NORMAL: has 1 elements"));
-    let mut document = Document::triangle();
+    let mut document = with_normal_map(Document::triangle());
     document.attribute("TEXCOORD_1", "VEC2", &[0.0; 6]);
     assert!(document.error(65).contains("TEXCOORD_0 is missing"));
+    let mut document = Document::triangle();
+    document.attribute("WEIGHTS_1", "VEC4", &[0.25; 12]);
+    assert!(document.error(65).contains("WEIGHTS_0 is missing"));
+}
+
+#[test]
+fn texture_coordinates_that_no_texture_uses_may_be_wrong() {
+    let mut document = Document::triangle();
+    document.attribute("TEXCOORD_1", "VEC2", &[0.5; 6]);
+    let scene = document.import().unwrap();
+    assert!(scene.meshes[0].primitives[0].uvs.is_empty());
+    let [warning] = &scene.warnings[..] else { panic!("{:?}", scene.warnings) };
+    assert_eq!(warning.pointer, "/meshes/0/primitives/0/attributes/TEXCOORD_1");
+    assert!(warning.message.ends_with("TEXCOORD_1 is ignored"), "{warning}");
+
+    let values = [0.5, 0.5, f32::NAN, 0.5, 0.5, 0.5];
+    let mut document = Document::triangle();
+    document.attribute("TEXCOORD_0", "VEC2", &values);
+    let scene = document.import().unwrap();
+    let half = Vec2::splat(0.5);
+    assert_eq!(scene.meshes[0].primitives[0].uvs, [[half, Vec2::ZERO, half]]);
+    assert!(scene.warnings[0].message.contains("not a number"), "{:?}", scene.warnings);
+    // A texture uses them.
+    let mut document = with_normal_map(Document::triangle());
+    document.attribute("TEXCOORD_0", "VEC2", &values);
+    assert!(document.error(65).contains("element 1"));
 }
 
 #[test]

@@ -77,12 +77,15 @@ fn is_supported(name: &str) -> bool {
 /// Extensions that replace data. Without support for them only a fallback in the file can be read.
 const REPLACES_DATA: [&str; 2] = ["EXT_texture_avif", "MSFT_texture_dds"];
 
+/// Extensions whose effect no image shows, though files require them. `CESIUM_RTC` moves the whole scene.
+const NO_EFFECT: [&str; 1] = ["CESIUM_RTC"];
+
 /// Level of support for an extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExtensionSupport {
     /// Supported: the image shows its effect.
     Supported,
-    /// Unsupported and optional: the scene is rendered without it, with one warning.
+    /// Unsupported, and optional or without an effect on images: the scene is rendered without it, with one warning.
     Ignored,
     /// Unsupported and required: the file is refused.
     Refused,
@@ -90,7 +93,7 @@ pub enum ExtensionSupport {
 
 /// Level of support for the extension `name` in a file that requires it or not.
 pub fn extension_support(name: &str, required: bool) -> ExtensionSupport {
-    match (is_supported(name), required) {
+    match (is_supported(name), required && !NO_EFFECT.contains(&name)) {
         (true, _) => ExtensionSupport::Supported,
         (false, false) => ExtensionSupport::Ignored,
         (false, true) => ExtensionSupport::Refused,

@@ -155,6 +155,19 @@ fn unsupported_extensions_are_refused_or_warned_about() {
 }
 
 #[test]
+fn required_extensions_without_effect_are_ignored() {
+    assert_eq!(extension_support("CESIUM_RTC", true), ExtensionSupport::Ignored);
+    let moved = json!({
+        "asset": {"version": "2.0"}, "extensionsUsed": ["CESIUM_RTC"], "extensionsRequired": ["CESIUM_RTC"],
+        "extensions": {"CESIUM_RTC": {"center": [6_378_137.0, 0.0, 0.0]}}
+    });
+    let scene = import_bytes("a.gltf", moved.to_string().as_bytes()).unwrap();
+    let [warning] = &scene.warnings[..] else { panic!("{:?}", scene.warnings) };
+    assert_eq!(warning.pointer, "/extensions/CESIUM_RTC");
+    assert!(warning.message.ends_with("it is ignored"), "{warning}");
+}
+
+#[test]
 fn unsupported_images_are_errors_only_if_used() {
     let avif = json!({
         "asset": {"version": "2.0"}, "extensionsUsed": ["EXT_texture_avif"],

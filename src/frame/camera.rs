@@ -4,6 +4,7 @@ use std::f32::consts::FRAC_PI_4;
 
 use glam::Mat4;
 
+use super::animation::ScenePose;
 use super::posed_nodes::{PosedCamera, posed_camera};
 use super::surfaces::{Frame, Scratch};
 use super::transform;
@@ -32,7 +33,7 @@ impl Frame {
     /// Poses the camera of `selection` after the surfaces, at their time.
     pub(crate) fn pose_camera(&mut self, scene: &Scene, selection: &Selection) {
         let Scratch { pose, world, .. } = &self.scratch;
-        self.camera = selected_camera(scene, selection, self.time_seconds, &pose.projections, world);
+        self.camera = selected_camera(scene, selection, self.time_seconds, pose, world);
     }
 
     /// Poses a frame anew that was posed at any time with the same scene and selection. Without clips only its camera moves.
@@ -50,7 +51,7 @@ impl Frame {
         let Scratch { mut pose, mut world, .. } = Scratch::default();
         pose.play(scene, selection, time_seconds, &mut Vec::new());
         transform::world_matrices(scene, &pose.local, &mut world);
-        selected_camera(scene, selection, time_seconds, &pose.projections, &world)
+        selected_camera(scene, selection, time_seconds, &pose, &world)
     }
 }
 
@@ -59,7 +60,7 @@ fn selected_camera(
     scene: &Scene,
     selection: &Selection,
     time_seconds: f64,
-    projections: &[Projection],
+    pose: &ScenePose,
     world: &[Mat4],
 ) -> PosedCamera {
     match &selection.camera {
@@ -71,7 +72,7 @@ fn selected_camera(
             PosedCamera { world_from_camera: turntable.at(time_seconds), projection: turntable.projection }
         }
         SelectedCamera::Node(node) => {
-            let own = posed_camera(scene, projections, *node, world).unwrap_or_default();
+            let own = posed_camera(scene, pose, *node, world).unwrap_or_default();
             changed(own, &selection.camera_changes)
         }
         SelectedCamera::Path(path) => changed(on_path(path, time_seconds), &selection.camera_changes),

@@ -46,7 +46,7 @@ impl Frame {
         content.image_light = selection.image_light.map(|light| pose.image_lights[light.index()]);
         let nodes = transform::selected_nodes(scene, selection);
         for index in nodes.into_iter().filter(|node| !pose.hidden[node.index()]) {
-            content.lights.extend(posed_light(scene, &pose.lights, index, &world));
+            content.lights.extend(posed_light(scene, &pose, index, &world));
             let node = &scene.nodes[index.index()];
             let Some(mesh) = node.mesh else { continue };
             let mut matrices = vec![world[index.index()]];

@@ -76,7 +76,7 @@ impl Frame {
         let nodes = transform::selected_nodes(scene, selection);
         self.lights.clear();
         let visible = nodes.iter().filter(|node| !pose.hidden[node.index()]);
-        self.lights.extend(visible.filter_map(|&node| posed_light(scene, &pose.lights, node, world)));
+        self.lights.extend(visible.filter_map(|&node| posed_light(scene, pose, node, world)));
         let animated = selection.image_light.filter(|_| selection.moves_image_light(scene));
         self.image_light = animated.map(|light| pose.image_lights[light.index()]);
         self.list_instances(scene, &nodes, selection.variant);

@@ -3,7 +3,7 @@
 use super::resolve_selection::{index_u32, selected_cameras};
 use super::{
     AnimationIndex, CameraIndex, CameraRequest, ClipSelection, NameOrIndex, NodeIndex, Scene, SelectedCamera,
-    Selection, SelectionRequest,
+    Selection, SelectionRequest, unique_names,
 };
 use crate::error::{Result, Warning};
 
@@ -12,9 +12,11 @@ use crate::error::{Result, Warning};
 pub struct NamedSelection {
     /// The selection.
     pub selection: Selection,
-    /// Name of the clip, `clip0` without one; `walk+camera` of several; `all` or `none` where these are requested.
+    /// Name of the clip, `clip0` without one; `walk+camera` of several; `all` or `none` where these are requested. Where each is
+    /// requested, the second clip of a name is `walk (2)`.
     pub clip: String,
-    /// Name of the camera, or of its node; `camera0` without either, `auto` for the automatic one.
+    /// Name of the camera, or of its node; `camera0` without either, `auto` for the automatic one. Where each is requested, the
+    /// second camera of a name is `left (2)`.
     pub camera: String,
 }
 
@@ -28,12 +30,13 @@ impl Selection {
         request: &SelectionRequest,
         scene: &Scene,
     ) -> Result<(Vec<NamedSelection>, Vec<Warning>)> {
-        let mut selections = Vec::new();
         let mut all_warnings = Vec::new();
+        let is_each_camera = request.camera == Some(CameraRequest::Each);
+        let camera = request.camera.clone().filter(|_| !is_each_camera);
+        let (mut of_clips, mut clip_names) = (Vec::new(), Vec::new());
         for clips in clips_of_sequences(request, scene) {
-            let is_each_camera = request.camera == Some(CameraRequest::Each);
-            let camera = request.camera.clone().filter(|_| !is_each_camera);
-            let of_sequence = SelectionRequest { clips: clips.clone(), camera, ..request.clone() };
+            let of_sequence =
+                SelectionRequest { clips: clips.clone(), camera: camera.clone(), ..request.clone() };
             let (selection, warnings) = Self::resolve(&of_sequence, scene)?;
             // Each clip resolves the other names again.
             for warning in warnings {
@@ -41,19 +44,17 @@ impl Selection {
                     all_warnings.push(warning);
                 }
             }
-            let cameras = if is_each_camera { selected_cameras(scene, &selection.roots) } else { Vec::new() };
-            let clip = clip_name(&clips, &selection, scene);
-            if cameras.is_empty() {
-                let camera = camera_name(scene, &selection.camera, false);
-                selections.push(NamedSelection { selection, clip, camera });
-                continue;
-            }
-            for &(camera, node) in &cameras {
-                let is_shared = cameras.iter().filter(|(other, _)| *other == camera).count() > 1;
-                let selection = Self { camera: SelectedCamera::Node(node), ..selection.clone() };
-                let camera = camera_name(scene, &selection.camera, is_shared);
-                selections.push(NamedSelection { selection, clip: clip.clone(), camera });
-            }
+            clip_names.push(clip_name(&clips, &selection, scene));
+            of_clips.push(selection);
+        }
+        let mut selections = Vec::new();
+        for (of_clip, clip) in of_clips.into_iter().zip(unique_names(&clip_names)) {
+            let (cameras, names) = cameras_of_sequences(&of_clip, is_each_camera, scene);
+            selections.extend(cameras.into_iter().zip(names).map(|(camera, name)| NamedSelection {
+                selection: Self { camera, ..of_clip.clone() },
+                clip: clip.clone(),
+                camera: name,
+            }));
         }
         Ok((selections, all_warnings))
     }
@@ -78,6 +79,24 @@ fn clips_of_sequences(request: &SelectionRequest, scene: &Scene) -> Vec<ClipSele
         }
         clips => vec![clips.clone()],
     }
+}
+
+/// The cameras of the sequences of a clip, with their names: each of the scene, or the selected one.
+fn cameras_of_sequences(
+    selection: &Selection,
+    is_each: bool,
+    scene: &Scene,
+) -> (Vec<SelectedCamera>, Vec<String>) {
+    let nodes = if is_each { selected_cameras(scene, &selection.roots) } else { Vec::new() };
+    if nodes.is_empty() {
+        return (vec![selection.camera.clone()], vec![camera_name(scene, &selection.camera, false)]);
+    }
+    let name = |&(camera, node): &(CameraIndex, NodeIndex)| {
+        let is_shared = nodes.iter().filter(|(other, _)| *other == camera).count() > 1;
+        camera_name(scene, &SelectedCamera::Node(node), is_shared)
+    };
+    let names: Vec<_> = nodes.iter().map(name).collect();
+    (nodes.iter().map(|&(_, node)| SelectedCamera::Node(node)).collect(), unique_names(&names))
 }
 
 /// The name of the clip, those of several joined by `+`, or how they are selected.
@@ -163,6 +182,23 @@ mod tests {
         // What a scene does not have is one sequence without it.
         let bare = Scene { scenes: vec![SceneRoots::default()], ..Scene::default() };
         assert_eq!(names(&each, &bare), [pair("none", "auto")]);
+    }
+
+    #[test]
+    fn equal_names_are_numbered() {
+        let mut scene = scene();
+        let clip = |name: &str| Animation { name: Some(name.to_owned()), channels: Vec::new() };
+        scene.animations = ["walk", "walk", "walk (2)", "walk"].map(clip).to_vec();
+        scene.cameras[1].name = Some("left".to_owned());
+        let each = |clips, camera| SelectionRequest { clips, camera, ..SelectionRequest::default() };
+        let clips = ["walk", "walk (3)", "walk (2)", "walk (4)"].map(|clip| pair(clip, "stereo"));
+        assert_eq!(names(&each(ClipSelection::Each, None), &scene), clips);
+        // The nodes of the shared camera come first.
+        let cameras = ["left", "right", "left (2)"].map(|camera| pair("none", camera));
+        assert_eq!(names(&each(ClipSelection::None, Some(CameraRequest::Each)), &scene), cameras);
+        // A clip that is requested alone keeps its name.
+        let second = ClipSelection::One(NameOrIndex::Index(1));
+        assert_eq!(names(&each(second, None), &scene), [pair("walk", "stereo")]);
     }
 
     #[test]

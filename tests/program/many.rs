@@ -230,9 +230,23 @@ fn each_clip_and_each_camera_is_a_sequence() {
     assert!(told.contains("{clip}.a.####.png"), "{told}");
     let told = assert_code(&rayframe(folder, &["m.gltf", "x/m.gltf", "-f", "0", "-o", "a.png"]), 2);
     assert!(told.contains("called \"m\"; rename one, or render them to different folders"), "{told}");
-    write(folder, "two.gltf", &moving(&[("walk", 0.5), ("walk", 1.0)], 1));
-    let told = assert_code(&rayframe(folder, &["two.gltf", "--animation", "each"]), 2);
-    assert!(told.contains("clip \"walk\" and two.gltf clip \"walk\"") && told.contains("'#1'"), "{told}");
+}
+
+#[test]
+fn clips_and_cameras_of_one_name_are_numbered() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(folder, "two.gltf", &moving(&[("walk", 0.5), ("walk", 1.0), ("run", 1.0)], 1));
+    let each = ["two.gltf", "--animation", "each", "-f", "0"];
+    let told = assert_code(&rayframe(folder, &crate::both(&each, &["-o", "t/{clip}.png"])), 0);
+    assert_eq!(names(&folder.join("t")), ["run.png", "walk (2).png", "walk.png"], "{told}");
+    // Clips of equal names tell that the name of a file lacks them, too.
+    let told = assert_code(&rayframe(folder, &crate::both(&each, &["-o", "a.png"])), 2);
+    assert!(told.contains("clip \"walk (2)\" would both") && told.contains("{clip}.a.png"), "{told}");
+    // Names that differ only in what names of files cannot have.
+    write(folder, "slash.gltf", &moving(&[("a/b", 0.5), ("a:b", 1.0)], 1));
+    let told = assert_code(&rayframe(folder, &["slash.gltf", "--animation", "each"]), 2);
+    assert!(told.contains("names are equal in names of files") && told.contains("'#1'"), "{told}");
 }
 
 /// Without a camera in the file, all clips are framed alike: so that the longest way stays in the image.

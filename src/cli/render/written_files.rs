@@ -182,7 +182,7 @@ fn collision(first: &Owner, second: &Owner, files: [&Path; 2], pattern: &Path) -
         let example = pattern.with_file_name(format!("{placeholder}.{name}"));
         format!("put {placeholder} in the name, such as {}", example.display())
     } else if first.shot == second.shot {
-        "they have one name; select one by its index, such as '#1'".to_owned()
+        "their names are equal in names of files; select one by its index, such as '#1'".to_owned()
     } else if first.label == second.label {
         "it is named twice; name it once".to_owned()
     } else {

@@ -1,18 +1,18 @@
 //! Unique names of objects and materials for mattes.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::hash::name_id;
 use crate::error::Warning;
-use crate::scene::Scene;
+use crate::scene::{Scene, unique_names};
 
 /// Names of nodes with a mesh, by node index; empty for other nodes.
 pub(super) fn node_names(scene: &Scene) -> Vec<String> {
-    let nodes = scene.nodes.iter().enumerate().map(|(index, node)| {
-        node.mesh?;
-        Some(non_empty(node.name.as_deref()).unwrap_or_else(|| format!("#{index}")))
+    let nodes = scene.nodes.iter().enumerate().map(|(index, node)| match node.mesh {
+        Some(_) => non_empty(node.name.as_deref()).unwrap_or_else(|| format!("#{index}")),
+        None => String::new(),
     });
-    unique(&nodes.collect::<Vec<_>>())
+    unique_names(&nodes.collect::<Vec<_>>())
 }
 
 /// Names of materials, by material index.
@@ -20,9 +20,9 @@ pub(super) fn material_names(scene: &Scene) -> Vec<String> {
     let last = scene.materials.len().saturating_sub(1);
     let materials = scene.materials.iter().enumerate().map(|(index, material)| {
         let unnamed = || if index == last { "default".to_owned() } else { format!("#{index}") };
-        Some(non_empty(material.name.as_deref()).unwrap_or_else(unnamed))
+        non_empty(material.name.as_deref()).unwrap_or_else(unnamed)
     });
-    unique(&materials.collect::<Vec<_>>())
+    unique_names(&materials.collect::<Vec<_>>())
 }
 
 /// Warnings about names with equal hashes.
@@ -46,45 +46,10 @@ fn non_empty(name: Option<&str>) -> Option<String> {
     name.filter(|name| !name.is_empty()).map(str::to_owned)
 }
 
-/// Makes names unique: the first of several equal names stays, the others become `name (2)` and so on, skipping taken names.
-fn unique(names: &[Option<String>]) -> Vec<String> {
-    let originals: BTreeSet<&str> = names.iter().flatten().map(String::as_str).collect();
-    let mut taken = BTreeMap::<&str, u32>::new();
-    let mut unique = Vec::with_capacity(names.len());
-    for name in names {
-        let Some(name) = name else {
-            unique.push(String::new());
-            continue;
-        };
-        let count = taken.entry(name).or_insert(0);
-        let mut chosen = name.clone();
-        *count += 1;
-        if *count > 1 {
-            chosen = format!("{name} ({count})");
-            while originals.contains(chosen.as_str()) {
-                *count += 1;
-                chosen = format!("{name} ({count})");
-            }
-        }
-        unique.push(chosen);
-    }
-    unique
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::scene::{Material, MeshIndex, Node};
-
-    fn names(texts: &[&str]) -> Vec<String> {
-        unique(&texts.iter().map(|text| Some((*text).to_owned())).collect::<Vec<_>>())
-    }
-
-    #[test]
-    fn repeated_names_get_unused_numbers() {
-        assert_eq!(names(&["a", "b", "a", "a"]), ["a", "b", "a (2)", "a (3)"]);
-        assert_eq!(names(&["a", "a", "a (2)", "a (2)"]), ["a", "a (3)", "a (2)", "a (2) (2)"]);
-    }
 
     #[test]
     fn unnamed_objects_are_named_by_index() {

@@ -1,10 +1,10 @@
 //! The report for people.
 
 use super::super::summary::{counted, grouped, quoted, short};
-use super::report::{Report, WarningReport};
+use super::report::{NodeReport, Report, WarningReport};
 
-/// Nodes that are listed.
-const MOST_NODES: usize = 20;
+/// Items of a section that are listed.
+const MOST_ITEMS: usize = 20;
 
 /// Sections with one line an item; empty sections are left out.
 pub(super) fn text(report: &Report) -> String {
@@ -34,13 +34,22 @@ pub(super) fn text(report: &Report) -> String {
     lines.join("\n")
 }
 
-/// `#2 "name" facts` for every item.
-fn numbered<T>(items: &[T], line: impl Fn(&T) -> (Option<&str>, String)) -> Vec<String> {
-    let numbered = |(index, item): (usize, &T)| match line(item) {
+/// The line of each item by its index; of many the first, and how many more there are.
+fn listed<T>(items: &[T], line: impl Fn(usize, &T) -> String) -> Vec<String> {
+    let mut lines: Vec<_> =
+        items.iter().take(MOST_ITEMS).enumerate().map(|(index, item)| line(index, item)).collect();
+    if items.len() > MOST_ITEMS {
+        lines.push(format!("{} more, which --json lists", items.len() - MOST_ITEMS));
+    }
+    lines
+}
+
+/// `#2 "name" facts` for the items.
+fn numbered<T>(items: &[T], facts: impl Fn(&T) -> (Option<&str>, String)) -> Vec<String> {
+    listed(items, |index, item| match facts(item) {
         (None, facts) => format!("#{index} {facts}"),
         (name, facts) => format!("#{index} {} {facts}", quoted(name, index)),
-    };
-    items.iter().enumerate().map(numbered).collect()
+    })
 }
 
 fn scenes(report: &Report) -> Vec<String> {
@@ -54,16 +63,11 @@ fn scenes(report: &Report) -> Vec<String> {
 fn nodes(report: &Report) -> Vec<String> {
     let counts =
         format!("{}, {}", counted(report.nodes as u64, "node"), counted(report.skins as u64, "skin"));
-    let line = |node: &super::report::NodeReport| match node.name.as_deref() {
+    let line = |_, node: &NodeReport| match node.name.as_deref() {
         Some(name) => format!("#{} {} {}", node.index, quoted(Some(name), node.index), node.holds.join(", ")),
         None => format!("#{} {}", node.index, node.holds.join(", ")),
     };
-    let mut lines = vec![counts];
-    lines.extend(report.holding_nodes.iter().take(MOST_NODES).map(line));
-    if report.holding_nodes.len() > MOST_NODES {
-        lines.push(format!("{} more, which --json lists", report.holding_nodes.len() - MOST_NODES));
-    }
-    lines
+    [vec![counts], listed(&report.holding_nodes, line)].concat()
 }
 
 fn meshes(report: &Report) -> Vec<String> {
@@ -94,8 +98,7 @@ fn materials(report: &Report) -> Vec<String> {
 }
 
 fn variants(report: &Report) -> Vec<String> {
-    let line = |(index, name): (usize, &String)| format!("#{index} {}", quoted(Some(name), index));
-    report.variants.iter().enumerate().map(line).collect()
+    listed(&report.variants, |index, name| format!("#{index} {}", quoted(Some(name), index)))
 }
 
 fn textures(report: &Report) -> Vec<String> {
@@ -149,11 +152,10 @@ fn usage(kind: &str, is_used: bool, support: &str) -> String {
 }
 
 fn extensions(report: &Report) -> Vec<String> {
-    let line = |extension: &super::report::ExtensionReport| {
+    listed(&report.extensions, |_, extension| {
         let required = if extension.is_required { "required, " } else { "" };
         format!("{}: {required}{}", extension.name, extension.support)
-    };
-    report.extensions.iter().map(line).collect()
+    })
 }
 
 fn rendered(report: &Report) -> String {
@@ -174,9 +176,21 @@ fn rendered(report: &Report) -> String {
 }
 
 fn warnings(warnings: &[WarningReport]) -> Vec<String> {
-    let line = |warning: &WarningReport| match warning.pointer.as_str() {
+    listed(warnings, |_, warning| match warning.pointer.as_str() {
         "" => warning.message.clone(),
         pointer => format!("{pointer}: {}", warning.message),
-    };
-    warnings.iter().map(line).collect()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lists_say_how_many_items_are_left() {
+        let lines = |count| numbered(&vec!["a"; count], |name| (Some(*name), "plain".to_owned()));
+        assert!(lines(0).is_empty());
+        assert_eq!((lines(20).len(), lines(20)[19].as_str()), (20, "#19 \"a\" plain"));
+        assert_eq!((lines(37).len(), lines(37)[20].as_str()), (21, "17 more, which --json lists"));
+    }
 }

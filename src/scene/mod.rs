@@ -27,6 +27,7 @@ mod mip_lookup;
 mod mip_maps;
 mod named_kind;
 mod node;
+mod resolve_clips;
 mod resolve_each;
 mod resolve_selection;
 mod selected_camera;

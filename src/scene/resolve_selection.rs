@@ -1,15 +1,13 @@
 //! Resolves a selection request against a scene.
 
-use std::collections::BTreeSet;
-
+use super::resolve_clips::{clips_together, disjoint_clips, find_clip};
 use super::{
-    AnimationIndex, AnimationTarget, CameraChanges, CameraIndex, CameraRequest, ClipSelection, NameOrIndex,
-    NamedKind, NodeIndex, Scene, SceneRoots, SelectedCamera, Selection, SelectionRequest, VariantIndex,
+    CameraChanges, CameraIndex, CameraRequest, ClipSelection, NameOrIndex, NamedKind, NodeIndex, Scene,
+    SceneRoots, SelectedCamera, Selection, SelectionRequest, VariantIndex,
 };
 use crate::error::{Error, Result, Warning};
 
 const SCENE: NamedKind = NamedKind { noun: "scene", setting: "scene_choice", pointer: "/scenes" };
-const CLIP: NamedKind = NamedKind { noun: "animation", setting: "animation", pointer: "/animations" };
 const CAMERA: NamedKind = NamedKind { noun: "camera", setting: "camera", pointer: "/cameras" };
 const VARIANT: NamedKind =
     NamedKind { noun: "variant", setting: "variant", pointer: "/extensions/KHR_materials_variants/variants" };
@@ -72,79 +70,6 @@ fn resolve_variant(
     let names = scene.variants.iter().map(|variant| Some(variant.name.as_str()));
     let index = find(&VARIANT, selected, names, warnings)?;
     Ok(Some(VariantIndex(index_u32(index))))
-}
-
-fn find_clip(selected: &NameOrIndex, scene: &Scene, warnings: &mut Vec<Warning>) -> Result<AnimationIndex> {
-    let names = scene.animations.iter().map(|clip| clip.name.as_deref());
-    find(&CLIP, selected, names, warnings).map(|clip| AnimationIndex(index_u32(clip)))
-}
-
-/// The clips of names and indices separated by commas, or the one that has the whole text as its name.
-///
-/// # Errors
-/// [`Error::Setting`] for a clip that does not exist, and for clips that animate the same target.
-fn clips_together(selected: &str, scene: &Scene, warnings: &mut Vec<Warning>) -> Result<Vec<AnimationIndex>> {
-    if scene.animations.iter().any(|clip| clip.name.as_deref() == Some(selected)) {
-        return Ok(vec![find_clip(&NameOrIndex::Name(selected.to_owned()), scene, warnings)?]);
-    }
-    let mut clips = Vec::new();
-    let mut held: BTreeSet<AnimationTarget> = BTreeSet::new();
-    for name in selected.split(',') {
-        let clip = find_clip(&NameOrIndex::parse(name.trim()), scene, warnings)?;
-        let targets = || scene.animations[clip.index()].channels.iter().map(|channel| channel.target);
-        if targets().any(|target| target.clashes(&held)) {
-            let name = scene.animations[clip.index()].name.as_deref();
-            let why = format!(
-                "{} animates a target of another selected clip; leave one of them out",
-                label(clip.index(), name)
-            );
-            return Err(Error::setting(CLIP.setting, why));
-        }
-        held.extend(targets());
-        clips.push(clip);
-    }
-    Ok(clips)
-}
-
-/// All clips except those that share a target with an earlier selected clip, and those of nodes of other scenes alone.
-fn disjoint_clips(scene: &Scene, roots: &[NodeIndex], warnings: &mut Vec<Warning>) -> Vec<AnimationIndex> {
-    let posing = posing_nodes(scene, roots);
-    let mut clips = Vec::new();
-    let mut held: BTreeSet<AnimationTarget> = BTreeSet::new();
-    for (i, clip) in scene.animations.iter().enumerate() {
-        let mut nodes = clip.channels.iter().map(|channel| channel.target.node());
-        if nodes.all(|node| node.is_some_and(|node| !posing.contains(&node))) {
-            continue;
-        }
-        if clip.channels.iter().any(|channel| channel.target.clashes(&held)) {
-            warnings.push(Warning {
-                pointer: format!("/animations/{i}"),
-                message: format!(
-                    "the clip {} animates a target of an earlier clip and is left out; select it with `animation` '#{i}'",
-                    label(i, clip.name.as_deref())
-                ),
-            });
-            continue;
-        }
-        held.extend(clip.channels.iter().map(|channel| channel.target));
-        clips.push(AnimationIndex(index_u32(i)));
-    }
-    clips
-}
-
-/// The nodes below `roots`, the joints that deform them, and the ancestors of both.
-fn posing_nodes(scene: &Scene, roots: &[NodeIndex]) -> BTreeSet<NodeIndex> {
-    let mut pending = scene.nodes_below(roots);
-    let mut nodes = BTreeSet::new();
-    while let Some(index) = pending.pop() {
-        if nodes.insert(index) {
-            let node = &scene.nodes[index.index()];
-            pending.extend(node.parent);
-            let skin = node.skin.map(|skin| &scene.skins[skin.index()]);
-            pending.extend(skin.iter().flat_map(|skin| &skin.joints));
-        }
-    }
-    nodes
 }
 
 fn resolve_camera(
@@ -214,7 +139,7 @@ pub(super) fn selected_cameras(scene: &Scene, roots: &[NodeIndex]) -> Vec<(Camer
 }
 
 /// The index among `names` that `selected` refers to, with a warning if others have its name.
-fn find<'a>(
+pub(super) fn find<'a>(
     kind: &NamedKind,
     selected: &NameOrIndex,
     names: impl ExactSizeIterator<Item = Option<&'a str>> + Clone,
@@ -243,7 +168,7 @@ fn find<'a>(
     })
 }
 
-fn label(index: usize, name: Option<&str>) -> String {
+pub(super) fn label(index: usize, name: Option<&str>) -> String {
     name.map_or_else(|| format!("#{index}"), |name| format!("#{index} \"{name}\""))
 }
 
@@ -263,13 +188,14 @@ impl Scene {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::scene::{
-        Animation, Camera, Channel, Interpolation, Keyframes, Node, Projection, Skin, SkinIndex, Variant,
+        Animation, AnimationIndex, AnimationTarget, Camera, Channel, Interpolation, Keyframes, Node,
+        Projection, Variant,
     };
 
-    fn clip(name: &str, targets: &[AnimationTarget]) -> Animation {
+    pub(in crate::scene) fn clip(name: &str, targets: &[AnimationTarget]) -> Animation {
         let channel = |&target: &AnimationTarget| Channel {
             target,
             keyframes: Keyframes {
@@ -288,7 +214,7 @@ mod tests {
     }
 
     /// Scene "empty" has no nodes; scene "main" has node 1 with camera 1 below node 0. Node 2 with camera 0 is in no scene.
-    fn scene() -> Scene {
+    pub(in crate::scene) fn scene() -> Scene {
         let moves = |i| AnimationTarget::Translation(NodeIndex(i));
         let rotates = |i| AnimationTarget::Rotation(NodeIndex(i));
         let node = |camera: Option<u32>, children: &[u32]| Node {
@@ -352,39 +278,6 @@ mod tests {
         };
         let (_, warnings) = Selection::resolve(&request, scene).unwrap();
         warnings.iter().map(ToString::to_string).collect()
-    }
-
-    #[test]
-    fn clips_of_other_scenes_do_not_play() {
-        let mut scene = scene();
-        let elsewhere = AnimationTarget::Translation(NodeIndex(2));
-        scene.animations[0] = clip("elsewhere", &[elsewhere]);
-        let played = |scene: &Scene| Selection::resolve(&SelectionRequest::default(), scene).unwrap().0.clips;
-        assert_eq!(played(&scene), [AnimationIndex(1)]);
-        // A joint of what is rendered may be anywhere.
-        scene.skins = vec![Skin { joints: vec![NodeIndex(2)], ..Skin::default() }];
-        scene.nodes[1].skin = Some(SkinIndex(0));
-        assert_eq!(played(&scene), [AnimationIndex(0), AnimationIndex(1)]);
-    }
-
-    #[test]
-    fn clips_play_together() {
-        let together = |text: &str, scene: &Scene| {
-            let clips = ClipSelection::Together(text.to_owned());
-            Selection::resolve(&SelectionRequest { clips, ..SelectionRequest::default() }, scene)
-        };
-        let clips = |text, scene: &Scene| together(text, scene).unwrap().0.clips;
-        let mut scene = scene();
-        assert_eq!(clips("c, #0", &scene), [AnimationIndex(2), AnimationIndex(0)]);
-        for (refused, why) in
-            [("b,c", "\"c\" animates a target"), ("a,d", "no animation \"d\""), ("a,", "no animation")]
-        {
-            let message = together(refused, &scene).unwrap_err().to_string();
-            assert!(message.contains(why), "{message}");
-        }
-        // A name may have commas.
-        scene.animations[1].name = Some("a,c".to_owned());
-        assert_eq!(clips("a,c", &scene), [AnimationIndex(1)]);
     }
 
     #[test]

@@ -8,6 +8,9 @@ use crate::error::{Error, Result, Warning};
 
 const CLIP: NamedKind = NamedKind { noun: "animation", setting: "animation", pointer: "/animations" };
 
+/// Clips that a warning names.
+const MOST_LABELS: usize = 8;
+
 /// The clip of a name or index.
 ///
 /// # Errors
@@ -59,7 +62,7 @@ pub(super) fn disjoint_clips(
     warnings: &mut Vec<Warning>,
 ) -> Vec<AnimationIndex> {
     let posing = posing_nodes(scene, roots);
-    let mut clips = Vec::new();
+    let (mut clips, mut left_out) = (Vec::new(), Vec::new());
     let mut held: BTreeSet<AnimationTarget> = BTreeSet::new();
     for (i, clip) in scene.animations.iter().enumerate() {
         let mut nodes = clip.channels.iter().map(|channel| channel.target.node());
@@ -67,19 +70,43 @@ pub(super) fn disjoint_clips(
             continue;
         }
         if clip.channels.iter().any(|channel| channel.target.clashes(&held)) {
-            warnings.push(Warning {
-                pointer: format!("/animations/{i}"),
-                message: format!(
-                    "the clip {} animates a target of an earlier clip and is left out; select it with `animation` '#{i}'",
-                    label(i, clip.name.as_deref())
-                ),
-            });
+            left_out.push(i);
             continue;
         }
         held.extend(clip.channels.iter().map(|channel| channel.target));
         clips.push(AnimationIndex(index_u32(i)));
     }
+    warnings.extend(left_out_warning(scene, &left_out));
     clips
+}
+
+/// The warning about clips that share targets with earlier ones; `None` without such clips.
+fn left_out_warning(scene: &Scene, clips: &[usize]) -> Option<Warning> {
+    let labels = |clips: &[usize]| {
+        let label = |&clip: &usize| label(clip, scene.animations[clip].name.as_deref());
+        clips.iter().map(label).collect::<Vec<_>>().join(", ")
+    };
+    let (pointer, message) = match *clips {
+        [] => return None,
+        [clip] => (
+            format!("/animations/{clip}"),
+            format!(
+                "the clip {} animates a target of an earlier clip and is left out; select it with `animation` '#{clip}'",
+                labels(clips)
+            ),
+        ),
+        [first, ..] => {
+            let named = &clips[..clips.len().min(MOST_LABELS)];
+            let rest = if named.len() < clips.len() { ", …" } else { "" };
+            let message = format!(
+                "{} clips animate targets of earlier clips and are left out ({}{rest}); select some with `animation` '#{first}'",
+                clips.len(),
+                labels(named)
+            );
+            ("/animations".to_owned(), message)
+        }
+    };
+    Some(Warning { pointer, message })
 }
 
 /// The nodes below `roots`, the joints that deform them, and the ancestors of both.
@@ -114,6 +141,26 @@ mod tests {
         scene.skins = vec![Skin { joints: vec![NodeIndex(2)], ..Skin::default() }];
         scene.nodes[1].skin = Some(SkinIndex(0));
         assert_eq!(played(&scene), [AnimationIndex(0), AnimationIndex(1)]);
+    }
+
+    #[test]
+    fn clips_that_are_left_out_have_one_warning() {
+        let mut scene = scene();
+        let mut warning = |count: usize| {
+            let clips = (0..=count).map(|i| clip(&format!("c{i}"), &[AnimationTarget::Scale(NodeIndex(0))]));
+            scene.animations = clips.collect();
+            let (_, warnings) = Selection::resolve(&SelectionRequest::default(), &scene).unwrap();
+            warnings.iter().map(ToString::to_string).collect::<Vec<_>>()
+        };
+        assert!(warning(0).is_empty());
+        let one = "/animations/1: the clip #1 \"c1\" animates a target of an earlier clip and is left out; select it with `animation` '#1'";
+        assert_eq!(warning(1), [one]);
+        let two = "/animations: 2 clips animate targets of earlier clips and are left out (#1 \"c1\", #2 \"c2\"); select some with `animation` '#1'";
+        assert_eq!(warning(2), [two]);
+        let many = warning(17);
+        assert_eq!(many.len(), 1);
+        assert!(many[0].starts_with("/animations: 17 clips animate"), "{}", many[0]);
+        assert!(many[0].contains("#7 \"c7\", #8 \"c8\", …); select"), "{}", many[0]);
     }
 
     #[test]

@@ -13,8 +13,8 @@ const VARIANT: NamedKind =
     NamedKind { noun: "variant", setting: "variant", pointer: "/extensions/KHR_materials_variants/variants" };
 
 impl Selection {
-    /// Resolves `request` against `scene`. If all clips are requested, a clip that shares a target with an earlier clip is left
-    /// out with a warning. Of several things with a requested name the first is selected, with a warning.
+    /// Resolves `request` against `scene`. If all clips are requested, clips that share a target with an earlier clip are left
+    /// out with one warning. Of several things with a requested name the first is selected, with a warning.
     ///
     /// # Errors
     ///

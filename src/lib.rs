@@ -45,6 +45,8 @@ mod lock_file;
 mod parallel_read;
 mod parallel_resize;
 mod sha256;
+#[doc(hidden)]
+pub mod terminal;
 
 pub mod bvh;
 

@@ -7,10 +7,10 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::findings::Finding;
-use crate::progress::misleads;
 use rayframe::error::Result;
 use rayframe::image_file::{DisplayImage, SUMMARY_MARK, encode_png, is_marked_png, write_single_file};
 use rayframe::regression::{Verdict, VerdictCounts, heat_map_thumbnail, thumbnail};
+use rayframe::terminal::misleads;
 
 /// Largest number of characters of the file.
 const MAX_CHARACTERS: usize = 65_536;

@@ -27,7 +27,7 @@ pub(crate) use openjd::print_openjd_failure;
 pub(crate) use option_names::option_names;
 pub(crate) use pretty_json::pretty_json;
 pub(crate) use print::{
-    escaped_json, escaped_lines, misleads, one_line, print_error, print_generated, print_json, print_note,
+    escaped_json, escaped_lines, one_line, print_error, print_generated, print_json, print_note,
     print_output, print_raw, print_warning,
 };
 pub(crate) use reported::{Part, ReportedSequence};

@@ -2,6 +2,8 @@
 
 use std::io::Write as _;
 
+use rayframe::terminal::misleads;
+
 use super::option_names::option_names;
 use super::standard_output::write_lines;
 
@@ -70,15 +72,6 @@ pub(crate) fn escaped_json(json: &str) -> String {
         }
     }
     text
-}
-
-/// Whether a terminal obeys the character, reorders text by it, or shows nothing: control characters, bidirectional controls, zero-width
-/// characters, separators of lines and tags.
-pub(crate) fn misleads(c: char) -> bool {
-    c.is_control()
-        || matches!(c,
-            '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}'
-            | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}')
 }
 
 #[cfg(test)]

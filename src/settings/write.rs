@@ -8,6 +8,7 @@ use toml::de::DeValue;
 
 use super::definitions::{DEFINITIONS, Definition, Settings};
 use super::setting_type::{Single, ValueForm};
+use crate::terminal::misleads;
 
 impl Settings {
     /// The same settings with defaults given where they have a meaning beside them, and files named from `folder`.
@@ -99,13 +100,21 @@ fn number(form: ValueForm, text: &str) -> Option<String> {
         .find(|number| is_number(number) && same(number))
 }
 
-/// A basic string of TOML.
+/// An escape of TOML.
+fn escaped(c: char) -> String {
+    match u32::from(c) {
+        code @ ..=0xffff => format!("\\u{code:04X}"),
+        code => format!("\\U{code:08X}"),
+    }
+}
+
+/// A basic string of TOML, in which no character misleads on a terminal.
 fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     for c in text.chars() {
         match c {
             '"' | '\\' => quoted.extend(['\\', c]),
-            c if c.is_control() => quoted.extend(format!("\\u{:04X}", u32::from(c)).chars()),
+            c if misleads(c) => quoted.push_str(&escaped(c)),
             c => quoted.push(c),
         }
     }
@@ -119,10 +128,18 @@ mod tests {
 
     #[test]
     fn quoted_texts_are_read_as_written() {
-        for text in ["", "a\"b\\c", "\u{1}\u{7f}\u{85}\n\t", "'''", "#0 → é"] {
+        for text in [
+            "",
+            "a\"b\\c",
+            "\u{1}\u{7f}\u{85}\n\t",
+            "'''",
+            "#0 → é",
+            "می\u{200c}شود\u{ad}\u{202e}\u{feff}\u{e0001}",
+        ] {
             let line = quoted(text);
             let read = DeValue::parse(&line).unwrap();
             assert_eq!(read.get_ref().as_str(), Some(text), "{line}");
+            assert!(!line.contains(misleads), "{line} is printed otherwise");
         }
     }
 }

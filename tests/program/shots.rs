@@ -33,9 +33,9 @@ fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
 /// Everything that is printed stands for itself: defaults, what the scene decides, and what was typed, from anywhere.
 #[test]
 fn a_dry_run_prints_a_shot_that_makes_the_same_files() {
-    // A name with all that has a meaning in patterns.
+    // A name with all that has a meaning in patterns, and with characters that a terminal does not show.
     let outer = tempfile::tempdir().unwrap();
-    let folder = outer.path().join("50% #1 {frame}");
+    let folder = outer.path().join("50% #1 {frame} می\u{200c}شود\u{ad}");
     std::fs::create_dir(&folder).unwrap();
     let environment = format!("{PICTURE}@30");
     let much = "-r 64x36 --scale 50% -s 1 -e 4 -j 3 --fps 24000/1001 --samples 2 --max-samples 4 --aa-threshold 0.10 \

@@ -1,8 +1,8 @@
 //! Verdicts of earlier runs: a shot that was identical is not rendered again while nothing changed that its images depend on.
 //!
 //! The folder holds one file a shot, named like it. A file states the SHA-256 of the program, of every input of the shot and of every
-//! reference, so that it is safe to share between machines and branches, and to delete. Only shots whose images are all identical are
-//! kept: what changed or failed is rendered again, since the report shows its images.
+//! reference, and where links of inputs lead, so that it is safe to share between machines and branches, and to delete. Only shots whose
+//! images are all identical are kept: what changed or failed is rendered again, since the report shows its images.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -32,6 +32,8 @@ const MARKS: [(&str, &str); 2] = [("CACHEDIR.TAG", TAG), (".gitignore", "*\n")];
 pub(super) struct VerdictCache<'a> {
     suite: &'a Suite,
     folder: &'a Path,
+    /// Canonical path of the suite's folder.
+    suite_folder: PathBuf,
     /// SHA-256 of the running program.
     program: String,
     start: SystemTime,
@@ -49,13 +51,22 @@ pub(super) struct CachedShot {
     program: String,
     /// The shot file or scene. A new shot file may take the name of a scene.
     shot: String,
-    /// SHA-256 by path: of the suite file, the shot file, the scene and the files that they name. Paths are relative to the
-    /// suite's folder.
-    inputs: BTreeMap<String, String>,
+    /// By path: the suite file, the shot file, the scene and the files that they name. Paths are relative to the suite's folder.
+    inputs: BTreeMap<String, CachedInput>,
     /// The images, all identical to their references.
     pub(super) images: Vec<CachedImage>,
     /// Features of the scene that are not honoured.
     pub(super) warnings: Vec<String>,
+}
+
+/// A file that the images depend on.
+#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CachedInput {
+    /// SHA-256 of the file.
+    hash: String,
+    /// The path without links, relative to that of the suite's folder. A link that leads out of it may be refused.
+    target: String,
 }
 
 /// An image that was identical to its reference.
@@ -81,8 +92,8 @@ fn verdict_file(folder: &Path, shot: &SuiteShot) -> PathBuf {
 }
 
 impl<'a> VerdictCache<'a> {
-    /// The verdicts of `shots` in `folder`, where what killed runs left is removed. `None` where the running program cannot be read, which
-    /// tells versions apart.
+    /// The verdicts of `shots` in `folder`, where what killed runs left is removed. `None` where the running program, which tells versions
+    /// apart, or the suite's folder cannot be read.
     ///
     /// # Errors
     /// [`Error::CannotCreate`] for a folder with files of others.
@@ -96,8 +107,12 @@ impl<'a> VerdictCache<'a> {
         let paths: Vec<_> = verdicts.chain(MARKS.map(|(name, _)| folder.join(name))).collect();
         remove_stale_temporaries(&paths);
         let program = std::env::current_exe().ok().and_then(|program| sha256_of_file(&program).ok());
+        let suite_folder = Path::new(".").join(folder_of(&suite.file)).canonicalize().ok();
         let (hashes, error) = (Mutex::default(), Mutex::default());
-        Ok(program.map(|program| Self { suite, folder, program, start: SystemTime::now(), hashes, error }))
+        Ok(program.zip(suite_folder).map(|(program, suite_folder)| {
+            let start = SystemTime::now();
+            Self { suite, folder, suite_folder, program, start, hashes, error }
+        }))
     }
 
     /// The images of the shot, if it was identical and nothing changed since.
@@ -110,7 +125,7 @@ impl<'a> VerdictCache<'a> {
             && cached
                 .inputs
                 .iter()
-                .all(|(path, hash)| self.hash(&suite_folder.join(path)).as_ref() == Some(hash))
+                .all(|(path, input)| self.input(&suite_folder.join(path)).as_ref() == Some(input))
             && cached.images.iter().all(|image| {
                 self.hash(&reference_path(&self.suite.references, &image.name)).as_ref()
                     == Some(&image.reference)
@@ -151,9 +166,10 @@ impl<'a> VerdictCache<'a> {
         let suite_folder = folder_of(&self.suite.file);
         let input = |path: &Path| {
             let name = relative(suite_folder, path)?;
+            let input = self.input(path).filter(|_| is_unchanged_since(path, self.start))?;
             // Where links change what `..` is, the name may be that of another file.
-            let is_same = suite_folder.join(&name).canonicalize().ok()? == path.canonicalize().ok()?;
-            Some((name, self.unchanged_hash(path)?)).filter(|_| is_same)
+            let is_same = self.target(&suite_folder.join(&name)).as_ref() == Some(&input.target);
+            Some((name, input)).filter(|_| is_same)
         };
         let of_suite = [self.suite.file.as_path(), &shot.path].into_iter();
         let image = |frame: &FrameResult| {
@@ -178,10 +194,13 @@ impl<'a> VerdictCache<'a> {
         verdict_file(self.folder, shot)
     }
 
-    /// The hash of a file that did not change since the run began.
-    fn unchanged_hash(&self, path: &Path) -> Option<String> {
-        let hash = self.hash(path)?;
-        Some(hash).filter(|_| is_unchanged_since(path, self.start))
+    fn input(&self, path: &Path) -> Option<CachedInput> {
+        Some(CachedInput { hash: self.hash(path)?, target: self.target(path)? })
+    }
+
+    /// The path without links, relative to that of the suite's folder.
+    fn target(&self, path: &Path) -> Option<String> {
+        relative(&self.suite_folder, &path.canonicalize().ok()?)
     }
 
     /// The hash of a file; read once a run.

@@ -66,6 +66,26 @@ fn verdicts_hold_until_an_input_changes() {
     }
 }
 
+/// The verdict of the same bytes says nothing about a file that a scene may not name.
+#[cfg(unix)]
+#[test]
+fn a_link_that_leads_out_of_the_suite_is_followed_again() {
+    let stage = Stage::accepted(SUITE, &[SPOT]);
+    let buffer = stage.path(&with_buffer_file(&stage, "spare.gltf", "light/range.gltf"));
+    stage.run(&["test"]).ends(1, &["no reference"]);
+    stage.run(&["accept"]).ends(0, &["added"]);
+    wait_a_tick();
+    stage.run(&["test"]).ends(0, &["2 images identical"]);
+    stage.run(&["test"]).ends(0, &["2 shots not rendered"]);
+    let outside = tempfile::tempdir().unwrap();
+    let target = outside.path().join("spare.bin");
+    std::fs::copy(&buffer, &target).unwrap();
+    std::fs::remove_file(&buffer).unwrap();
+    std::os::unix::fs::symlink(&target, &buffer).unwrap();
+    stage.run(&["test"]).ends(1, &["FAIL spare", "1 image identical"]);
+    assert_eq!(cached(&stage), ["spot"]);
+}
+
 /// Writes a scene of the repository whose first buffer is a file, and returns the name of that file.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn with_buffer_file(stage: &Stage, name: &str, scene: &str) -> String {

@@ -99,9 +99,9 @@ fn chosen(args: &AcceptArgs, selection: PendingSelection) -> (Vec<Pending>, usiz
 
 /// Discards pending images.
 pub(super) fn reject(args: &RejectArgs) -> Result<()> {
-    let (_, PendingSelection { changes, .. }) = pending_changes(args)?;
+    let (suite, PendingSelection { changes, .. }) = pending_changes(args)?;
     for pending in &changes {
-        suite::reject(pending)?;
+        suite::reject(&suite, pending)?;
         print_output(&rejected(pending));
     }
     if changes.is_empty() {

@@ -42,7 +42,7 @@ pub(super) fn run(args: &RejectArgs) -> Result<()> {
                 print_output(&format!("{} {}", done(pending.kind), pending.reference.display()));
             }
             Decision::Reject => {
-                suite::reject(pending)?;
+                suite::reject(&suite, pending)?;
                 print_output(&rejected(pending));
             }
             Decision::Skip => left += 1,

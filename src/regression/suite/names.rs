@@ -10,6 +10,8 @@ const PENDING: &str = ".new";
 const CHANGED: &str = ".changed.new";
 /// Suffix of pending removals, after the name of the reference.
 const REMOVAL: &str = ".remove.new";
+/// Suffix of the file that tells with which reference a pending image was compared, after the name of the reference.
+const COMPARED: &str = ".compared.new";
 /// Extension of references.
 const REFERENCE: &str = ".exr";
 
@@ -47,14 +49,20 @@ pub(super) fn changed_path(references: &Path, name: &str) -> PathBuf {
     references.join(format!("{name}{REFERENCE}{CHANGED}"))
 }
 
+/// The path of the SHA-256 of the reference with which the pending image `name` was compared.
+pub(super) fn compared_path(references: &Path, name: &str) -> PathBuf {
+    references.join(format!("{name}{REFERENCE}{COMPARED}"))
+}
+
 /// The path of the pending removal of the reference `name`.
 pub(super) fn removal_path(references: &Path, name: &str) -> PathBuf {
     references.join(format!("{name}{REFERENCE}{REMOVAL}"))
 }
 
 /// The paths of all files of an image below `references`.
-pub(super) fn paths_of_image(references: &Path, name: &str) -> [PathBuf; 4] {
-    [reference_path, pending_path, changed_path, removal_path].map(|path| path(references, name))
+pub(super) fn paths_of_image(references: &Path, name: &str) -> [PathBuf; 5] {
+    [reference_path, pending_path, changed_path, compared_path, removal_path]
+        .map(|path| path(references, name))
 }
 
 /// A file below the folder of references.
@@ -160,6 +168,8 @@ mod tests {
             assert_eq!(of(changed_path(references, name)), ReferenceFile::Changed(name.to_owned()));
             assert_eq!(of(removal_path(references, name)), ReferenceFile::Removal(name.to_owned()));
         }
+        let compared = compared_path(references, "a.0012");
+        assert_eq!(name_below(references, &compared).as_deref().map(kind_of), Some(None));
         assert_eq!(kind_of("notes.txt"), None);
     }
 

@@ -4,13 +4,15 @@ use std::path::{Path, PathBuf};
 
 use super::filter::Filter;
 use super::names::{
-    ReferenceFile, changed_path, pending_path, reference_files, reference_path, removal_path,
+    ReferenceFile, changed_path, compared_path, pending_path, reference_files, reference_path, removal_path,
 };
+use super::rendered_images::reference_hash;
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::image_file::{probe_folder, write_atomically};
 use crate::regression::compare::compare;
 use crate::regression::comparison::Comparison;
+use crate::regression::result::FrameResult;
 use crate::regression::{Image, Verdict};
 
 /// A pending change of a reference.
@@ -106,7 +108,8 @@ pub fn accept(suite: &Suite, pending: &Pending) -> Result<()> {
         return remove_file(&pending.file);
     }
     std::fs::rename(&pending.file, &pending.reference)
-        .map_err(|source| Error::WriteFailed { path: pending.reference.clone(), source })
+        .map_err(|source| Error::WriteFailed { path: pending.reference.clone(), source })?;
+    remove_file(&compared_path(&suite.references, &pending.name))
 }
 
 /// Checks whether [`accept`] would apply the change.
@@ -119,7 +122,7 @@ pub fn check_acceptable(suite: &Suite, pending: &Pending) -> Result<()> {
             "CI is set, and references are not written on build servers; accept them on your machine and commit them",
         ));
     }
-    if let Some(why) = outdated(pending)? {
+    if let Some(why) = outdated(suite, pending)? {
         let file = pending.file.display();
         let message = format!("{file}: {why} since the change was found; run rayframe test and look again");
         return Err(Error::Different { message });
@@ -135,27 +138,33 @@ pub fn check_acceptable(suite: &Suite, pending: &Pending) -> Result<()> {
 }
 
 /// Why the change no longer applies; `None` when it does.
-fn outdated(pending: &Pending) -> Result<Option<&'static str>> {
-    let modified = |path: &Path| std::fs::metadata(path).and_then(|metadata| metadata.modified());
-    let found = modified(&pending.file).map_err(Error::missing(&pending.file))?;
-    if modified(&pending.reference).is_ok_and(|reference| reference > found) {
+fn outdated(suite: &Suite, pending: &Pending) -> Result<Option<&'static str>> {
+    let Pending { name, kind, shot, .. } = pending;
+    // A run that was killed has removed it.
+    if *kind == PendingKind::Remove && !pending.reference.exists() {
+        return Ok(None);
+    }
+    let (compared, has_same_shots) = if *kind == PendingKind::Remove {
+        let text = std::fs::read_to_string(&pending.file).map_err(Error::missing(&pending.file))?;
+        let (owner, compared) = text.trim_end().rsplit_once('\n').unwrap_or_default();
+        (Some(compared.to_owned()), owner == owner_text(shot.as_ref().map(|shot| shot.name.as_str())))
+    } else {
+        let compared = std::fs::read_to_string(compared_path(&suite.references, name)).ok();
+        (compared.map(|hash| hash.trim().to_owned()), shot.is_some())
+    };
+    if compared != reference_hash(suite, name) {
         return Ok(Some("the reference has changed"));
     }
-    if pending.kind == PendingKind::Remove {
-        let owner = std::fs::read_to_string(&pending.file).map_err(Error::missing(&pending.file))?;
-        if owner != owner_text(pending.shot.as_ref().map(|shot| shot.name.as_str())) {
-            return Ok(Some("the shots of its name have changed"));
-        }
-    }
-    Ok(None)
+    Ok(Some("the shots of its name have changed").filter(|_| !has_same_shots))
 }
 
 /// Discards the change. The reference stays.
 ///
 /// # Errors
 /// [`Error::WriteFailed`] when the file cannot be removed.
-pub fn reject(pending: &Pending) -> Result<()> {
-    remove_file(&pending.file)
+pub fn reject(suite: &Suite, pending: &Pending) -> Result<()> {
+    remove_file(&pending.file)?;
+    remove_file(&compared_path(&suite.references, &pending.name))
 }
 
 /// Compares a pending image with its reference, within the limits of its shot.
@@ -172,20 +181,25 @@ pub fn compare_pending(
     Ok(compare(actual, expected, &limits.limits))
 }
 
-/// Stores `bytes` as the pending image `name`, instead of any other pending image of this name.
-pub(super) fn store_image(suite: &Suite, name: &str, verdict: Verdict, bytes: &[u8]) -> Result<()> {
-    let paths = [pending_path(&suite.references, name), changed_path(&suite.references, name)];
-    let [failed, changed] = &paths;
-    let (file, other) = if verdict == Verdict::Changed { (changed, failed) } else { (failed, changed) };
-    probe_folder(file)?;
-    write_atomically(file, bytes)?;
-    remove_file(other)
+/// Stores `bytes` as the pending image of `frame`, instead of any other pending image of its name.
+pub(super) fn store_image(suite: &Suite, frame: &FrameResult, bytes: &[u8]) -> Result<()> {
+    let [failed, changed, compared] =
+        [pending_path, changed_path, compared_path].map(|path| path(&suite.references, &frame.name));
+    let is_changed = frame.verdict() == Verdict::Changed;
+    let (file, other) = if is_changed { (changed, failed) } else { (failed, changed) };
+    probe_folder(&file)?;
+    write_atomically(&file, bytes)?;
+    remove_file(&other)?;
+    match &frame.reference_hash {
+        Some(hash) => write_atomically(&compared, format!("{hash}\n").as_bytes()),
+        None => remove_file(&compared),
+    }
 }
 
 /// Discards the pending image `name`, if any.
 pub(super) fn discard_image(suite: &Suite, name: &str) -> Result<()> {
-    remove_file(&pending_path(&suite.references, name))?;
-    remove_file(&changed_path(&suite.references, name))
+    let paths = [pending_path, changed_path, compared_path].map(|path| path(&suite.references, name));
+    paths.iter().try_for_each(|path| remove_file(path))
 }
 
 /// Discards the pending removal of the reference `name`, if any.
@@ -195,11 +209,14 @@ pub(super) fn discard_removal(suite: &Suite, name: &str) -> Result<()> {
 
 /// Stores a pending removal of the reference `name`. `owner` is the shot of that name, which does not render it.
 pub(super) fn store_removal(suite: &Suite, name: &str, owner: Option<&str>) -> Result<()> {
-    write_atomically(&removal_path(&suite.references, name), owner_text(owner).as_bytes())
+    let compared = reference_hash(suite, name).unwrap_or_default();
+    let text = format!("{}\n{compared}\n", owner_text(owner));
+    write_atomically(&removal_path(&suite.references, name), text.as_bytes())
 }
 
+/// The first line of a pending removal. The SHA-256 of the reference follows.
 fn owner_text(owner: Option<&str>) -> String {
-    owner.map_or_else(|| "no shot\n".to_owned(), |owner| format!("not asked for by {owner}\n"))
+    owner.map_or_else(|| "no shot".to_owned(), |owner| format!("not asked for by {owner}"))
 }
 
 /// Removes a file, if it exists.

@@ -146,7 +146,7 @@ fn update_pending(suite: &Suite, frame: &TestedFrame) -> Result<()> {
     match (frame.result.status, &frame.file) {
         _ if verdict == Verdict::Identical => discard_image(suite, name)?,
         (FrameStatus::Broken | FrameStatus::Orphaned, _) | (_, None) => return Ok(()),
-        (_, Some(bytes)) => store_image(suite, name, verdict, bytes)?,
+        (_, Some(bytes)) => store_image(suite, &frame.result, bytes)?,
     }
     discard_removal(suite, name)
 }

@@ -143,13 +143,32 @@ fn stale_findings_are_not_applied() {
         .ends(1, &["references/sun.exr.remove.new: the shots", "have changed since the change was found"]);
     stage.run(&["test", "point"]).ends(0, &[]);
     stage.run(&["accept"]).ends(0, &["no pending images"]);
-    // An image whose reference has changed since.
+    // An image whose reference has changed since, to one of an older time.
     stage.scene("point.gltf", "light/point.gltf", "\"intensity\": ", "\"intensity\": 9");
     stage.run(&["test"]).ends(1, &[]);
     let reference = stage.path("references/point.exr");
-    let later = std::time::SystemTime::now() + std::time::Duration::from_secs(60);
-    std::fs::File::options().append(true).open(&reference).unwrap().set_modified(later).unwrap();
-    stage.run(&["accept"]).ends(1, &["point.exr.new: the reference has changed since the change was found"]);
+    let bytes = std::fs::read(&reference).unwrap();
+    std::fs::write(&reference, "other").unwrap();
+    let old = std::time::SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(60);
+    std::fs::File::options().append(true).open(&reference).unwrap().set_modified(old).unwrap();
+    let changed = "the reference has changed since the change was found";
+    stage.run(&["accept"]).ends(1, &["point.exr.new: ", changed]);
+    std::fs::remove_file(&reference).unwrap();
+    stage.run(&["accept"]).ends(1, &["point.exr.new: ", changed]);
+    // One that has the same bytes, whatever its time, is the same.
+    std::fs::write(&reference, bytes).unwrap();
+    stage.run(&["accept"]).ends(0, &["replaced references/point.exr"]);
+    // An image whose reference appeared since, and one whose shot is gone.
+    stage.scene("moon.gltf", "light/point.gltf", "", "");
+    stage.run(&["test", "moon"]).ends(1, &["no reference"]);
+    std::fs::copy(&reference, stage.path("references/moon.exr")).unwrap();
+    stage.run(&["accept", "moon"]).ends(1, &["moon.exr.new: ", changed]);
+    std::fs::remove_file(stage.path("references/moon.exr")).unwrap();
+    std::fs::remove_file(stage.path("moon.gltf")).unwrap();
+    stage
+        .run(&["accept", "moon"])
+        .ends(1, &["moon.exr.new: the shots of its name have changed since the change was found"]);
+    assert!(!stage.path("references/moon.exr").exists());
 }
 
 #[test]

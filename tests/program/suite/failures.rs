@@ -38,7 +38,10 @@ fn a_changed_scene_fails_with_value_limit_and_cause_until_it_is_accepted_or_reje
         1,
         &["FAIL light/point (preset visual)", "mean FLIP: 0.", " > 0.08", "likely light", "1 failed"],
     );
-    assert_eq!(stage.references(), ["light/point.exr", "light/point.exr.new"]);
+    assert_eq!(
+        stage.references(),
+        ["light/point.exr", "light/point.exr.compared.new", "light/point.exr.new"]
+    );
     // `test` never applies a finding.
     stage.run(&["test"]).ends(1, &["FAIL light/point"]);
     stage.run(&["reject"]).ends(0, &["rejected light/point"]);

@@ -8,6 +8,8 @@ use crate::progress::schema::Schema;
 const POINT: (&str, &str) = ("point.gltf", "light/point.gltf");
 const SPOT: (&str, &str) = ("spot.gltf", "light/spot.gltf");
 const CHANGED: &str = "point.exr.changed.new";
+/// The SHA-256 of the reference with which the pending image was compared.
+const COMPARED: &str = "point.exr.compared.new";
 
 /// A suite with an identical image and one that is 1 % brighter than its reference, which the preset `visual` admits.
 fn changed() -> Stage {
@@ -30,15 +32,15 @@ fn a_change_within_the_limits_is_named_and_stored() {
             "rayframe accept --changed",
         ],
     );
-    assert_eq!(stage.references(), ["point.exr", CHANGED, "spot.exr"]);
+    assert_eq!(stage.references(), ["point.exr", CHANGED, COMPARED, "spot.exr"]);
     assert_eq!(stage.run(&["test", "-q"]).text, "");
     // A failure replaces the pending image, and an identical image removes it.
     stage.write("point.toml", "scene = 'point.gltf'\nlight_scale = 2\n");
     stage.run(&["test"]).ends(1, &["1 image identical, 0 changed within limits, 1 failed"]);
-    assert_eq!(stage.references(), ["point.exr", "point.exr.new", "spot.exr"]);
+    assert_eq!(stage.references(), ["point.exr", COMPARED, "point.exr.new", "spot.exr"]);
     stage.write("point.toml", "scene = 'point.gltf'\nlight_scale = 1.01\n");
     stage.run(&["test"]).ends(0, &[]);
-    assert_eq!(stage.references(), ["point.exr", CHANGED, "spot.exr"]);
+    assert_eq!(stage.references(), ["point.exr", CHANGED, COMPARED, "spot.exr"]);
     stage.write("point.toml", "scene = 'point.gltf'\n");
     stage.run(&["test"]).ends(0, &["2 images identical"]);
     assert_eq!(stage.references(), ["point.exr", "spot.exr"]);
@@ -71,9 +73,9 @@ fn only_an_option_an_exact_name_or_an_approval_accepts_a_change() {
         0,
         &["replaced references/spot.exr", "1 change within the limits is still pending", "accept --changed"],
     );
-    assert_eq!(stage.references(), ["point.exr", CHANGED, "spot.exr"]);
+    assert_eq!(stage.references(), ["point.exr", CHANGED, COMPARED, "spot.exr"]);
     stage.run(&["accept"]).ends(0, &["rayframe accept --changed accepts it"]);
-    assert_eq!(stage.references(), ["point.exr", CHANGED, "spot.exr"]);
+    assert_eq!(stage.references(), ["point.exr", CHANGED, COMPARED, "spot.exr"]);
     stage.run(&["accept", "--changed"]).ends(0, &["replaced references/point.exr"]);
     stage.run(&["accept", "--changed"]).ends(0, &["no pending images that changed within the limits"]);
     stage.run(&["test"]).ends(0, &["2 images identical"]);
@@ -84,7 +86,7 @@ fn only_an_option_an_exact_name_or_an_approval_accepts_a_change() {
     stage.run(&["test"]).ends(1, &[]);
     stage.run(&["accept", "--changed", "spot"]).ends(0, &["no pending images that changed"]);
     stage.run(&["accept", "point"]).ends(0, &["replaced references/point.exr"]);
-    assert_eq!(stage.references(), ["point.exr", "spot.exr", "spot.exr.new"]);
+    assert_eq!(stage.references(), ["point.exr", "spot.exr", "spot.exr.compared.new", "spot.exr.new"]);
 }
 
 #[test]

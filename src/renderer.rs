@@ -50,7 +50,27 @@ impl Renderer {
     /// [`Error::Unsupported`](crate::Error::Unsupported) for one that cannot be rendered,
     /// [`Error::Setting`](crate::Error::Setting) for a wrong line of a shot file.
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
-        let shot = ShotSettings::read(path.as_ref())?;
+        Self::open_with(path, Settings::default())
+    }
+
+    /// Opens a scene, or a shot file, with settings that replace those of the shot file. Those of the import, `allow_dir`, `max_memory`,
+    /// `asset_cache` and `asset_cache_size`, have to be known here.
+    ///
+    /// ```
+    /// use rayframe::Renderer;
+    /// use rayframe::error::Provenance;
+    /// use rayframe::settings::Settings;
+    ///
+    /// let mut settings = Settings::default();
+    /// settings.set("allow_dir", "scenes".as_ref(), &Provenance::Library)?;
+    /// let renderer = Renderer::open_with("scenes/demo/whitted_1980.gltf", settings)?;
+    /// # Ok::<(), rayframe::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Renderer::open`], and [`Error::Setting`](crate::Error::Setting) for settings that cannot be combined.
+    pub fn open_with(path: impl AsRef<Path>, settings: Settings) -> Result<Self> {
+        let shot = ShotSettings::read_with(path.as_ref(), settings)?;
         let scene = Arc::new(load_scene(&shot, ImageLoading::Texels)?);
         let ShotSettings { settings, shot_file, .. } = shot;
         Ok(Self { settings, shot_file, scene, cancel: CancelFlag::new() })
@@ -95,8 +115,9 @@ impl Renderer {
     }
 
     /// Sets any setting by its name, from the text that its option takes: `set("shutter", "180deg")`. It replaces its earlier value
-    /// and settings that cannot be combined with it. `threads`, `stats`, `manifest`, `show`, `progress`, `quiet` and `verbose`
-    /// concern the program and have no effect here; `asset_cache` and `asset_cache_size` have one in the shot file that is opened.
+    /// and settings that cannot be combined with it; repeated settings add up. `threads`, `stats`, `manifest`, `show`, `progress`, `quiet`
+    /// and `verbose` concern the program and have no effect here. `allow_dir`, `asset_cache` and `asset_cache_size` have one in
+    /// [`Renderer::open_with`] and in the shot file that is opened, and `max_memory` limits the import there alone.
     ///
     /// # Errors
     /// [`Error::Setting`](crate::Error::Setting) for an unknown name, with the closest one, and for a wrong value.

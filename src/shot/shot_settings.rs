@@ -42,11 +42,18 @@ impl ShotSettings {
     /// # Errors
     /// Those of [`Settings::read_shot`] and [`ShotSettings::merge`].
     pub fn read(path: &Path) -> Result<Self> {
+        Self::read_with(path, Settings::default())
+    }
+
+    /// Reads a shot file, over whose settings `settings` stand, or the scene `path` with these settings.
+    ///
+    /// # Errors
+    /// Those of [`ShotSettings::read`].
+    pub fn read_with(path: &Path, settings: Settings) -> Result<Self> {
         if is_shot(path) {
-            return Self::merge([Settings::read_shot(path)?], Some(path.to_owned()));
+            return Self::merge([settings, Settings::read_shot(path)?], Some(path.to_owned()));
         }
-        let scene = Settings { scene: Some(path.to_owned().into()), ..Settings::default() };
-        Self::merge([scene], None)
+        Self::merge([Settings { scene: Some(path.to_owned().into()), ..settings }], None)
     }
 
     /// Changes settings and applies the defaults again.

@@ -1,9 +1,10 @@
 //! The façade: equal bytes in memory and in sequences, settings, errors.
 
+use rayframe::error::Provenance;
 use rayframe::output::Aov;
 use rayframe::scene::BuiltInLight;
 use rayframe::sequence::SequenceEvent;
-use rayframe::settings::EnvironmentSource;
+use rayframe::settings::{EnvironmentSource, Settings};
 use rayframe::{Error, Renderer};
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/demo/whitted_1980.gltf");
@@ -137,4 +138,39 @@ fn the_size_replaces_other_settings_of_it() {
     assert_eq!(renderer.frame(0).unwrap().size(), (6, 4));
     let smaller = renderer.set("scale", "50%").unwrap();
     assert_eq!(smaller.frame(0).unwrap().size(), (3, 2));
+}
+
+#[test]
+fn settings_of_the_import_are_given_when_a_scene_is_opened() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    for name in ["scene", "shared"] {
+        std::fs::create_dir(at(name)).unwrap();
+    }
+    let positions: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let bytes: Vec<u8> = positions.iter().flat_map(|value| value.to_le_bytes()).collect();
+    std::fs::write(at("shared/a.bin"), bytes).unwrap();
+    let text = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"uri": "../shared/a.bin", "byteLength": 36}]}"#;
+    let scene = at("scene/a.gltf");
+    std::fs::write(&scene, text).unwrap();
+    let shot = at("scene/a.toml");
+    std::fs::write(&shot, "scene = 'a.gltf'\nallow_dir = '../shared'\nresolution = [8, 6]\n").unwrap();
+
+    let opened = |path: &std::path::Path, name: &str, value: &std::ffi::OsStr| {
+        let mut settings = Settings::default();
+        settings.set(name, value, &Provenance::Library).unwrap();
+        Renderer::open_with(path, settings)
+    };
+    assert!(matches!(Renderer::open(&scene), Err(Error::Refused { .. })));
+    let allowed = opened(&scene, "allow_dir", at("shared").as_os_str()).unwrap();
+    assert!(allowed.size(4, 3).samples(1).frame(0).is_ok());
+    assert!(matches!(opened(SCENE.as_ref(), "max_memory", "1K".as_ref()), Err(Error::Refused { .. })));
+    // Over the settings of a shot file, whose others stay.
+    let small = opened(&shot, "scale", "50%".as_ref()).unwrap();
+    assert_eq!(small.samples(1).frame(0).unwrap().size(), (4, 3));
+    let sized = opened(&shot, "resolution", "2x2".as_ref()).unwrap();
+    assert_eq!(sized.samples(1).frame(0).unwrap().size(), (2, 2));
 }

@@ -13,11 +13,11 @@ use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayframe::cancel::CancelFlag;
-use rayframe::error::{Error, Result};
+use rayframe::error::{Error, Provenance, Result};
 use rayframe::image::{ColorEncoding, Image};
 use rayframe::regression::{BEAUTY, Channel, Preset, Samples};
 use rayframe::sequence::SequenceEvent;
-use rayframe::settings::{Definition, Group};
+use rayframe::settings::{Definition, Group, Settings};
 use rayframe::{RenderedFrame, Renderer};
 
 create_exception!(
@@ -30,7 +30,8 @@ create_exception!(
 /// Interval between looks at Ctrl-C.
 const TICK: Duration = Duration::from_millis(50);
 
-type Settings = Vec<(String, String)>;
+/// Settings by name, each with one value or the elements of a list.
+type Arguments = Vec<(String, Vec<String>)>;
 /// Width and height.
 type Size = Option<(i64, i64)>;
 
@@ -52,7 +53,6 @@ impl Product {
             "stats" | "manifest" | "show" | "progress" | "quiet" | "verbose" => {
                 return Some("only the program has it");
             }
-            "asset_cache" | "asset_cache_size" => return Some("it has an effect in shot files alone"),
             _ => {}
         }
         match self {
@@ -68,9 +68,9 @@ impl Product {
     }
 
     /// Checks the arguments, and returns the number of threads among them.
-    fn check(self, size: Size, settings: &Settings) -> Result<Option<usize>> {
+    fn check(self, size: Size, arguments: &Arguments) -> Result<Option<usize>> {
         let mut threads = None;
-        for (name, value) in settings {
+        for (name, values) in arguments {
             let Some(setting) = Definition::of(name) else { continue };
             if let Some(why) = self.refusal(setting) {
                 return Err(Error::usage(format!("{name}: {why}")));
@@ -79,7 +79,7 @@ impl Product {
                 return Err(Error::usage(format!("size and {name} contradict each other")));
             }
             if setting.name == "threads" {
-                threads = value.parse().ok();
+                threads = values.first().and_then(|value| value.parse().ok());
             }
         }
         Ok(threads)
@@ -135,13 +135,34 @@ fn on_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T> 
     pool.install(work)
 }
 
-fn renderer(path: &str, size: Size, settings: &Settings, cancel: &CancelFlag) -> Result<Renderer> {
-    let mut renderer = Renderer::open(path)?.cancelled_by(cancel);
-    if let Some((width, height)) = size {
-        renderer = renderer.set("resolution", format!("{width}x{height}"))?;
-        renderer.settings_mut().scale = None;
+/// The settings that arguments are. Elements of a list are values of a setting that may be repeated, and else those of one value.
+fn settings_of(arguments: &Arguments) -> Result<Settings> {
+    let mut settings = Settings::default();
+    let mut set = |name: &str, value: &str| settings.set(name, value.as_ref(), &Provenance::Library);
+    for (name, values) in arguments {
+        let form = Definition::of(name).map(|setting| setting.form);
+        if form.is_some_and(|form| form.is_repeated) {
+            values.iter().try_for_each(|value| set(name, value))?;
+        } else {
+            let separator = form.and_then(|form| form.separator).unwrap_or(",");
+            set(name, &values.join(separator))?;
+        }
     }
-    settings.iter().try_fold(renderer, |renderer, (name, value)| renderer.set(name, value))
+    Ok(settings)
+}
+
+fn renderer(path: &str, size: Size, arguments: &Arguments, cancel: &CancelFlag) -> Result<Renderer> {
+    let mut settings = settings_of(arguments)?;
+    let scale = settings.scale.clone();
+    if let Some((width, height)) = size {
+        let resolution = format!("{width}x{height}");
+        settings.set("resolution", resolution.as_ref(), &Provenance::Library)?;
+    }
+    let mut renderer = Renderer::open_with(path, settings)?.cancelled_by(cancel);
+    if size.is_some() {
+        renderer.settings_mut().scale = scale;
+    }
+    Ok(renderer)
 }
 
 fn rendered(
@@ -149,7 +170,7 @@ fn rendered(
     path: &str,
     frame: i64,
     size: Size,
-    (settings, product): (&Settings, Product),
+    (settings, product): (&Arguments, Product),
 ) -> PyResult<RenderedFrame> {
     let threads = product.check(size, settings).map_err(raised)?;
     interruptible(py, |cancel| on_threads(threads, || renderer(path, size, settings, cancel)?.frame(frame)))
@@ -161,7 +182,7 @@ fn render<'py>(
     path: &str,
     frame: i64,
     size: Size,
-    settings: Settings,
+    settings: Arguments,
 ) -> PyResult<Bound<'py, PyArray3<f32>>> {
     let frame = rendered(py, path, frame, size, (&settings, Product::Pixels))?;
     let (width, height) = frame.size();
@@ -175,7 +196,7 @@ fn render_channels<'py>(
     path: &str,
     frame: i64,
     size: Size,
-    settings: Settings,
+    settings: Arguments,
 ) -> PyResult<Bound<'py, PyDict>> {
     let frame = rendered(py, path, frame, size, (&settings, Product::Channels))?;
     let image = frame.image().map_err(raised)?;
@@ -201,7 +222,7 @@ fn render_sequence(
     path: &str,
     output: &str,
     size: Size,
-    settings: Settings,
+    settings: Arguments,
 ) -> PyResult<Vec<String>> {
     let threads = Product::Files.check(size, &settings).map_err(raised)?;
     let run = |cancel: &CancelFlag| {

@@ -1,5 +1,7 @@
 """Tests of the installed package: `pip install WHEEL[test] && pytest` in the folder `packaging/python` of the repository."""
 
+import base64
+import json
 import os
 import pathlib
 import signal
@@ -135,7 +137,6 @@ def test_the_program_is_installed():
         (rayframe.render, {"size": (-4, 36)}, "resolution: .*width and height"),
         (rayframe.render, {"threads": 0}, "threads"),
         (rayframe.render, {"quiet": True}, "quiet: only the program"),
-        (rayframe.render_channels, {"asset_cache": "a"}, "asset_cache: .*shot files"),
         (rayframe.render_channels, {"movie": "a.mp4"}, "movie: no file is written"),
         (rayframe.render_channels, {"resolution": "8x8", "size": (64, 36)}, "size and resolution contradict"),
     ],
@@ -163,3 +164,33 @@ def test_threads_do_not_change_pixels():
     one, two = (rayframe.render(DEMO, size=(64, 36), samples=1, threads=threads) for threads in (1, 2))
     assert one.tobytes() == two.tobytes()
     assert rayframe.render(DEMO, size=(64, 36), samples=1, fps=12).shape == (36, 64, 4)
+
+
+def test_settings_of_the_import_have_an_effect(tmp_path):
+    scenes, shared, other = (tmp_path / name for name in ("scenes", "shared", "other"))
+    for folder in (scenes, shared, other):
+        folder.mkdir()
+    document = json.loads((SCENES / "light/point.gltf").read_text())
+    buffer = document["buffers"][0]
+    (shared / "a.bin").write_bytes(base64.b64decode(buffer["uri"].split("base64,")[1]))
+    buffer["uri"] = "../shared/a.bin"
+    scene = scenes / "a.gltf"
+    scene.write_text(json.dumps(document))
+    with pytest.raises(rayframe.RayframeError, match="/buffers/0/uri") as raised:
+        rayframe.render(scene, **SMALL)
+    assert raised.value.exit_code == 77
+    for folders in (shared, [other, shared]):
+        assert rayframe.render(scene, **SMALL, allow_dir=folders).shape == (32, 48, 4)
+    with pytest.raises(rayframe.RayframeError) as raised:
+        rayframe.render(DEMO, **SMALL, max_memory="1K")
+    assert raised.value.exit_code == 77
+
+
+def test_lists_are_several_values(tmp_path):
+    document = json.loads((SCENES / "light/point.gltf").read_text())
+    document["nodes"][2]["name"] = "post, left"
+    nodes = ["floor", "post, left"]
+    scene = tmp_path / "a.gltf"
+    scene.write_text(json.dumps(document))
+    caught = rayframe.render(scene, **SMALL, shadow_catcher=nodes)
+    assert caught.tobytes() != rayframe.render(scene, **SMALL, shadow_catcher=nodes[:1]).tobytes()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Union
 
 import numpy as np
@@ -90,9 +90,14 @@ def _image(image: ImageLike) -> str | npt.NDArray[np.float32]:
     return np.ascontiguousarray(pixels)
 
 
-def _texts(settings: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """The settings as the command line takes them. None leaves a setting as it is."""
-    return [(name, _text(value)) for name, value in settings.items() if value is not None]
+def _texts(settings: Mapping[str, Any]) -> list[tuple[str, list[str]]]:
+    """The values as the command line takes them, or those of the elements of a list. None leaves a setting as it is."""
+    return [(name, [_text(item) for item in _items(value)]) for name, value in settings.items() if value is not None]
+
+
+def _items(value: Any) -> Iterable[Any]:
+    is_list = isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, str)
+    return value if is_list else [value]
 
 
 def _text(value: Any) -> str:
@@ -100,8 +105,6 @@ def _text(value: Any) -> str:
         return "true" if value else "false"
     if isinstance(value, (str, os.PathLike)):
         return os.fspath(value)
-    if isinstance(value, (Sequence, np.ndarray)):
-        return ",".join(_text(item) for item in value)
     if isinstance(value, (float, np.floating)):
         return repr(float(value))
     return str(value)

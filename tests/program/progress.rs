@@ -107,6 +107,16 @@ fn json_lines_match_the_schema() {
     ] {
         assert!(seen.contains(name), "{name} was never told");
     }
+    // A dry run prints one line.
+    let dry = render(
+        folder.path(),
+        &["-o", "p.#.exr", "-f", "2-4", "--progress", "json", "--preview", "png", "-n"],
+    );
+    let plan = events(&dry);
+    schema.check(&plan[0]);
+    assert_eq!((plan.len(), &plan[0]["event"]), (1, &json!("plan")));
+    let actions = [2, 3, 4].map(|frame| &plan[0]["frames"][frame - 2]["action"]);
+    assert_eq!(actions, ["keep", "keep", "render"]);
     // The schema rejects small deviations.
     let good = events(&runs[0]).into_iter().find(|event| event["event"] == "frame_done").unwrap();
     for (key, value) in [

@@ -129,7 +129,7 @@ mod tests {
         // Luminances 1, 2, 8, 64: the upper median is 8, three stops below 64.
         let reference = [1.0, 64.0, 8.0, 2.0].map(|value| [value; 3]);
         let range = Exposures::of(&reference);
-        assert!((range.stop - range.start - 3.0).abs() < 1e-4 && range.count == 4 || range.count == 3);
+        assert!((range.stop - range.start - 3.0).abs() < 1e-4 && (range.count == 3 || range.count == 4));
         let scales = range.scales();
         assert!((tone_mapped(64.0 * scales[0]) - SHOWN).abs() < 1e-4);
         assert!((tone_mapped(8.0 * scales[scales.len() - 1]) - SHOWN).abs() < 1e-4);

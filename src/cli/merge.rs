@@ -1,7 +1,7 @@
 //! `rayframe merge`: merges crops, or sample ranges, into whole frames.
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rayon::ThreadPoolBuilder;
@@ -10,6 +10,7 @@ use crate::progress::print_note;
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Result};
 use rayframe::merge::{MergePlan, MergedFrame, merge_frame};
+use rayframe::regression::{is_sequence, sequence_files};
 use rayframe::sequence::OutputPattern;
 
 use super::exit_status::{ExitStatus, exit_status};
@@ -56,7 +57,8 @@ fn merge(args: &MergeArgs) -> Result<ExitStatus> {
     let output = OutputPattern::parse(args.output.as_deref().unwrap_or_default())
         .map_err(|why| Error::usage(format!("--output: {why}")))?;
     let max_memory_bytes = args.max_memory.unwrap_or_else(default_max_memory_bytes);
-    let plan = MergePlan::new(&args.tiles, &output, args.overwrite, max_memory_bytes)?;
+    let tiles: Vec<_> = args.tiles.iter().map(|path| files_of(path)).collect::<Result<_>>()?;
+    let plan = MergePlan::new(&tiles.concat(), &output, args.overwrite, max_memory_bytes)?;
     plan.prepare()?;
 
     // Merge.
@@ -75,6 +77,11 @@ fn merge(args: &MergeArgs) -> Result<ExitStatus> {
         }
     }
     Ok(ExitStatus::Code(0))
+}
+
+/// The files of a name with `####`, or the file itself.
+fn files_of(path: &Path) -> Result<Vec<PathBuf>> {
+    if is_sequence(path) && !path.is_dir() { sequence_files(path) } else { Ok(vec![path.to_owned()]) }
 }
 
 /// `out.0001.exr: 6 tiles merged`.

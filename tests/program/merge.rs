@@ -243,3 +243,19 @@ fn invalid_output_names_are_refused() {
     let left: Vec<_> = std::fs::read_dir(stage.folder.path()).unwrap().collect();
     assert_eq!(left.len(), 1);
 }
+
+#[test]
+fn tiles_are_named_by_patterns() {
+    let stage = Stage::new();
+    stage.render("expected.####.exr", &["-f", "4-5"]);
+    for (name, crop) in [("a", "0,0,20,27"), ("b", "20,0,48,27")] {
+        stage.render(&format!("tiles/{name}.####.exr"), &["-f", "4-5", "--crop", crop]);
+    }
+    let ended = stage.merge(&["tiles/a.####.exr", "tiles/b.%04d.exr"], &["-o", "whole.####.exr"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.said);
+    assert_eq!(ended.said, "whole.0004.exr: 2 tiles merged\nwhole.0005.exr: 2 tiles merged\n");
+    for frame in ["0004", "0005"] {
+        assert!(stage.bytes(&format!("whole.{frame}.exr")) == stage.bytes(&format!("expected.{frame}.exr")));
+    }
+    stage.assert_fails(&["tiles/c.####.exr"], 66, &["c.####.exr: ", "the sequence has no frames"]);
+}

@@ -43,18 +43,21 @@ fn merged(tile: &Path) -> Result<Vec<u8>> {
     join_exr_tiles(&plan.frames[0].tiles)
 }
 
-/// Changes every byte of a tile, by one bit and to 255. The tile is merged or refused, without an internal error.
+/// Changes bytes of a tile, by one bit and to 255: every third one, and others in each compression. The tile is merged or refused, without
+/// an internal error.
 #[test]
 fn broken_tiles_are_refused_and_never_an_internal_error() {
     let folder = tempfile::tempdir().unwrap();
     let tile = folder.path().join("tile.exr");
-    for compression in [ExrCompression::None, ExrCompression::Zip, ExrCompression::Piz] {
+    for (first, compression) in
+        [ExrCompression::None, ExrCompression::Zip, ExrCompression::Piz].into_iter().enumerate()
+    {
         let bytes = whole_image(compression);
         std::fs::write(&tile, &bytes).unwrap();
         assert!(merged(&tile).unwrap() == bytes);
 
         let mut refused = 0;
-        for at in 0..bytes.len() {
+        for at in (first..bytes.len()).step_by(3) {
             for value in [bytes[at] ^ 1, 255] {
                 let mut broken = bytes.clone();
                 broken[at] = value;
@@ -65,8 +68,8 @@ fn broken_tiles_are_refused_and_never_an_internal_error() {
                 }
             }
         }
-        assert!(refused > 100, "{refused}");
-        for length in 0..bytes.len() {
+        assert!(refused > 30, "{refused}");
+        for length in (first..bytes.len()).step_by(3) {
             std::fs::write(&tile, &bytes[..length]).unwrap();
             assert_eq!(merged(&tile).unwrap_err().exit_code(), 65, "{length} bytes");
         }

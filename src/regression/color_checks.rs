@@ -38,7 +38,9 @@ pub(super) fn check_colors(comparison: &mut Comparison, images: [&Image; 2], lim
     comparison.exposures.clone_from(&map.exposures);
     comparison.flip_map = Some(map);
 
-    // Other layers of light
+    // Other layers of light, with the curve alone: without one, light that hardly adds to the image would be seen on black.
+    let exposures = exposures.map(|exposures| Exposures { linear: Vec::new(), ..exposures.clone() });
+    let exposures = exposures.as_ref();
     for layer in layers.iter().copied().filter(|layer| *layer != shown) {
         let Some([ours, theirs]) = colors_of(layer).filter(|[ours, theirs]| ours != theirs) else { continue };
         let map = flip_map(&ours, &theirs, images, exposures);

@@ -243,8 +243,8 @@ settings! {
     /// Elevation of the turntable's camera in degrees
     elevation: Elevation = 20.0, Camera { value_name: "DEG", excludes: &["orbit", "view"], requires: Some("turntable") }
 
-    /// Clip: a name, '#0' for the first, several separated by commas, all, none or each
-    /// . Several play together. each renders a sequence of every clip, all with one automatic exposure and camera
+    /// Clip: a name, '#0' for the first, all, none or each
+    /// . Several, separated by commas, play together. each renders a sequence of every clip, all with one automatic exposure and camera
     animation: Clips = ClipSelection::All, Scene { value_name: "CLIP", is_common: true }
     /// Scene of the file: a name or '#0' for the first
     scene_choice: NameOrIndexType, Scene {

@@ -54,7 +54,7 @@ impl Renderer {
     }
 
     /// Opens a scene, or a shot file, with settings that replace those of the shot file. Those of the import, `allow_dir`, `max_memory`,
-    /// `asset_cache` and `asset_cache_size`, have to be known here.
+    /// `asset_cache` and `asset_cache_size`, have to be known here. `scene` replaces that of a shot file, and is ignored beside a scene.
     ///
     /// ```
     /// use rayframe::Renderer;
@@ -117,7 +117,7 @@ impl Renderer {
     /// Sets any setting by its name, from the text that its option takes: `set("shutter", "180deg")`. It replaces its earlier value
     /// and settings that cannot be combined with it; repeated settings add up. `threads`, `stats`, `manifest`, `show`, `progress`, `quiet`
     /// and `verbose` concern the program and have no effect here. `allow_dir`, `asset_cache` and `asset_cache_size` have one in
-    /// [`Renderer::open_with`] and in the shot file that is opened, and `max_memory` limits the import there alone.
+    /// [`Renderer::open_with`] and in the shot file that is opened, and `max_memory` limits the import only where it is given there.
     ///
     /// # Errors
     /// [`Error::Setting`](crate::Error::Setting) for an unknown name, with the closest one, and for a wrong value.

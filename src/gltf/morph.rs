@@ -83,7 +83,8 @@ fn read_uvs(
     let base_sets = base.sets(context, "TEXCOORD_", 0)?;
     for (set, base_reference) in base_sets.iter().enumerate() {
         if let Some(reference) = attributes.find(&base_reference.name) {
-            let values: Vec<[f32; 2]> = data.floats_as(context, reference, &formats::MORPH_TEXCOORD)?;
+            let values: Vec<[f32; 2]> =
+                data.floats_or_zeros_as(context, reference, &formats::MORPH_TEXCOORD)?;
             uvs.push((set, values.into_iter().map(Vec2::from_array).collect()));
         }
     }

@@ -102,7 +102,8 @@ pub(super) fn generate(
 /// Gives morph targets the deltas of generated tangents, so that the tangents follow the surface.
 ///
 /// A tangent is the direction in which u grows, and ∂P/∂u of a triangle is linear in its positions. The delta of a vertex is
-/// the mean of ∂ΔP/∂u / |∂P/∂u| over its triangles: exact where these agree, at any weight and for sums of targets.
+/// Σ ∂ΔP/∂u / Σ |∂P/∂u| over its triangles, weighted by their area in the texture: exact where the triangles agree, at any weight and
+/// for sums of targets.
 fn add_morph_deltas(
     context: &mut Context,
     primitive: &mut Primitive,
@@ -118,23 +119,22 @@ fn add_morph_deltas(
         let mut sums = vec![(Vec3::ZERO, 0.0); positions.len()];
         for triangle in triangles.iter() {
             let Some(u_axis) = UAxis::new(uvs, triangle) else { continue };
-            let delta = u_axis.of(moves, triangle) / u_axis.of(positions, triangle).length();
-            if !delta.is_finite() {
-                continue;
-            }
+            let (delta, length) = (u_axis.of(moves, triangle), u_axis.of(positions, triangle).length());
             for &vertex in triangle {
-                if let Some((sum, count)) = sums.get_mut(vertex as usize) {
-                    *sum += delta;
-                    *count += 1.0;
+                if let Some((deltas, lengths)) = sums.get_mut(vertex as usize) {
+                    *deltas += delta;
+                    *lengths += length;
                 }
             }
         }
-        target.tangents = Some(sums.into_iter().map(|(sum, count)| sum / f32::max(count, 1.0)).collect());
+        let delta = |(deltas, lengths): (Vec3, f32)| deltas / lengths;
+        let finite = |delta: Vec3| if delta.is_finite() { delta } else { Vec3::ZERO };
+        target.tangents = Some(sums.into_iter().map(delta).map(finite).collect());
     }
     Ok(())
 }
 
-/// The derivative by u of what is linear over a triangle, as weights of its two edges.
+/// The derivative by u of what is linear over a triangle, times its area in the texture, as weights of its two edges.
 struct UAxis([f32; 2]);
 
 impl UAxis {
@@ -143,7 +143,7 @@ impl UAxis {
         let [origin, first, second] = corners(uvs, triangle)?;
         let [first, second] = [first - origin, second - origin];
         let area = first.perp_dot(second);
-        (area != 0.0).then(|| Self([second.y / area, -first.y / area]))
+        (area != 0.0).then(|| Self([second.y * area.signum(), -first.y * area.signum()]))
     }
 
     fn of(&self, values: &[Vec3], triangle: &[u32; 3]) -> Vec3 {

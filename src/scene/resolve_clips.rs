@@ -40,6 +40,10 @@ pub(super) fn clips_together(
     let mut held: BTreeSet<AnimationTarget> = BTreeSet::new();
     for name in selected.split(',') {
         let clip = find_clip(&NameOrIndex::parse(name.trim()), scene, warnings)?;
+        if clips.contains(&clip) {
+            let why = format!("{name} is named twice; name it once", name = name.trim());
+            return Err(Error::setting(CLIP.setting, why));
+        }
         let targets = || scene.animations[clip.index()].channels.iter().map(|channel| channel.target);
         if targets().any(|target| target.clashes(&held)) {
             let name = scene.animations[clip.index()].name.as_deref();

@@ -209,6 +209,24 @@ fn generated_tangents_follow_morphs() {
 }
 
 #[test]
+fn a_collapsed_triangle_that_a_morph_opens_does_not_turn_its_neighbours() {
+    // The top edge of a quad, 2-3, is collapsed but for 1e-4, and the target opens it along z.
+    let mut document = Document::triangle();
+    document.attribute("POSITION", "VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1e-4, 1.0, 0.0]);
+    document.attribute("NORMAL", "VEC3", &[0.0, 0.0, 1.0].repeat(4));
+    document.attribute("TEXCOORD_0", "VEC2", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+    index_accessor(&mut document, &[0, 1, 2, 1, 3, 2]);
+    let mut document = with_normal_map(document);
+    let deltas = document.floats("VEC3", &[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    primitive_of(&mut document)["targets"] = json!([{"POSITION": deltas}]);
+    let primitive = document.import().unwrap().meshes[0].primitives[0].clone();
+    let tangents = primitive.targets[0].tangents.as_ref().unwrap();
+    for vertex in primitive.triangles[0] {
+        assert!(tangents[vertex as usize].length() < 1.01, "{tangents:?}");
+    }
+}
+
+#[test]
 fn missing_coordinates_are_zero_with_a_warning() {
     let scene = with_normal_map(Document::triangle()).import().unwrap();
     assert_eq!(scene.meshes[0].primitives[0].uvs.len(), 1);

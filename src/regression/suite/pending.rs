@@ -153,7 +153,10 @@ fn outdated(suite: &Suite, pending: &Pending) -> Result<Option<&'static str>> {
         (compared.map(|hash| hash.trim().to_owned()), shot.is_some())
     };
     if compared != reference_hash(suite, name) {
-        return Ok(Some("the reference has changed"));
+        // Earlier versions did not write with what they compared an image.
+        let is_known = compared.is_some_and(|hash| !hash.is_empty());
+        let why = "the reference or the version of rayframe has changed";
+        return Ok(Some(if is_known { "the reference has changed" } else { why }));
     }
     Ok(Some("the shots of its name have changed").filter(|_| !has_same_shots))
 }
@@ -164,7 +167,10 @@ fn outdated(suite: &Suite, pending: &Pending) -> Result<Option<&'static str>> {
 /// [`Error::WriteFailed`] when the file cannot be removed.
 pub fn reject(suite: &Suite, pending: &Pending) -> Result<()> {
     remove_file(&pending.file)?;
-    remove_file(&compared_path(&suite.references, &pending.name))
+    match pending.kind {
+        PendingKind::Remove => Ok(()),
+        _ => remove_file(&compared_path(&suite.references, &pending.name)),
+    }
 }
 
 /// Compares a pending image with its reference, within the limits of its shot.

@@ -202,12 +202,12 @@ mod tests {
             |x: usize, y: usize| 1.0 - (libm::hypotf(x as f32 - 32.0, y as f32 - 32.0) / 20.0).min(1.0);
         let lines = |x: usize, y: usize| f32::from(x.is_multiple_of(8) || y.is_multiple_of(8));
         let mut failed_on_display = 0;
-        for damage in [patch as fn(usize, usize) -> f32, shadow, lines] {
+        for darkening in [patch as fn(usize, usize) -> f32, shadow, lines] {
             for wall in [0.95, 0.9, 0.8, 0.5, 0.25] {
                 for depth in [0.06, 0.12, 0.2] {
                     let found = |to_encoding: fn(f32) -> f32, encoding: ColorEncoding| {
                         let [actual, reference] = [depth, 0.0].map(|depth| {
-                            let pixels = display(wall, depth, damage).into_iter();
+                            let pixels = display(wall, depth, darkening).into_iter();
                             let pixels: Vec<_> = pixels
                                 .map(|[r, g, b, a]| [to_encoding(r), to_encoding(g), to_encoding(b), a])
                                 .collect();

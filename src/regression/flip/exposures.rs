@@ -56,7 +56,7 @@ impl Exposures {
         let (start, stop) = (stops(largest), stops(median));
         // An image of uniform brightness needs one exposure; the published tool rejects it.
         let count = if stop > start { ((stop - start).ceil() as u32).max(2) } else { 1 };
-        Self { start, stop, count, linear: linear_scales(&luminances) }
+        Self { start, stop, count, linear: linear_scales(&luminances, lit) }
     }
 
     /// The factor on light of each exposure with the tone curve.
@@ -66,10 +66,10 @@ impl Exposures {
     }
 }
 
-/// [`Exposures::linear`] of the sorted luminances of a reference.
-fn linear_scales(luminances: &[f32]) -> Vec<f32> {
+/// [`Exposures::linear`] of the sorted luminances of a reference and the median of what is lit.
+fn linear_scales(luminances: &[f32], lit: f32) -> Vec<f32> {
     let bright = 1.0 / quantile_of_lit(luminances, BELOW_WHITE);
-    let median = LINEAR_MEDIAN / quantile_of_lit(luminances, 0.5);
+    let median = LINEAR_MEDIAN / lit;
     let scales = [Some(bright), (median > 2.0 * bright).then_some(median)];
     scales.into_iter().flatten().filter(|scale| scale.is_finite()).collect()
 }

@@ -16,7 +16,7 @@ use super::document::NO_NODE;
 use super::extensions::ANIMATION_POINTER;
 use super::formats::{self, AllowedFormats};
 use super::pointer::{self, Property};
-use super::raw::{ANY, Raw, check_range, without_rounding_below};
+use super::raw::{ANY, Raw, UNIT, check_range, clamp_to_unit, without_rounding_below};
 use crate::error::Result;
 use crate::scene::{
     Animation, AnimationTarget, Channel, ImageLightProperty, Interpolation, Keyframes, LocalTransform, Mesh,
@@ -245,7 +245,7 @@ fn keyframes(
         return Err(context.invalid(format!("{pointer}/interpolation"), message));
     }
     let times_seconds = times(context, data, sampler, pointer)?;
-    let Some(values) = values(context, data, sampler, target, pointer)? else {
+    let Some(mut values) = values(context, data, sampler, target, pointer)? else {
         return Ok(None);
     };
     let expected =
@@ -259,7 +259,7 @@ fn keyframes(
         );
         return Err(context.invalid(format!("{pointer}/output"), message));
     }
-    check_values(context, &values, values_per_key, target, pointer)?;
+    check_values(context, &mut values, values_per_key, target, pointer)?;
     if let AnimationTarget::Rotation(_) | AnimationTarget::ImageLight(_, ImageLightProperty::Rotation) =
         target.property
     {
@@ -343,20 +343,26 @@ fn values(
     }))
 }
 
-/// Checks that keyframe values lie in the range of the property. Tangents of cubic splines may lie outside.
+/// Checks that keyframe values lie in the range of the property. Those of a property from 0 to 1 are clamped to it, with a warning. Tangents of cubic
+/// splines may lie outside.
 fn check_values(
-    context: &Context,
-    values: &[f32],
+    context: &mut Context,
+    values: &mut [f32],
     values_per_key: usize,
     target: &ChannelTarget,
     pointer: &str,
 ) -> Result<()> {
+    let pointer = format!("{pointer}/output");
     let key_values =
-        values.chunks(target.components.max(1)).skip(values_per_key / 2).step_by(values_per_key.max(1));
-    let mut keys = key_values.flatten();
-    keys.try_for_each(|&key| {
-        check_range(context, key, &target.range, &format!("{pointer}/output")).map(|_| ())
-    })
+        values.chunks_mut(target.components.max(1)).skip(values_per_key / 2).step_by(values_per_key.max(1));
+    for key in key_values.flatten() {
+        if target.range == UNIT {
+            [*key] = clamp_to_unit(context, [*key], || pointer.clone());
+        } else {
+            check_range(context, *key, &target.range, &pointer)?;
+        }
+    }
+    Ok(())
 }
 
 /// Errors on keyframe quaternions of length zero, which cannot be normalized. Tangents of cubic splines may be zero.

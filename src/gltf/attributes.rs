@@ -44,31 +44,28 @@ impl Attributes {
         self.references.iter().find(|reference| reference.name == name)
     }
 
-    /// Returns the attributes `prefix0`, `prefix1`, … in order up to a gap in their numbers. A gap is an error if `needed` sets reach
-    /// beyond it, and a warning otherwise.
-    pub(super) fn sets(&self, context: &mut Context, prefix: &str, needed: usize) -> Result<Vec<Reference>> {
-        let numbered =
-            self.references.iter().filter(|reference| set_number(&reference.name, prefix).is_some()).count();
-        let sets: Vec<Reference> =
-            (0..numbered).map_while(|set| self.find(&format!("{prefix}{set}")).cloned()).collect();
-        let stray = self
-            .references
-            .iter()
-            .find(|reference| set_number(&reference.name, prefix).is_some_and(|set| set >= sets.len()));
-        if let Some(Reference { name, pointer, .. }) = stray {
-            let gap = format!("{prefix}{} is missing; sets are numbered from 0 without gaps", sets.len());
-            if needed > sets.len() {
-                return Err(context.invalid(pointer, gap));
-            }
-            context.warn(pointer, format!("{gap}, and {name} is ignored"));
+    /// Returns the attributes `prefix0`, `prefix1`, … in order. Errors on a gap in their numbers.
+    pub(super) fn sets(&self, context: &Context, prefix: &str) -> Result<Vec<Reference>> {
+        let sets: Vec<Reference> = (0..self.references.len())
+            .map_while(|set| self.find(&format!("{prefix}{set}")).cloned())
+            .collect();
+        match self.sets_from(prefix, sets.len()).next() {
+            Some((_, stray)) => Err(context.invalid(&stray.pointer, missing_set(prefix, sets.len()))),
+            None => Ok(sets),
         }
-        Ok(sets)
     }
 
-    /// Names of the attributes that consist of `prefix` and a number.
-    pub(super) fn numbered(&self, prefix: &str) -> Vec<String> {
-        let names = self.references.iter().map(|reference| &reference.name);
-        names.filter(|name| set_number(name, prefix).is_some()).cloned().collect()
+    /// The attributes that consist of `prefix` and a number of at least `first`, with their numbers.
+    pub(super) fn sets_from<'a>(
+        &'a self,
+        prefix: &'a str,
+        first: usize,
+    ) -> impl Iterator<Item = (usize, &'a Reference)> {
+        let sets = self
+            .references
+            .iter()
+            .filter_map(|reference| Some((set_number(&reference.name, prefix)?, reference)));
+        sets.filter(move |(set, _)| *set >= first)
     }
 
     /// Iterates over all attributes.
@@ -115,6 +112,11 @@ impl Attributes {
             }
         }
     }
+}
+
+/// Says that the attribute of number `set` is missing though others follow.
+pub(super) fn missing_set(prefix: &str, set: usize) -> String {
+    format!("{prefix}{set} is missing; sets are numbered from 0 without gaps")
 }
 
 /// The number that follows `prefix` in `name`.

@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Number, Value};
 
 use super::context::Context;
-use super::raw::Raw;
+use super::raw::{Raw, escape};
 use crate::error::Result;
 
 /// Placeholder for the missing node of an animation channel.
@@ -34,7 +34,7 @@ impl Document {
         if !value.is_object() {
             return Err(context.invalid("", "is not a glTF file: the JSON is not an object"));
         }
-        normalize_numbers(&mut value);
+        normalize(context, &mut value, "");
         repair_scenes(&mut value);
         repair_channels(context, &mut value)?;
         let root = typed_root(context, &value)?;
@@ -86,25 +86,44 @@ fn parsed_bytes(json: &[u8]) -> u64 {
         .saturating_add(json.len() as u64)
 }
 
-/// Turns integers written as `3.0` or `3e0` into JSON integers, and removes the application-specific `extras`.
-fn normalize_numbers(value: &mut Value) {
-    /// Below this magnitude every integer is exact in double precision.
-    const EXACT: f64 = 9_007_199_254_740_992.0;
+/// Turns integers written as `3.0` or `3e0` into JSON integers, and removes the application-specific `extras` and members that are null,
+/// as exporters in JavaScript write infinite numbers.
+fn normalize(context: &mut Context, value: &mut Value, pointer: &str) {
     match value {
-        Value::Number(number) => {
-            if let Some(float) = number.as_f64().filter(|_| number.is_f64()) {
-                let whole = float.fract() == 0.0 && float.abs() < EXACT;
-                if whole && !(float == 0.0 && float.is_sign_negative()) {
-                    *number = Number::from(float as i64);
+        Value::Number(number) => normalize_number(number),
+        Value::Array(elements) => {
+            for (i, element) in elements.iter_mut().enumerate() {
+                match element {
+                    Value::Number(number) => normalize_number(number),
+                    element => normalize(context, element, &format!("{pointer}/{i}")),
                 }
             }
         }
-        Value::Array(elements) => elements.iter_mut().for_each(normalize_numbers),
         Value::Object(members) => {
             members.remove("extras");
-            members.values_mut().for_each(normalize_numbers);
+            members.retain(|key, member| {
+                let pointer = || format!("{pointer}/{}", escape(key));
+                match member {
+                    Value::Null => context.warn(pointer(), "is null; it counts as absent"),
+                    Value::Array(_) | Value::Object(_) => normalize(context, member, &pointer()),
+                    Value::Number(number) => normalize_number(number),
+                    Value::Bool(_) | Value::String(_) => {}
+                }
+                !member.is_null()
+            });
         }
         Value::Null | Value::Bool(_) | Value::String(_) => {}
+    }
+}
+
+fn normalize_number(number: &mut Number) {
+    /// Below this magnitude every integer is exact in double precision.
+    const EXACT: f64 = 9_007_199_254_740_992.0;
+    if let Some(float) = number.as_f64().filter(|_| number.is_f64()) {
+        let whole = float.fract() == 0.0 && float.abs() < EXACT;
+        if whole && !(float == 0.0 && float.is_sign_negative()) {
+            *number = Number::from(float as i64);
+        }
     }
 }
 

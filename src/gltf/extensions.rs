@@ -77,15 +77,26 @@ fn is_supported(name: &str) -> bool {
 /// Extensions that replace data. Without support for them only a fallback in the file can be read.
 const REPLACES_DATA: [&str; 2] = ["EXT_texture_avif", "MSFT_texture_dds"];
 
-/// Extensions whose effect no image shows, though files require them. `CESIUM_RTC` moves the whole scene.
-const NO_EFFECT: [&str; 1] = ["CESIUM_RTC"];
+/// Extensions that no image shows, though files may require them: polygons, features, metadata.
+const NO_EFFECT: [&str; 6] = [
+    "EXT_instance_features",
+    "EXT_mesh_features",
+    "EXT_structural_metadata",
+    "FB_ngon_encoding",
+    "KHR_xmp",
+    "KHR_xmp_json_ld",
+];
+
+/// Moves the whole scene, to which automatic cameras follow.
+const CESIUM_RTC: &str = "CESIUM_RTC";
 
 /// Level of support for an extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExtensionSupport {
     /// Supported: the image shows its effect.
     Supported,
-    /// Unsupported, and optional or without an effect on images: the scene is rendered without it, with one warning.
+    /// Unsupported, and optional or without an effect on images: the scene is rendered without it, with one warning where an image
+    /// could show it.
     Ignored,
     /// Unsupported and required: the file is refused.
     Refused,
@@ -93,7 +104,7 @@ pub enum ExtensionSupport {
 
 /// Level of support for the extension `name` in a file that requires it or not.
 pub fn extension_support(name: &str, required: bool) -> ExtensionSupport {
-    match (is_supported(name), required && !NO_EFFECT.contains(&name)) {
+    match (is_supported(name), required && !NO_EFFECT.contains(&name) && name != CESIUM_RTC) {
         (true, _) => ExtensionSupport::Supported,
         (false, false) => ExtensionSupport::Ignored,
         (false, true) => ExtensionSupport::Refused,
@@ -126,7 +137,7 @@ pub(super) fn check(context: &mut Context, document: &Document) -> Result<()> {
     }
     context.animates_properties = first_use.contains_key(ANIMATION_POINTER);
     for (name, pointer) in first_use {
-        if extension_support(&name, false) != ExtensionSupport::Supported {
+        if !is_supported(&name) && !NO_EFFECT.contains(&name.as_str()) {
             let consequence =
                 if REPLACES_DATA.contains(&name.as_str()) { "the fallback is used" } else { "it is ignored" };
             context.warn(pointer, format!("the extension {name} is not supported; {consequence}"));
@@ -135,7 +146,8 @@ pub(super) fn check(context: &mut Context, document: &Document) -> Result<()> {
     Ok(())
 }
 
-/// Collects all `extensions` objects. The JSON parser's depth limit bounds the recursion.
+/// Collects all `extensions` objects, but for those inside extensions that are not supported, which may hold anything. The JSON parser's
+/// depth limit bounds the recursion.
 fn collect(
     context: &mut Context,
     value: &Value,
@@ -161,8 +173,14 @@ fn collect(
                 let inner = format!("{pointer}/{}", escape(key));
                 if key == "extensions" {
                     record_uses(context, member, pointer, first_use);
+                    for (name, content) in member.as_object().into_iter().flatten() {
+                        if is_supported(name) {
+                            collect(context, content, &format!("{inner}/{}", escape(name)), first_use)?;
+                        }
+                    }
+                } else {
+                    collect(context, member, &inner, first_use)?;
                 }
-                collect(context, member, &inner, first_use)?;
             }
         }
         Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) => {}

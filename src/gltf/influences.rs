@@ -20,8 +20,8 @@ pub(super) fn read(
     attributes: &Attributes,
     pointer: &str,
 ) -> Result<Option<SkinInfluences>> {
-    let joint_sets = attributes.sets(context, "JOINTS_", usize::MAX)?;
-    let weight_sets = attributes.sets(context, "WEIGHTS_", usize::MAX)?;
+    let joint_sets = attributes.sets(context, "JOINTS_")?;
+    let weight_sets = attributes.sets(context, "WEIGHTS_")?;
     if joint_sets.len() != weight_sets.len() {
         let message = format!(
             "has {} JOINTS sets but {} WEIGHTS sets; their numbers must be equal",

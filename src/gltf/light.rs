@@ -80,10 +80,10 @@ fn spot(context: &mut Context, raw: &Raw) -> Result<LightKind> {
     cone.expect_object(context)?;
     let inner_cone_radians = cone.number(context, "innerConeAngle", 0.0, 0.0..=FRAC_PI_2)?;
     let outer_cone_radians = cone.number(context, "outerConeAngle", FRAC_PI_4, 0.0..=FRAC_PI_2)?;
-    // Blender writes equal cones for a spot without a soft edge.
-    if inner_cone_radians >= outer_cone_radians {
+    // Blender and three.js write equal cones for a spot without a soft edge.
+    if inner_cone_radians > outer_cone_radians {
         let message = format!(
-            "the inner cone, {inner_cone_radians}, must be narrower than the outer, {outer_cone_radians}; the edge of the light is hard"
+            "the inner cone, {inner_cone_radians}, must not be wider than the outer, {outer_cone_radians}; the edge of the light is hard"
         );
         context.warn(cone.pointer, message);
     }

@@ -5,11 +5,11 @@
 use glam::{Vec2, Vec3, Vec4};
 
 use super::accessor::Data;
-use super::attributes::Attributes;
+use super::attributes::{Attributes, Reference};
 use super::context::Context;
 use super::formats;
 use super::raw::Raw;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::scene::MorphTarget;
 
 /// Reads the morph targets of the primitive `raw`; `base` holds the primitive's own attributes.
@@ -39,10 +39,19 @@ fn read_target(
     attributes: &Attributes,
     base: &Attributes,
 ) -> Result<MorphTarget> {
-    for name in ["POSITION", "NORMAL", "TANGENT", "COLOR_0"] {
-        check_base(context, attributes, base, name)?;
+    for name in ["POSITION", "COLOR_0"] {
+        if let (Some(reference), None) = (attributes.find(name), base.find(name)) {
+            return Err(no_base(context, reference));
+        }
+    }
+    for name in ["NORMAL", "TANGENT"] {
+        if let (Some(reference), None) = (attributes.find(name), base.find(name)) {
+            context
+                .warn(&reference.pointer, format!("the primitive has no {name}, so that these are not used"));
+        }
     }
     let has_normals = base.find("NORMAL").is_some();
+    let has_tangents = has_normals && base.find("TANGENT").is_some();
     let mut vectors = |name: &str, allowed| -> Result<Option<Vec<Vec3>>> {
         let Some(reference) = attributes.find(name) else {
             return Ok(None);
@@ -67,7 +76,7 @@ fn read_target(
         positions,
         // A primitive without base normals is shaded flat, so the target's normals have no use.
         normals: normals.filter(|_| has_normals),
-        tangents: tangents.filter(|_| has_normals),
+        tangents: tangents.filter(|_| has_tangents),
         uvs: read_uvs(context, data, attributes, base)?,
         colors,
     })
@@ -80,26 +89,17 @@ fn read_uvs(
     base: &Attributes,
 ) -> Result<Vec<(usize, Vec<Vec2>)>> {
     let mut uvs = Vec::new();
-    let base_sets = base.sets(context, "TEXCOORD_", 0)?;
-    for (set, base_reference) in base_sets.iter().enumerate() {
-        if let Some(reference) = attributes.find(&base_reference.name) {
-            let values: Vec<[f32; 2]> =
-                data.floats_or_zeros_as(context, reference, &formats::MORPH_TEXCOORD)?;
-            uvs.push((set, values.into_iter().map(Vec2::from_array).collect()));
+    for (set, reference) in attributes.sets_from("TEXCOORD_", 0) {
+        if base.find(&reference.name).is_none() {
+            return Err(no_base(context, reference));
         }
-    }
-    for set in attributes.numbered("TEXCOORD_") {
-        check_base(context, attributes, base, &set)?;
+        let values: Vec<[f32; 2]> = data.floats_or_zeros_as(context, reference, &formats::MORPH_TEXCOORD)?;
+        uvs.push((set, values.into_iter().map(Vec2::from_array).collect()));
     }
     Ok(uvs)
 }
 
-/// Errors if the target displaces an attribute that the primitive does not have.
-fn check_base(context: &Context, target: &Attributes, base: &Attributes, name: &str) -> Result<()> {
-    match (target.find(name), base.find(name)) {
-        (Some(reference), None) => {
-            Err(context.invalid(&reference.pointer, format!("the primitive has no {name} to displace")))
-        }
-        _ => Ok(()),
-    }
+/// The error of a target that displaces an attribute that the primitive does not have.
+fn no_base(context: &Context, reference: &Reference) -> Error {
+    context.invalid(&reference.pointer, format!("the primitive has no {} to displace", reference.name))
 }

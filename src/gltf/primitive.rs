@@ -8,7 +8,7 @@ use gltf::json::mesh::Mode;
 use gltf::json::validation::Checked;
 
 use super::accessor::Data;
-use super::attributes::{Attributes, Reference};
+use super::attributes::{Attributes, Reference, missing_set};
 use super::context::Context;
 use super::extensions::DRACO;
 use super::raw::Raw;
@@ -70,7 +70,7 @@ pub(super) fn import_primitive(
     let used: Vec<&Material> = indices.filter_map(|material| materials.get(material.index())).collect();
     let uv_sets = used.iter().map(|&material| super::material::uv_sets(material)).max();
     let mut imported = Primitive {
-        uvs: read_uvs(context, data, &attributes, uv_sets.unwrap_or(0))?,
+        uvs: read_uvs(context, data, &attributes, uv_sets.unwrap_or(0), vertex_count)?,
         colors: read_colors(context, data, &attributes)?,
         influences: influences::read(context, data, &attributes, &pointer)?,
         targets: morph::read(context, data, raw, &attributes, vertex_count)?,
@@ -159,23 +159,46 @@ fn read_tangent_frames(
     Ok((Some(normals), Some(tangents)))
 }
 
-/// Reads all texture coordinates. Those beyond the first `used_sets` belong to no texture, so that their values and numbers may be wrong.
+/// Reads the texture coordinates. Those beyond the first `used_sets` belong to no texture, so that their values and numbers may be wrong. Missing
+/// ones before a later one that is used are zero.
 fn read_uvs(
     context: &mut Context,
     data: &Data,
     attributes: &Attributes,
     used_sets: usize,
+    vertex_count: u64,
 ) -> Result<Vec<Vec<Vec2>>> {
+    const PREFIX: &str = "TEXCOORD_";
     let mut uvs = Vec::new();
-    for (set, reference) in attributes.sets(context, "TEXCOORD_", used_sets)?.iter().enumerate() {
-        let values: Vec<[f32; 2]> = if set < used_sets {
-            data.floats_as(context, reference, &formats::TEXCOORD)?
-        } else {
-            data.floats_or_zeros_as(context, reference, &formats::TEXCOORD)?
+    loop {
+        let set = uvs.len();
+        if let Some(reference) = attributes.find(&format!("{PREFIX}{set}")) {
+            let values: Vec<[f32; 2]> = if set < used_sets {
+                data.floats_as(context, reference, &formats::TEXCOORD)?
+            } else {
+                data.floats_or_zeros_as(context, reference, &formats::TEXCOORD)?
+            };
+            uvs.push(values.into_iter().map(Vec2::from_array).collect());
+            continue;
+        }
+        let Some((later, stray)) = attributes.sets_from(PREFIX, set).min_by_key(|(number, _)| *number) else {
+            return Ok(uvs);
         };
-        uvs.push(values.into_iter().map(Vec2::from_array).collect());
+        let missing = missing_set(PREFIX, set);
+        if later >= used_sets {
+            context.warn(&stray.pointer, format!("{missing}, and {} is ignored", stray.name));
+            return Ok(uvs);
+        }
+        context.warn(&stray.pointer, missing);
+        uvs.push(zeros(context, vertex_count, &stray.pointer)?);
     }
-    Ok(uvs)
+}
+
+/// A set of texture coordinates (0, 0).
+fn zeros(context: &mut Context, vertex_count: u64, pointer: &str) -> Result<Vec<Vec2>> {
+    let mut set = context.allocate(vertex_count, pointer)?;
+    set.resize(vertex_count as usize, Vec2::ZERO);
+    Ok(set)
 }
 
 fn read_colors(context: &mut Context, data: &Data, attributes: &Attributes) -> Result<Option<Vec<Vec4>>> {
@@ -229,7 +252,7 @@ fn add_material_attributes(
         generate(context, primitive, set as usize, pointer)?;
     }
     let wanted = super::material::uv_sets(material);
-    let vertex_count = primitive.positions.len();
+    let vertex_count = primitive.positions.len() as u64;
     while primitive.uvs.len() < wanted {
         context.warn(
             format!("{pointer}/attributes"),
@@ -238,9 +261,7 @@ fn add_material_attributes(
                 primitive.uvs.len()
             ),
         );
-        let mut set = context.allocate(vertex_count as u64, pointer)?;
-        set.resize(vertex_count, Vec2::ZERO);
-        primitive.uvs.push(set);
+        primitive.uvs.push(zeros(context, vertex_count, pointer)?);
     }
     Ok(())
 }

@@ -122,6 +122,24 @@ impl<'a> Raw<'a> {
         }
     }
 
+    /// Returns a member that is a number from 0 to 1. Others are clamped, with a warning: exporters write colours beyond white.
+    pub(super) fn unit(&self, context: &mut Context, key: &str, default: f32) -> Result<f32> {
+        let value = self.number(context, key, default, ANY)?;
+        let [value] = clamp_to_unit(context, [value], || format!("{}/{key}", self.pointer));
+        Ok(value)
+    }
+
+    /// As [`Self::unit`], a member that is an array of `N` numbers.
+    pub(super) fn units<const N: usize>(
+        &self,
+        context: &mut Context,
+        key: &str,
+        default: [f32; N],
+    ) -> Result<[f32; N]> {
+        let values = self.numbers(context, key, default, ANY)?;
+        Ok(clamp_to_unit(context, values, || format!("{}/{key}", self.pointer)))
+    }
+
     /// Returns the value as an array of `N` finite numbers in `range`.
     pub(super) fn array<const N: usize>(
         &self,
@@ -168,6 +186,22 @@ pub(super) fn check_range(
         (false, false) => format!("is {value}, but must lie between {low} and {high}"),
     };
     Err(context.invalid(pointer, message))
+}
+
+/// Clamps the finite `values` at `pointer` to the range from 0 to 1. Warns unless they are beyond it by rounding errors alone.
+pub(super) fn clamp_to_unit<const N: usize>(
+    context: &mut Context,
+    values: [f32; N],
+    pointer: impl Fn() -> String,
+) -> [f32; N] {
+    values.map(|value| {
+        let clamped = value.clamp(0.0, 1.0);
+        if (value - clamped).abs() > TOLERANCE {
+            let message = format!("is {value}, but must lie between 0 and 1; it is taken for {clamped}");
+            context.warn(pointer(), message);
+        }
+        clamped
+    })
 }
 
 /// Range of all finite numbers.

@@ -147,7 +147,6 @@ impl MaterialProperty {
             Self::BaseColor
             | Self::Metallic
             | Self::Roughness
-            | Self::EmissiveFactor
             | Self::OcclusionStrength
             | Self::Transmission
             | Self::AttenuationColor
@@ -161,7 +160,8 @@ impl MaterialProperty {
             | Self::Anisotropy
             | Self::DiffuseTransmission
             | Self::DiffuseTransmissionColor => UNIT,
-            Self::EmissiveStrength
+            Self::EmissiveFactor
+            | Self::EmissiveStrength
             | Self::AlphaCutoff
             | Self::Ior
             | Self::Thickness

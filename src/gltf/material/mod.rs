@@ -17,7 +17,7 @@ use gltf::json::validation::Checked;
 use super::context::Context;
 use super::document::Document;
 use super::extensions::{EMISSIVE_STRENGTH, UNLIT};
-use super::raw::{NOT_NEGATIVE, Raw, UNIT};
+use super::raw::{NOT_NEGATIVE, Raw, TOLERANCE};
 use super::texture::TextureTable;
 use crate::error::Result;
 use crate::scene::{AlphaMode, Material};
@@ -52,15 +52,15 @@ fn import_material(
         double_sided: json.double_sided,
         normal_texture: normal_texture(context, raw, "normalTexture", textures)?,
         occlusion_texture: occlusion_texture(context, raw, textures)?,
-        emissive: Vec3::from_array(raw.numbers(context, "emissiveFactor", [0.0; 3], UNIT)?),
+        emissive: Vec3::from_array(emissive_factor(context, raw)?),
         emissive_texture: textures.reference(context, raw, "emissiveTexture")?,
         ..Material::default()
     };
     if let Some(pbr) = raw.field("pbrMetallicRoughness") {
-        material.base_color = Vec4::from_array(pbr.numbers(context, "baseColorFactor", [1.0; 4], UNIT)?);
+        material.base_color = Vec4::from_array(pbr.units(context, "baseColorFactor", [1.0; 4])?);
         material.base_color_texture = textures.reference(context, &pbr, "baseColorTexture")?;
-        material.metallic = pbr.number(context, "metallicFactor", 1.0, UNIT)?;
-        material.roughness = pbr.number(context, "roughnessFactor", 1.0, UNIT)?;
+        material.metallic = pbr.unit(context, "metallicFactor", 1.0)?;
+        material.roughness = pbr.unit(context, "roughnessFactor", 1.0)?;
         material.metallic_roughness_texture =
             textures.reference(context, &pbr, "metallicRoughnessTexture")?;
     }
@@ -93,6 +93,16 @@ fn apply_core_extensions(context: &Context, material: &mut Material, raw: &Raw) 
         material.emissive_strength = extension.number(context, "emissiveStrength", 1.0, NOT_NEGATIVE)?;
     }
     Ok(())
+}
+
+/// Light may be brighter than 1, which the specification leaves to an extension.
+fn emissive_factor(context: &mut Context, raw: &Raw) -> Result<[f32; 3]> {
+    let factor: [f32; 3] = raw.numbers(context, "emissiveFactor", [0.0; 3], NOT_NEGATIVE)?;
+    if let Some(beyond) = factor.into_iter().find(|&value| value > 1.0 + TOLERANCE) {
+        let message = format!("is {beyond}, but must be at most 1; it is used as it is");
+        context.warn(format!("{}/emissiveFactor", raw.pointer), message);
+    }
+    Ok(factor)
 }
 
 /// Number of texture coordinate sets that the textures of `material` need.

@@ -8,7 +8,7 @@ use glam::{Vec3, Vec4};
 use crate::error::Result;
 use crate::gltf::context::Context;
 use crate::gltf::extensions::{IOR, SPECULAR, SPECULAR_GLOSSINESS};
-use crate::gltf::raw::{NOT_NEGATIVE, Raw, UNIT};
+use crate::gltf::raw::{NOT_NEGATIVE, Raw};
 use crate::gltf::texture::TextureTable;
 use crate::scene::{Glossiness, Material, Specular};
 
@@ -38,7 +38,7 @@ pub(super) fn apply(
 /// Reads the extension. `None` if it has no effect.
 fn specular(context: &mut Context, extension: &Raw, textures: &mut TextureTable) -> Result<Option<Specular>> {
     let specular = Specular {
-        factor: extension.number(context, "specularFactor", 1.0, UNIT)?,
+        factor: extension.unit(context, "specularFactor", 1.0)?,
         texture: textures.reference(context, extension, "specularTexture")?,
         color: Vec3::from_array(extension.numbers(context, "specularColorFactor", [1.0; 3], NOT_NEGATIVE)?),
         color_texture: textures.reference(context, extension, "specularColorTexture")?,
@@ -54,13 +54,13 @@ fn specular_glossiness(
     extension: &Raw,
     textures: &mut TextureTable,
 ) -> Result<()> {
-    material.base_color = Vec4::from_array(extension.numbers(context, "diffuseFactor", [1.0; 4], UNIT)?);
+    material.base_color = Vec4::from_array(extension.units(context, "diffuseFactor", [1.0; 4])?);
     material.base_color_texture = textures.reference(context, extension, "diffuseTexture")?;
     let texture = textures.reference(context, extension, "specularGlossinessTexture")?;
-    let color = extension.numbers(context, "specularFactor", [1.0; 3], UNIT)?;
+    let color = extension.units(context, "specularFactor", [1.0; 3])?;
     material.specular =
         Some(Specular { factor: 1.0, texture: None, color: Vec3::from_array(color), color_texture: texture });
-    let factor = extension.number(context, "glossinessFactor", 1.0, UNIT)?;
+    let factor = extension.unit(context, "glossinessFactor", 1.0)?;
     material.glossiness = Some(Glossiness { factor, texture });
     material.ior = 0.0;
     material.metallic = 0.0;

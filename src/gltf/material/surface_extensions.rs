@@ -9,7 +9,7 @@ use super::texture_info::normal_texture;
 use crate::error::Result;
 use crate::gltf::context::Context;
 use crate::gltf::extensions::{ANISOTROPY, CLEAR_COAT, IRIDESCENCE, SHEEN};
-use crate::gltf::raw::{ANY, NOT_NEGATIVE, Raw, UNIT};
+use crate::gltf::raw::{ANY, NOT_NEGATIVE, Raw};
 use crate::gltf::texture::TextureTable;
 use crate::scene::{Anisotropy, ClearCoat, Iridescence, Material, Sheen};
 
@@ -41,9 +41,9 @@ fn clear_coat(
     textures: &mut TextureTable,
 ) -> Result<Option<ClearCoat>> {
     let coat = ClearCoat {
-        factor: extension.number(context, "clearcoatFactor", 0.0, UNIT)?,
+        factor: extension.unit(context, "clearcoatFactor", 0.0)?,
         texture: textures.reference(context, extension, "clearcoatTexture")?,
-        roughness: extension.number(context, "clearcoatRoughnessFactor", 0.0, UNIT)?,
+        roughness: extension.unit(context, "clearcoatRoughnessFactor", 0.0)?,
         roughness_texture: textures.reference(context, extension, "clearcoatRoughnessTexture")?,
         normal_texture: normal_texture(context, extension, "clearcoatNormalTexture", textures)?,
     };
@@ -52,9 +52,9 @@ fn clear_coat(
 
 fn sheen(context: &mut Context, extension: &Raw, textures: &mut TextureTable) -> Result<Option<Sheen>> {
     let sheen = Sheen {
-        color: Vec3::from_array(extension.numbers(context, "sheenColorFactor", [0.0; 3], UNIT)?),
+        color: Vec3::from_array(extension.units(context, "sheenColorFactor", [0.0; 3])?),
         color_texture: textures.reference(context, extension, "sheenColorTexture")?,
-        roughness: extension.number(context, "sheenRoughnessFactor", 0.0, UNIT)?,
+        roughness: extension.unit(context, "sheenRoughnessFactor", 0.0)?,
         roughness_texture: textures.reference(context, extension, "sheenRoughnessTexture")?,
     };
     Ok((sheen.color != Vec3::ZERO || context.animates_properties).then_some(sheen))
@@ -66,7 +66,7 @@ fn iridescence(
     textures: &mut TextureTable,
 ) -> Result<Option<Iridescence>> {
     let film = Iridescence {
-        factor: extension.number(context, "iridescenceFactor", 0.0, UNIT)?,
+        factor: extension.unit(context, "iridescenceFactor", 0.0)?,
         texture: textures.reference(context, extension, "iridescenceTexture")?,
         ior: extension.number(context, "iridescenceIor", 1.3, 1.0..=f32::MAX)?,
         thickness_minimum_nm: extension.number(
@@ -92,7 +92,7 @@ fn anisotropy(
     textures: &mut TextureTable,
 ) -> Result<Option<Anisotropy>> {
     let anisotropy = Anisotropy {
-        strength: extension.number(context, "anisotropyStrength", 0.0, UNIT)?,
+        strength: extension.unit(context, "anisotropyStrength", 0.0)?,
         rotation_radians: extension.number(context, "anisotropyRotation", 0.0, ANY)?,
         texture: textures.reference(context, extension, "anisotropyTexture")?,
     };

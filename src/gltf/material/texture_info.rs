@@ -4,7 +4,7 @@
 
 use crate::error::Result;
 use crate::gltf::context::Context;
-use crate::gltf::raw::{ANY, Raw, UNIT};
+use crate::gltf::raw::{ANY, Raw};
 use crate::gltf::texture::TextureTable;
 use crate::scene::{NormalTexture, OcclusionTexture};
 
@@ -33,6 +33,6 @@ pub(super) fn occlusion_texture(
     else {
         return Ok(None);
     };
-    let strength = info.number(context, "strength", 1.0, UNIT)?;
+    let strength = info.unit(context, "strength", 1.0)?;
     Ok(Some(OcclusionTexture { texture, strength }))
 }

@@ -8,7 +8,7 @@ use glam::Vec3;
 use crate::error::Result;
 use crate::gltf::context::Context;
 use crate::gltf::extensions::{DIFFUSE_TRANSMISSION, DISPERSION, IOR, TRANSMISSION, VOLUME};
-use crate::gltf::raw::{NOT_NEGATIVE, Raw, UNIT};
+use crate::gltf::raw::{NOT_NEGATIVE, Raw};
 use crate::gltf::texture::TextureTable;
 use crate::scene::{DiffuseTransmission, Material, Transmission, Volume};
 
@@ -23,7 +23,7 @@ pub(super) fn apply(
         material.ior = ior(context, &extension)?;
     }
     if let Some(extension) = raw.extension_object(context, TRANSMISSION)? {
-        let factor = extension.number(context, "transmissionFactor", 0.0, UNIT)?;
+        let factor = extension.unit(context, "transmissionFactor", 0.0)?;
         let texture = textures.reference(context, &extension, "transmissionTexture")?;
         material.transmission =
             (factor > 0.0 || context.animates_properties).then_some(Transmission { factor, texture });
@@ -60,16 +60,18 @@ fn ior(context: &mut Context, extension: &Raw) -> Result<f32> {
 
 /// Reads the volume. `None` if its thickness is zero and cannot be animated. The ray tracer measures the thickness itself,
 /// so the value and its texture are not used otherwise.
-fn volume(context: &Context, extension: &Raw) -> Result<Option<Volume>> {
+fn volume(context: &mut Context, extension: &Raw) -> Result<Option<Volume>> {
     let thickness = extension.number(context, "thicknessFactor", 0.0, NOT_NEGATIVE)?;
-    let color = extension.numbers(context, "attenuationColor", [1.0; 3], UNIT)?;
-    let distance = match extension.field("attenuationDistance") {
+    let color = extension.units(context, "attenuationColor", [1.0; 3])?;
+    let mut distance = match extension.field("attenuationDistance") {
         Some(_) => extension.number(context, "attenuationDistance", 1.0, NOT_NEGATIVE)?,
         None => f32::INFINITY,
     };
+    // three.js wrote 0 for a volume that absorbs nothing.
     if distance == 0.0 {
         let pointer = format!("{}/attenuationDistance", extension.pointer);
-        return Err(context.invalid(pointer, "must be greater than 0"));
+        context.warn(pointer, "is 0, but must be greater; it is taken for infinite");
+        distance = f32::INFINITY;
     }
     Ok((thickness > 0.0 || context.animates_properties).then_some(Volume {
         thickness,
@@ -83,8 +85,8 @@ fn diffuse_transmission(
     extension: &Raw,
     textures: &mut TextureTable,
 ) -> Result<Option<DiffuseTransmission>> {
-    let factor = extension.number(context, "diffuseTransmissionFactor", 0.0, UNIT)?;
-    let color = extension.numbers(context, "diffuseTransmissionColorFactor", [1.0; 3], UNIT)?;
+    let factor = extension.unit(context, "diffuseTransmissionFactor", 0.0)?;
+    let color = extension.units(context, "diffuseTransmissionColorFactor", [1.0; 3])?;
     let texture = textures.reference(context, extension, "diffuseTransmissionTexture")?;
     let color_texture = textures.reference(context, extension, "diffuseTransmissionColorTexture")?;
     Ok((factor > 0.0 || context.animates_properties).then_some(DiffuseTransmission {

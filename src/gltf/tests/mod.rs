@@ -4,6 +4,7 @@
 
 mod accessors;
 mod animations;
+mod exporters;
 mod geometry;
 mod hierarchy;
 mod image_light;

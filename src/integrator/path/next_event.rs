@@ -102,10 +102,14 @@ impl Tracer<'_, '_> {
         let Some((light, contribution)) = chosen else { return };
         let position = shaded.point.position;
         let Some(sample) = self.context.lights[light].sample(position, u_point) else { return };
-        let end = shaded.shadow_start(sample.wi, sample.span(position));
+        let (end, media) = shaded.lamp_shadow_end(sample.wi, sample.span(position));
         let at = if sample.is_distant() { SurfaceMedia::AtStart } else { SurfaceMedia::AtEnd };
-        let media = at(shaded.media_towards(sample.wi));
-        self.push_shadow(shaded, (light, LightPass::Direct), (sample.shadow_ray(end), media), contribution);
+        self.push_shadow(
+            shaded,
+            (light, LightPass::Direct),
+            (sample.shadow_ray(end), at(media)),
+            contribution,
+        );
     }
 
     fn sample_environment(

@@ -25,7 +25,6 @@ pub(in crate::integrator) struct PathBlock {
     lobes: BlockLobes,
     /// Columns of the matrices from the local frames to world space.
     axes: [Vec3Lanes; 3],
-    geometric_normals: Vec3Lanes,
     /// See [`ShadedPoint::weight`].
     weights: Vec3Lanes,
     /// Light of one lamp.
@@ -97,7 +96,6 @@ impl PathBlock {
             for (axes, axis) in self.axes.iter_mut().zip([frame.x_axis, frame.y_axis, frame.z_axis]) {
                 axes.set(lane, axis);
             }
-            self.geometric_normals.set(lane, surface.point.geometric_normal);
             self.weights.set(lane, surface.weight);
         }
         vectorized!(level, {
@@ -208,14 +206,14 @@ impl PathBlock {
         }
     }
 
-    /// Takes the directions to the lamp to the local frames; zero where no light arrives on the side of the lobes.
+    /// Takes the directions to the lamp to the local frames; zero where no light arrives on the side of the lobes. See
+    /// [`ShadedPoint::local_of_lamp`].
     #[inline(always)]
     fn orient(&mut self) {
         for lane in 0..LANES {
             let Incidence { wi, irradiance, .. } = self.incidences.get(lane);
             let local = self.local(lane, wi);
-            let agrees = local.z * self.geometric_normals.get(lane).dot(wi) > 0.0;
-            let is_lit = agrees && irradiance.max_element() > 0.0;
+            let is_lit = local.z > 0.0 && irradiance.max_element() > 0.0;
             self.wi.set(lane, if is_lit { local } else { Vec3::ZERO });
         }
     }

@@ -64,17 +64,29 @@ impl ShadedPoint<'_, '_> {
         self.local_unless(wi, self.transmission_side.touching.is_some())
     }
 
-    /// The same for light of a lamp that rays cannot hit.
+    /// The same for light of a lamp that rays cannot hit. Where a surface lets no light through, its shading normal alone decides about the side, so that
+    /// smooth meshes of few triangles have a smooth terminator: no sampled ray has to follow the direction.
     pub(super) fn local_of_lamp(&self, wi: Vec3) -> Option<Vec3> {
-        self.local_unless(wi, self.hides_lamps)
+        if self.transmits {
+            return self.local_unless(wi, self.hides_lamps);
+        }
+        let local = self.local_direction(wi);
+        (local.z > 0.0 || self.is_lit_through_coat(wi)).then_some(local)
     }
 
     fn local_unless(&self, wi: Vec3, is_covered: bool) -> Option<Vec3> {
-        let local = self.world_from_local.transpose() * wi;
-        let is_outside = self.is_outside(wi);
+        let local = self.local_direction(wi);
         let agrees = local.z * self.point.geometric_normal.dot(wi) > 0.0;
-        let by_coat = is_outside && self.material.clear_coat.is_some();
-        ((agrees || by_coat) && (is_outside || !is_covered)).then_some(local)
+        let is_on_a_side = agrees || self.is_lit_through_coat(wi);
+        (is_on_a_side && (self.is_outside(wi) || !is_covered)).then_some(local)
+    }
+
+    fn local_direction(&self, wi: Vec3) -> Vec3 {
+        self.world_from_local.transpose() * wi
+    }
+
+    fn is_lit_through_coat(&self, wi: Vec3) -> bool {
+        self.is_outside(wi) && self.material.clear_coat.is_some()
     }
 
     /// Whether the light of a lamp that rays cannot hit reached the last surface straight through this one, from the world-space direction `wi`.
@@ -89,6 +101,14 @@ impl ShadedPoint<'_, '_> {
         } else {
             self.point.shadow_end_inside(span)
         }
+    }
+
+    /// The shadow ray's end and the volumes there for light of a lamp that rays cannot hit, which comes from the world-space direction `wi` over `span`.
+    pub(super) fn lamp_shadow_end(&self, wi: Vec3, span: Vec3) -> (Vec3, MediaStack) {
+        if self.transmits {
+            return (self.shadow_start(wi, span), self.media_towards(wi));
+        }
+        (self.point.shadow_end_outside(span), self.state.media.clone())
     }
 
     /// The volumes on the side of a world-space direction.

@@ -3,6 +3,7 @@
 use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3, Vec4};
+use rayframe::render::Integrator;
 use rayframe::scene::{LightKind, Material, NormalTexture, Primitive};
 
 use crate::stage::{Stage, assert_close, lambert, rectangle};
@@ -69,4 +70,28 @@ fn a_dent_with_inside_out_normals_does_not_shadow_itself() {
     stage.add(Primitive { normals: Some(normals), ..square() }, lambert(Vec3::ONE));
     stage.add_light(LightKind::Directional, PI, Vec3::ZERO, Vec3::NEG_Z);
     assert_close(stage.look(Vec3::Z * 3.0, Vec3::ZERO), Vec3::ONE, 1e-5);
+}
+
+#[test]
+fn smooth_meshes_have_smooth_terminators() {
+    // A tube of six sides. The light is 100° from the normal of the side that is seen, and 100° − atan(tan 30° / 2) from the normal
+    // that is interpolated three quarters along it.
+    let half = libm::tanf(PI / 6.0);
+    let around = |angle: f32| Vec3::new(libm::sinf(angle), libm::cosf(angle), 0.0);
+    for integrator in [Integrator::Whitted, Integrator::Path] {
+        let mut stage = Stage::new();
+        stage.settings.integrator = integrator;
+        for side in 0..6 {
+            let angle = side as f32 * PI / 3.0;
+            let normals = [-1.0, 1.0, 1.0, -1.0].map(|end| around(angle + end * PI / 6.0)).to_vec();
+            let across = around(angle + PI / 2.0) * half;
+            let plane = rectangle(around(angle), across, Vec3::NEG_Z * 5.0);
+            stage.add(Primitive { normals: Some(normals), ..plane }, lambert(Vec3::ONE));
+        }
+        let to_light = around(100.0_f32.to_radians());
+        stage.add_light(LightKind::Directional, PI, Vec3::ZERO, -to_light);
+        let expected = libm::cosf(100.0_f32.to_radians() - libm::atanf(0.5 * half));
+        let seen = Vec3::new(0.5 * half, 1.0, 0.0);
+        assert_close(stage.look(seen + Vec3::Y * 3.0, seen), Vec3::splat(expected), 1e-4);
+    }
 }

@@ -14,7 +14,7 @@ use crate::bvh::{Hit, HitOrder, TraversalCounters};
 use crate::frame::{is_volume, transmits};
 use crate::geometry::{Facing, Ray};
 use crate::interaction::{
-    MaterialSample, SurfacePoint, TextureProbes, alpha_at, catches_shadows, material_values,
+    MaterialSample, SurfacePoint, TextureProbes, alpha_at, catches_shadows, material_values, transmits_at,
 };
 use crate::scene::{Material, MaterialIndex};
 
@@ -239,7 +239,8 @@ fn occlusion(context: &IntegratorContext<'_>, hit: &Hit, passage: GlassPassage) 
     }
     let instance = context.view.frame.instance(hit.triangle);
     let material = &context.view.frame.materials[instance.material.index()];
-    let clear_glass = transmits(material) && passage.passes(context, material);
+    let clear_glass =
+        transmits(material) && passage.passes(context, material) && transmits_at(context.view, hit);
     if alpha < 1.0 || clear_glass { Occlusion::Transparent } else { Occlusion::Opaque }
 }
 

@@ -106,12 +106,7 @@ pub fn emission_at(view: SceneView<'_>, hit: &Hit) -> Vec3 {
     if material.unlit || material.emissive == Vec3::ZERO {
         return Vec3::ZERO;
     }
-    let texture = material.emissive_texture.as_ref().map_or(Vec3::ONE, |reference| {
-        let corners = corner_indices(view, instance, hit.triangle);
-        let [a, b, c] = instance.uvs(view.scene, reference.uv_set as usize, corners);
-        let uv = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
-        texture_lookup::sample_at(view.scene, reference, Encoding::Srgb, uv).truncate()
-    });
+    let texture = texel_at_hit(view, hit, material.emissive_texture.as_ref(), Encoding::Srgb).truncate();
     material.emissive * texture * alpha_at(view, hit)
 }
 
@@ -163,8 +158,36 @@ pub fn alpha_at(view: SceneView<'_>, hit: &Hit) -> f32 {
 
 /// Whether a hit stops light whatever finds it: its surface is neither glass nor partly transparent.
 pub(crate) fn is_opaque_at(view: SceneView<'_>, hit: &Hit) -> bool {
-    let material = view.frame.instance(hit.triangle).material;
-    alpha_at(view, hit) >= 1.0 && !transmits(&view.frame.materials[material.index()])
+    alpha_at(view, hit) >= 1.0 && !transmits_at(view, hit)
+}
+
+/// Whether the surface of a hit transmits light there: a material may be glass where its texture says so. Textures are looked up in the full image.
+pub(crate) fn transmits_at(view: SceneView<'_>, hit: &Hit) -> bool {
+    let material = &view.frame.materials[view.frame.instance(hit.triangle).material.index()];
+    let texture = material.transmission.and_then(|transmission| transmission.texture);
+    let texel = || texel_at_hit(view, hit, texture.as_ref(), Encoding::Linear);
+    transmits(material) && texel().x > 0.0
+}
+
+/// The value of a texture at a hit, looked up in the full image; ones without a texture.
+fn texel_at_hit(view: SceneView<'_>, hit: &Hit, texture: Option<&TextureRef>, encoding: Encoding) -> Vec4 {
+    let Some(reference) = texture else { return Vec4::ONE };
+    let instance = view.frame.instance(hit.triangle);
+    let corners = corner_indices(view, instance, hit.triangle);
+    let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+    texel_at_corners(view, instance, (corners, weights), reference, encoding)
+}
+
+fn texel_at_corners(
+    view: SceneView<'_>,
+    instance: &MeshInstance,
+    (corners, weights): ([u32; 3], [f32; 3]),
+    reference: &TextureRef,
+    encoding: Encoding,
+) -> Vec4 {
+    let [a, b, c] = instance.uvs(view.scene, reference.uv_set as usize, corners);
+    let uv = a * weights[0] + b * weights[1] + c * weights[2];
+    texture_lookup::sample_at(view.scene, reference, encoding, uv)
 }
 
 fn coverage(material: &Material, alpha: f32) -> f32 {
@@ -190,9 +213,7 @@ fn alpha_at_corners(
     let material = &view.frame.materials[instance.material.index()];
     let texture = match &material.base_color_texture {
         Some(reference) => {
-            let [a, b, c] = instance.uvs(view.scene, reference.uv_set as usize, corners);
-            let uv = a * weights[0] + b * weights[1] + c * weights[2];
-            texture_lookup::sample_at(view.scene, reference, Encoding::Linear, uv).w
+            texel_at_corners(view, instance, (corners, weights), reference, Encoding::Linear).w
         }
         None => 1.0,
     };

@@ -16,11 +16,11 @@ mod surface_point;
 mod texture_lookup;
 
 pub(crate) use base_material_lanes::BaseMaterialLanes;
-pub(crate) use material::is_opaque_at;
 pub use material::{
     alpha_at, blurred_color_at, catches_shadows, clear_coat_at, emission_at, is_constant, material_values,
     surface_at, untextured_color,
 };
+pub(crate) use material::{is_opaque_at, transmits_at};
 pub use material_sample::{
     AnisotropySample, ClearCoatSample, IridescenceSample, MaterialSample, SheenSample,
 };

@@ -27,8 +27,8 @@ fn null_counts_as_absent() {
     assert!(!scene.materials[0].double_sided);
     assert_eq!(only_warning(&scene, "is null"), ("/materials/0/doubleSided", true));
     // Elements of lists have no default.
-    let text = error_text(import_material(json!({"emissiveFactor": [null, 0, 0]})), 65);
-    assert!(text.contains("/materials/0/emissiveFactor"), "{text}");
+    let sheen = json!({"extensions": {"KHR_materials_sheen": {"sheenColorFactor": [null, 0, 0]}}});
+    assert!(error_text(import_material(sheen), 65).contains("/sheenColorFactor"));
 }
 
 #[test]
@@ -49,6 +49,18 @@ fn factors_beyond_0_to_1_are_clamped_and_emission_is_used_as_it_is() {
     let pointers: Vec<&str> = scene.warnings.iter().map(|warning| warning.pointer.as_str()).collect();
     let color = "/materials/0/pbrMetallicRoughness/baseColorFactor";
     assert_eq!(pointers, [color, color, "/materials/0/pbrMetallicRoughness/roughnessFactor"]);
+
+    for (name, value, factor) in [
+        ("KHR_materials_specular", json!({"specularFactor": 2}), "specularFactor"),
+        ("KHR_materials_clearcoat", json!({"clearcoatRoughnessFactor": -0.5}), "clearcoatRoughnessFactor"),
+        ("KHR_materials_sheen", json!({"sheenColorFactor": [1, 1.2, 1]}), "sheenColorFactor"),
+        ("KHR_materials_anisotropy", json!({"anisotropyStrength": 1.5}), "anisotropyStrength"),
+        ("KHR_materials_pbrSpecularGlossiness", json!({"glossinessFactor": 50}), "glossinessFactor"),
+    ] {
+        let scene = import_material(json!({"extensions": {name: value}})).unwrap();
+        let pointer = format!("/materials/0/extensions/{name}/{factor}");
+        assert_eq!(only_warning(&scene, "must lie between 0 and 1"), (pointer.as_str(), true));
+    }
 
     let scene = import_material(json!({"emissiveFactor": [3, 0.5, 0]})).unwrap();
     assert_eq!(scene.materials[0].emissive, Vec3::new(3.0, 0.5, 0.0));

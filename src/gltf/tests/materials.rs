@@ -111,7 +111,7 @@ fn extension_values_are_imported() {
 fn invalid_values_are_errors_with_a_pointer() {
     for (material, pointer) in [
         (json!({"alphaMode": "GLOW"}), "/materials/0/alphaMode"),
-        (json!({"pbrMetallicRoughness": {"metallicFactor": "2"}}), "/metallicFactor"),
+        (json!({"pbrMetallicRoughness": {"metallicFactor": "2"}}), "/materials/0"),
         (json!({"emissiveTexture": {}}), "/materials/0"),
         (json!({"extensions": {"KHR_materials_ior": {"ior": "abc"}}}), "/KHR_materials_ior/ior"),
         (json!({"extensions": {"KHR_materials_ior": {"ior": -0.5}}}), "/KHR_materials_ior/ior"),

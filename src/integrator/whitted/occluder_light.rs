@@ -21,7 +21,7 @@ use crate::integrator::glass_passage::GlassPassage;
 use crate::integrator::media::SurfaceMedia;
 use crate::integrator::shadow::{ShadowBatch, stops_light};
 use crate::integrator::{IntegratorContext, LightPass};
-use crate::interaction::{SurfacePoint, blurred_color_at};
+use crate::interaction::{SurfacePoint, blurred_color_at, transmits_at};
 use crate::scene::{AlphaMode, Material};
 
 /// A shadow ray of a lookup whose occluder is lit, if there is one.
@@ -191,7 +191,7 @@ impl Tracer<'_, '_> {
         let material = &frame.materials[frame.instance(hit.triangle).material.index()];
         let is_seen = hit.facing == Facing::Front
             || !frame.flags[hit.triangle as usize].has(TriangleFlags::SINGLE_SIDED);
-        is_seen && !material.unlit && !transmits(material)
+        is_seen && !material.unlit && !transmits_at(self.context.view, hit)
     }
 
     /// The occluder of a task in the light of most of the environment and, if it faces any, in that of one of the environment's own lights; each with the

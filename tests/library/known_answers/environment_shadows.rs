@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rayframe::error::Result;
 use rayframe::render::{EnvSamples, Integrator};
 use rayframe::scene::{
-    AlphaMode, Environment, EnvironmentImage, EnvironmentMap, Ground, Material, Primitive,
+    AlphaMode, Environment, EnvironmentImage, EnvironmentMap, Ground, Material, Primitive, Transmission,
 };
 
 use super::path::{floor, middle, square_form_factor};
@@ -230,9 +230,14 @@ fn automatic_shadows_leave_closed_spaces_lit() {
 
 /// A wide wall beside the seen point of a wide floor of albedo `floor_albedo`.
 fn beside_a_wall(stage: &mut Stage, floor_albedo: f32, color: Vec3) {
+    beside_a_wall_of(stage, floor_albedo, lambert(color));
+}
+
+fn beside_a_wall_of(stage: &mut Stage, floor_albedo: f32, material: Material) {
     stage.add(floor(500.0), lambert(Vec3::splat(floor_albedo)));
-    let wall = rectangle(Vec3::new(0.0, 200.0, -0.5), Vec3::X * 500.0, Vec3::Y * 200.0);
-    stage.add(wall, lambert(color));
+    let mut wall = rectangle(Vec3::new(0.0, 200.0, -0.5), Vec3::X * 500.0, Vec3::Y * 200.0);
+    wall.uvs = vec![vec![Vec2::ZERO; 4]];
+    stage.add(wall, material);
 }
 
 #[test]
@@ -257,6 +262,23 @@ fn the_colors_of_occluders_bleed() {
     let mut stage = stage(4096);
     beside_a_wall(&mut stage, 1.0, color);
     assert_close(middle(&stage), expected(1.0), 0.008);
+}
+
+#[test]
+fn walls_that_are_no_glass_where_they_are_hit_bleed_as_others_do() {
+    // The material is glass elsewhere: its texture of the transmission is 0.
+    let color = Vec3::new(0.9, 0.4, 0.0);
+    let light = |is_glass_elsewhere: bool| {
+        let mut stage = stage(64);
+        let mut material = lambert(color);
+        if is_glass_elsewhere {
+            let texture = Some(stage.add_texel([0, 0, 0, 255]));
+            material.transmission = Some(Transmission { factor: 1.0, texture });
+        }
+        beside_a_wall_of(&mut stage, 0.5, material);
+        middle(&stage)
+    };
+    assert_close(light(true), light(false).truncate(), 1e-6);
 }
 
 #[test]

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use super::difference::AssetDifference;
 use super::facts::AssetFacts;
 use super::group_kind::GroupKind;
-use crate::scene::{Animation, CameraIndex, Scene};
-use crate::settings::{FrameRate, first_middle_last, number_duplicates};
+use crate::scene::{Animation, CameraIndex, Scene, make_unique_for_files};
+use crate::settings::{FrameRate, first_middle_last};
 use crate::shot::default_views::{DefaultCamera, DefaultView, Elements, default_views};
 
 /// One camera at some times, for both assets.
@@ -51,7 +51,7 @@ pub(super) fn views(sides: &Sides<'_>, is_interior: bool) -> Vec<View> {
     };
     let mut views: Vec<_> =
         default_views(elements, is_interior).into_iter().map(|view| of_default(sides, view)).collect();
-    number_duplicates(views.iter_mut().map(|view| &mut view.name));
+    make_unique_for_files(views.iter_mut().map(|view| &mut view.name));
     views
 }
 

@@ -83,6 +83,6 @@ pub use selection_request::{CameraRequest, ClipSelection, NameOrIndex, Selection
 pub use shadow_catcher::{mark_shadow_catchers, mark_shadow_catching_node};
 pub use texture::{Encoding, Filter, Image, MipFilter, Sampler, Texels, Texture, WrapMode};
 pub use texture_ref::{NormalTexture, OcclusionTexture, TextureRef, UvRotation, UvTransform};
-pub(crate) use unique_names::unique_names;
+pub(crate) use unique_names::{make_unique, make_unique_for_files};
 pub use variant::Variant;
 pub use view_request::{LensRequest, Orbit, Target, TurntableRequest, ViewRequest};

@@ -3,7 +3,7 @@
 use super::resolve_selection::{index_u32, selected_cameras};
 use super::{
     AnimationIndex, CameraIndex, CameraRequest, ClipSelection, NameOrIndex, NodeIndex, Scene, SelectedCamera,
-    Selection, SelectionRequest, unique_names,
+    Selection, SelectionRequest, make_unique_for_files,
 };
 use crate::error::{Result, Warning};
 
@@ -13,10 +13,10 @@ pub struct NamedSelection {
     /// The selection.
     pub selection: Selection,
     /// Name of the clip, `clip0` without one; `walk+camera` of several; `all` or `none` where these are requested. Where each is
-    /// requested, the second clip of a name is `walk (2)`.
+    /// requested, the second clip of a name is `walk (2)`; case does not count.
     pub clip: String,
     /// Name of the camera, or of its node; `camera0` without either, `auto` for the automatic one. Where each is requested, the
-    /// second camera of a name is `left (2)`.
+    /// second camera of a name is `left (2)`; case does not count.
     pub camera: String,
 }
 
@@ -47,8 +47,9 @@ impl Selection {
             clip_names.push(clip_name(&clips, &selection, scene));
             of_clips.push(selection);
         }
+        make_unique_for_files(&mut clip_names);
         let mut selections = Vec::new();
-        for (of_clip, clip) in of_clips.into_iter().zip(unique_names(&clip_names)) {
+        for (of_clip, clip) in of_clips.into_iter().zip(clip_names) {
             let (cameras, names) = cameras_of_sequences(&of_clip, is_each_camera, scene);
             selections.extend(cameras.into_iter().zip(names).map(|(camera, name)| NamedSelection {
                 selection: Self { camera, ..of_clip.clone() },
@@ -95,8 +96,9 @@ fn cameras_of_sequences(
         let is_shared = nodes.iter().filter(|(other, _)| *other == camera).count() > 1;
         camera_name(scene, &SelectedCamera::Node(node), is_shared)
     };
-    let names: Vec<_> = nodes.iter().map(name).collect();
-    (nodes.iter().map(|&(_, node)| SelectedCamera::Node(node)).collect(), unique_names(&names))
+    let mut names: Vec<_> = nodes.iter().map(name).collect();
+    make_unique_for_files(&mut names);
+    (nodes.iter().map(|&(_, node)| SelectedCamera::Node(node)).collect(), names)
 }
 
 /// The name of the clip, those of several joined by `+`, or how they are selected.
@@ -188,10 +190,10 @@ mod tests {
     fn equal_names_are_numbered() {
         let mut scene = scene();
         let clip = |name: &str| Animation { name: Some(name.to_owned()), channels: Vec::new() };
-        scene.animations = ["walk", "walk", "walk (2)", "walk"].map(clip).to_vec();
+        scene.animations = ["walk", "Walk", "walk (2)", "walk"].map(clip).to_vec();
         scene.cameras[1].name = Some("left".to_owned());
         let each = |clips, camera| SelectionRequest { clips, camera, ..SelectionRequest::default() };
-        let clips = ["walk", "walk (3)", "walk (2)", "walk (4)"].map(|clip| pair(clip, "stereo"));
+        let clips = ["walk", "Walk (3)", "walk (2)", "walk (4)"].map(|clip| pair(clip, "stereo"));
         assert_eq!(names(&each(ClipSelection::Each, None), &scene), clips);
         // The nodes of the shared camera come first.
         let cameras = ["left", "right", "left (2)"].map(|camera| pair("none", camera));

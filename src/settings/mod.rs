@@ -10,7 +10,6 @@ mod choices;
 mod conflicts;
 mod definition;
 mod definitions;
-mod duplicates;
 mod environment_source;
 mod existing_files;
 mod exposure;
@@ -56,7 +55,6 @@ pub use choices::{DenoiserKind, FocusRequest, GroundKind, LookAt, PreviewFormat,
 pub(crate) use conflicts::{OF_INTEGRATORS, OfIntegrator};
 pub use definition::{Assigned, DefinitionOf, Group};
 pub use definitions::{DEFINITIONS, Definition, SettingValues, Settings};
-pub(crate) use duplicates::number_duplicates;
 pub(crate) use environment_source::ENVIRONMENT_FORMS;
 pub use environment_source::{BackgroundSource, EnvironmentSource};
 pub use existing_files::ExistingFiles;

@@ -243,6 +243,11 @@ fn clips_and_cameras_of_one_name_are_numbered() {
     // Clips of equal names tell that the name of a file lacks them, too.
     let told = assert_code(&rayframe(folder, &crate::both(&each, &["-o", "a.png"])), 2);
     assert!(told.contains("clip \"walk (2)\" would both") && told.contains("{clip}.a.png"), "{told}");
+    // Some file systems do not tell their case apart.
+    write(folder, "case.gltf", &moving(&[("walk", 0.5), ("Walk", 1.0)], 1));
+    let each = ["case.gltf", "--animation", "each", "-f", "0", "-o", "case/{clip}.png"];
+    let told = assert_code(&rayframe(folder, &each), 0);
+    assert_eq!(names(&folder.join("case")), ["Walk (2).png", "walk.png"], "{told}");
     // Names that differ only in what names of files cannot have.
     write(folder, "slash.gltf", &moving(&[("a/b", 0.5), ("a:b", 1.0)], 1));
     let told = assert_code(&rayframe(folder, &["slash.gltf", "--animation", "each"]), 2);

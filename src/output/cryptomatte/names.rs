@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::hash::name_id;
 use crate::error::Warning;
-use crate::scene::{Scene, unique_names};
+use crate::scene::{Scene, make_unique};
 
 /// Names of nodes with a mesh, by node index; empty for other nodes.
 pub(super) fn node_names(scene: &Scene) -> Vec<String> {
@@ -12,7 +12,9 @@ pub(super) fn node_names(scene: &Scene) -> Vec<String> {
         Some(_) => non_empty(node.name.as_deref()).unwrap_or_else(|| format!("#{index}")),
         None => String::new(),
     });
-    unique_names(&nodes.collect::<Vec<_>>())
+    let mut names: Vec<_> = nodes.collect();
+    make_unique(&mut names);
+    names
 }
 
 /// Names of materials, by material index.
@@ -22,7 +24,9 @@ pub(super) fn material_names(scene: &Scene) -> Vec<String> {
         let unnamed = || if index == last { "default".to_owned() } else { format!("#{index}") };
         non_empty(material.name.as_deref()).unwrap_or_else(unnamed)
     });
-    unique_names(&materials.collect::<Vec<_>>())
+    let mut names: Vec<_> = materials.collect();
+    make_unique(&mut names);
+    names
 }
 
 /// Warnings about names with equal hashes.

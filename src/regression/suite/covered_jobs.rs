@@ -11,11 +11,11 @@ use crate::framing::{NamedView, is_interior};
 use crate::gltf::ImageLoading;
 use crate::scene::{
     AnimationIndex, CameraRequest, ClipSelection, NameOrIndex, Scene, SelectedCamera, Selection,
+    make_unique_for_files,
 };
 use crate::sequence::SequenceJob;
 use crate::settings::{
     BackgroundSource, DEFINITIONS, FrameSpec, Named as _, NamedFrame, Settings, file_name_part,
-    number_duplicates,
 };
 use crate::shot::default_views::{DefaultCamera, DefaultView, Elements, default_views};
 use crate::shot::{ShotJob, ShotRequest, ShotSettings, is_shot, shot_inputs, shot_jobs};
@@ -151,7 +151,7 @@ fn covered(
             && !has_plate(settings)
             && !chooses(&settings.settings);
         views = if is_default { whole_scene(scene)? } else { combinations(&coverage, scene) };
-        number_duplicates(views.iter_mut().map(|view| &mut view.label));
+        make_unique_for_files(views.iter_mut().map(|view| &mut view.label));
         Ok(views.iter().map(|view| view.settings.clone()).collect())
     })?;
     let (mut jobs, mut lost) = (Vec::new(), Vec::new());

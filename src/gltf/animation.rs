@@ -19,8 +19,7 @@ use super::pointer::{self, Property};
 use super::raw::{ANY, Raw, UNIT, check_range, clamp_to_unit, without_rounding_below};
 use crate::error::Result;
 use crate::scene::{
-    Animation, AnimationTarget, Channel, ImageLightProperty, Interpolation, Keyframes, LocalTransform, Mesh,
-    Node, NodeIndex,
+    Animation, AnimationTarget, Channel, ImageLightProperty, Interpolation, Keyframes, Mesh, Node, NodeIndex,
 };
 
 /// Imported objects that channels can target besides properties named by pointers.
@@ -125,7 +124,6 @@ fn channel_target(
             None => return Ok(None),
         },
     };
-    check_matrix(context, target.property, targets.nodes, &target_pointer)?;
     let components = components(context, &target, targets, pointer)?;
     Ok(components.map(|components| ChannelTarget { components, ..target }))
 }
@@ -165,23 +163,6 @@ fn pointer_target(context: &mut Context, data: &Data, pointer: &str) -> Result<O
     };
     let Property { target: property, components, range, is_boolean } = property;
     Ok(Some(ChannelTarget { property, components, keys, range, is_boolean, has_pointer: true }))
-}
-
-/// Errors if the channel animates translation, rotation or scale of a node that has a matrix.
-fn check_matrix(context: &Context, target: AnimationTarget, nodes: &[Node], pointer: &str) -> Result<()> {
-    let (AnimationTarget::Translation(node) | AnimationTarget::Rotation(node) | AnimationTarget::Scale(node)) =
-        target
-    else {
-        return Ok(());
-    };
-    let has_matrix =
-        nodes.get(node.index()).is_some_and(|node| matches!(node.local, LocalTransform::Matrix(_)));
-    if !has_matrix {
-        return Ok(());
-    }
-    let message =
-        format!("node {} has a matrix; animated nodes need translation, rotation and scale", node.0);
-    Err(context.invalid(format!("{pointer}/node"), message))
 }
 
 /// Number of components of one value of the target; `None` for weights of a mesh that is not rendered, which a warning names.

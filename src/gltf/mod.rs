@@ -18,6 +18,7 @@
 #![deny(clippy::arithmetic_side_effects)]
 
 mod accessor;
+mod animated_matrix;
 mod animation;
 mod attributes;
 mod bounds;
@@ -157,9 +158,10 @@ fn import_file(
     let cameras = camera::import(&mut context, &document)?;
     let skins = skin::import(&mut context, &data)?;
     let light_counts = LightCounts { punctual: lights.len(), image_based: image_lights.len() };
-    let hierarchy = node::import(&mut context, &data, &meshes, &skins, light_counts)?;
+    let mut hierarchy = node::import(&mut context, &data, &meshes, &skins, light_counts)?;
     let targets = AnimationTargets { nodes: &hierarchy.nodes, meshes: &meshes };
     let (animations, ignored_channels) = animation::import(&mut context, &data, &targets)?;
+    animated_matrix::decompose(&mut context, &mut hierarchy.nodes, &animations);
     context.keep_since(used_before);
 
     let unused_textures = document.root.textures.len().saturating_sub(textures.textures.len());

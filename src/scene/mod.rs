@@ -12,6 +12,7 @@ mod camera_curve;
 mod camera_path;
 mod camera_placement;
 mod content;
+mod decomposed_matrix;
 mod environment;
 mod file_storage;
 mod ground;
@@ -50,6 +51,7 @@ pub use camera_curve::{CurveKind, KeyTimes, KeyedPoint, KeyedValue};
 pub use camera_path::{CameraKeys, CameraMotion, CameraPath};
 pub use camera_placement::{look_along, rolled};
 pub use content::{Scene, SceneRoots};
+pub(crate) use decomposed_matrix::DecomposedMatrix;
 pub use environment::{
     BuiltInLight, ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, KeyLight,
 };

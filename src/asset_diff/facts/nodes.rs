@@ -1,11 +1,11 @@
 //! Nodes by their paths, and skins.
 
-use glam::Mat4;
-
 use crate::asset_diff::group_kind::GroupKind;
 use crate::asset_diff::item::Item;
 use crate::asset_diff::value::Value;
-use crate::scene::{CameraIndex, LightIndex, LocalTransform, MeshIndex, Node, NodeIndex, Scene};
+use crate::scene::{
+    CameraIndex, DecomposedMatrix, LightIndex, LocalTransform, MeshIndex, Node, NodeIndex, Scene,
+};
 
 /// Bytes of a path to which no more names are added.
 const LONGEST_PATH: usize = 1024;
@@ -114,13 +114,11 @@ fn transform(item: &mut Item, local: &LocalTransform) {
     let (scale, rotation, translation) = match local {
         LocalTransform::Trs { translation, rotation, scale } => (*scale, *rotation, *translation),
         LocalTransform::Matrix(matrix) => {
-            let parts = matrix.to_scale_rotation_translation();
-            let (scale, rotation, translation) = parts;
-            let joined = Mat4::from_scale_rotation_translation(scale, rotation, translation);
-            if !joined.abs_diff_eq(*matrix, 1e-4 * scale.max_element().max(1.0)) {
+            let parts = DecomposedMatrix::new(matrix);
+            if parts.has_shear {
                 return item.set("matrix", Value::Vector(matrix.to_cols_array().to_vec()));
             }
-            parts
+            (parts.scale, parts.rotation, parts.translation)
         }
     };
     item.set("translation", Value::Vector(translation.to_array().to_vec()));

@@ -1,7 +1,12 @@
+use glam::{Mat4, Quat, Vec3};
 use serde_json::json;
 
 use super::Document;
-use crate::scene::{AnimationTarget, Interpolation, NodeIndex};
+use super::pointers::animate;
+use crate::frame::Frame;
+use crate::scene::{
+    AnimationTarget, Interpolation, LocalTransform, NodeIndex, Scene, Selection, SelectionRequest,
+};
 
 /// Document with an animation of node 0 along `path` with the given keyframes.
 fn clip(path: &str, interpolation: &str, times: &[f32], shape: &str, values: &[f32]) -> Document {
@@ -117,11 +122,60 @@ fn duplicate_targets_are_errors_and_missing_nodes_are_ignored() {
     assert!(messages[0].contains("\"color\"") && messages[1].contains("property /x"));
 }
 
+/// Asserts that node 0 has one pose with the matrix and with the same translation, rotation and scale. Node 0 is animated.
+#[track_caller]
+fn assert_matrix_is_decomposed(mut document: Document) {
+    let rotation = Quat::from_xyzw(0.5, -0.1, 0.7, 0.5).normalize();
+    let (scale, translation) = (Vec3::new(-2.0, 0.5, 3.0), Vec3::new(1.0, -2.0, 3.0));
+    let matrix = Mat4::from_scale_rotation_translation(scale, rotation, translation);
+    document.json["nodes"][0]["matrix"] = json!(matrix.to_cols_array());
+    let of_matrix = document.import().unwrap();
+    let node = &mut document.json["nodes"][0];
+    node.as_object_mut().unwrap().remove("matrix");
+    node["translation"] = json!(translation.to_array());
+    node["rotation"] = json!(rotation.to_array());
+    node["scale"] = json!(scale.to_array());
+    let of_parts = document.import().unwrap();
+    let pose = |scene: &Scene| {
+        let (selection, _) = Selection::resolve(&SelectionRequest::default(), scene).unwrap();
+        Frame::at(scene, &selection, 0.25).triangles[0].vertices
+    };
+    let [first, second] = [&of_matrix, &of_parts].map(pose);
+    for (first, second) in first.into_iter().zip(second) {
+        assert!(first.abs_diff_eq(second, 1e-5), "{first} {second}");
+    }
+    let [warning] = &of_matrix.warnings[..] else { panic!("{:?}", of_matrix.warnings) };
+    assert_eq!(warning.pointer, "/nodes/0/matrix");
+    assert!(warning.message.contains("animated nodes have a matrix"), "{warning}");
+    assert_eq!(of_parts.warnings, []);
+}
+
 #[test]
-fn animated_nodes_cannot_have_matrices() {
-    let mut document = clip("scale", "LINEAR", &[0.0], "VEC3", &[1.0; 3]);
-    document.json["nodes"][0]["matrix"] = json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
-    assert!(document.error(65).contains("has a matrix"));
+fn matrices_of_animated_nodes_are_decomposed() {
+    let keys = [0.5, 0.5, 0.5, 0.5, 1.0, 0.0, 0.0, 0.0];
+    for (path, shape, values) in
+        [("translation", "VEC3", &keys[..6]), ("rotation", "VEC4", &keys), ("scale", "VEC3", &keys[..6])]
+    {
+        assert_matrix_is_decomposed(clip(path, "LINEAR", &[0.0, 1.0], shape, values));
+        let mut document = Document::triangle();
+        document.json["extensionsUsed"] = json!(["KHR_animation_pointer"]);
+        animate(&mut document, &format!("/nodes/0/{path}"), "LINEAR", shape, values);
+        assert_matrix_is_decomposed(document);
+    }
+}
+
+#[test]
+fn shear_of_animated_nodes_is_left_out_with_a_warning() {
+    let mut document = clip("translation", "LINEAR", &[0.0], "VEC3", &[1.0; 3]);
+    document.json["nodes"][0]["matrix"] = json!([1, 0, 0, 0, 0.5, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
+    let scene = document.import().unwrap();
+    let [warning] = &scene.warnings[..] else { panic!("{:?}", scene.warnings) };
+    assert_eq!(warning.pointer, "/nodes/0/matrix");
+    assert!(warning.message.contains("the shear is left out"), "{warning}");
+    // Other channels leave the matrix as it is.
+    document.json["animations"] = json!([]);
+    let scene = document.import().unwrap();
+    assert!(matches!(scene.nodes[0].local, LocalTransform::Matrix(_)) && scene.warnings.is_empty());
 }
 
 #[test]

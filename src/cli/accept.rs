@@ -7,7 +7,9 @@ use clap::Args;
 use super::suite_options::SuiteOption;
 use crate::progress::print_output;
 use rayframe::error::{Error, Result};
-use rayframe::regression::suite::{self, Approval, Pending, PendingKind, PendingSelection, Suite};
+use rayframe::regression::suite::{
+    self, Acceptance, Approval, Pending, PendingKind, PendingSelection, Suite,
+};
 
 /// The message where nothing is pending of what `filter` selects.
 pub(super) fn nothing_pending(filter: &str) -> String {
@@ -57,11 +59,12 @@ pub(super) fn accept(args: &AcceptArgs) -> Result<()> {
         None => chosen(args, selection),
     };
     // All or nothing.
+    let mut acceptance = Acceptance::new(&suite);
     for pending in &chosen {
-        suite::check_acceptable(&suite, pending)?;
+        acceptance.check(pending)?;
     }
     for pending in &chosen {
-        suite::accept(&suite, pending)?;
+        acceptance.accept(pending)?;
         print_output(&format!("{} {}", done(pending.kind), pending.reference.display()));
     }
     if left_changed > 0 {
@@ -144,6 +147,7 @@ pub(super) fn done(kind: PendingKind) -> &'static str {
 pub(super) fn pending_changes(args: &RejectArgs) -> Result<(Suite, PendingSelection)> {
     let suite = args.suite.read()?;
     let shots = suite::discover(&suite)?;
+    suite::discard_stray_comparisons(&suite, &shots, &args.filter)?;
     let selection = suite::pending(&suite, &shots, &args.filter)?;
     Ok((suite, selection))
 }

@@ -7,7 +7,7 @@ use super::accept::{RejectArgs, done, nothing_pending, pending_changes, refuse_i
 use crate::progress::{TerminalImages, one_line, print_output, print_raw};
 use rayframe::error::{Error, Result};
 use rayframe::output::{PreviewLook, display_image};
-use rayframe::regression::suite::{self, Pending, PendingKind, Suite, compare_pending};
+use rayframe::regression::suite::{self, Acceptance, Pending, PendingKind, Suite, compare_pending};
 use rayframe::regression::{Comparison, Image, pixel_hash};
 
 /// The answer of the user.
@@ -27,6 +27,7 @@ pub(super) fn run(args: &RejectArgs) -> Result<()> {
     if pending_changes.is_empty() {
         print_output(&nothing_pending(&args.filter));
     }
+    let mut acceptance = Acceptance::new(&suite);
     let mut answers = std::io::stdin().lock();
     let mut left = 0;
     for (at, pending) in pending_changes.iter().enumerate() {
@@ -38,7 +39,7 @@ pub(super) fn run(args: &RejectArgs) -> Result<()> {
                 left += 1;
             }
             Decision::Accept => {
-                suite::accept(&suite, pending)?;
+                acceptance.accept(pending)?;
                 print_output(&format!("{} {}", done(pending.kind), pending.reference.display()));
             }
             Decision::Reject => {

@@ -118,14 +118,33 @@ pub(super) fn lost_images<'a>(
 /// # Errors
 /// Those of reading and resolving the shot, and of reading the references.
 pub fn image_names(suite: &Suite, shot: &SuiteShot) -> Result<Vec<String>> {
-    let CoveredShot { jobs, lost, .. } = covered(suite, shot, &[], ImageLoading::Headers)?;
-    let mut names = Vec::new();
-    for covered in &jobs {
-        let frames = covered.job.sequence.frames.iter();
-        names.extend(frames.map(|&frame| covered.image_name(&shot.name, frame)));
+    let ShotImages { rendered, lost } = ShotImages::of(suite, shot)?;
+    Ok(rendered.into_iter().chain(lost).collect())
+}
+
+/// The names of the images of a shot.
+#[derive(Debug)]
+pub(super) struct ShotImages {
+    pub(super) rendered: Vec<String>,
+    /// Those of lost views.
+    pub(super) lost: Vec<String>,
+}
+
+impl ShotImages {
+    /// Opens the shot and renders nothing.
+    ///
+    /// # Errors
+    /// Those of reading and resolving the shot.
+    pub(super) fn of(suite: &Suite, shot: &SuiteShot) -> Result<Self> {
+        let CoveredShot { jobs, lost, .. } = covered(suite, shot, &[], ImageLoading::Headers)?;
+        let mut rendered = Vec::new();
+        for covered in &jobs {
+            let frames = covered.job.sequence.frames.iter();
+            rendered.extend(frames.map(|&frame| covered.image_name(&shot.name, frame)));
+        }
+        let lost = lost_images(suite, &shot.name, &lost)?.into_iter().map(|(name, _)| name).collect();
+        Ok(Self { rendered, lost })
     }
-    names.extend(lost_images(suite, &shot.name, &lost)?.into_iter().map(|(name, _)| name));
-    Ok(names)
 }
 
 /// The jobs of a shot file or a scene, with the settings that the suite has for all shots, below `overrides`. They share one scene.

@@ -8,7 +8,7 @@
 //!
 //! Every shot is rendered through [`crate::sequence`] into a temporary folder, so that the files equal those of `rayframe render`.
 //! An image fails when it has no reference, another size, or differences beyond the limits; a reference fails when no shot renders it.
-//! Only [`accept`] writes references, and [`run`] never calls it.
+//! Only [`Acceptance::accept`] writes references, and [`run`] never calls it.
 //!
 //! Shots are read by [`crate::shot`]. A test of another project:
 //!
@@ -26,6 +26,7 @@
 //! ```
 
 mod accept_rendered;
+mod acceptance;
 mod approvals;
 mod changed_files;
 mod coverage;
@@ -53,6 +54,7 @@ mod unchanged;
 mod verdict_cache;
 
 pub use accept_rendered::{RenderedChange, RenderedChecks, select_rendered};
+pub use acceptance::Acceptance;
 pub use approvals::{Approval, read_approvals};
 pub use covered_jobs::image_names;
 pub use discover::{SuiteShot, discover};
@@ -60,7 +62,8 @@ pub use merge_reports::{RESULT_FILE, check_result_place, merge_reports};
 pub use orphans::{finish, orphaned_references};
 pub use page::{folders, report_page, suite_title};
 pub use pending::{
-    Pending, PendingKind, PendingSelection, accept, check_acceptable, compare_pending, is_ci, pending, reject,
+    Pending, PendingKind, PendingSelection, compare_pending, discard_stray_comparisons, is_ci, pending,
+    reject,
 };
 pub use rendered_images::RenderedImage;
 pub use rendered_report::RenderedReport;

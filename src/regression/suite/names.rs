@@ -76,18 +76,24 @@ pub(super) enum ReferenceFile {
     Changed(String),
     /// A pending removal.
     Removal(String),
+    /// The SHA-256 of the reference with which a pending image was compared.
+    Compared(String),
 }
 
 impl ReferenceFile {
     /// The name of the image.
     pub(super) fn name(&self) -> &str {
         match self {
-            Self::Reference(name) | Self::Pending(name) | Self::Changed(name) | Self::Removal(name) => name,
+            Self::Reference(name)
+            | Self::Pending(name)
+            | Self::Changed(name)
+            | Self::Removal(name)
+            | Self::Compared(name) => name,
         }
     }
 }
 
-/// References, pending images and pending removals below `references`, sorted by path. Empty where the folder does not exist.
+/// References and pending files below `references`, sorted by path. Empty where the folder does not exist.
 ///
 /// # Errors
 /// [`Error::Missing`] when a folder cannot be read.
@@ -106,6 +112,7 @@ fn kind_of(name: &str) -> Option<ReferenceFile> {
     named(REMOVAL)
         .map(ReferenceFile::Removal)
         .or_else(|| named(CHANGED).map(ReferenceFile::Changed))
+        .or_else(|| named(COMPARED).map(ReferenceFile::Compared))
         .or_else(|| named(PENDING).map(ReferenceFile::Pending))
         .or_else(|| reference().map(ReferenceFile::Reference))
 }
@@ -167,9 +174,8 @@ mod tests {
             assert_eq!(of(pending_path(references, name)), ReferenceFile::Pending(name.to_owned()));
             assert_eq!(of(changed_path(references, name)), ReferenceFile::Changed(name.to_owned()));
             assert_eq!(of(removal_path(references, name)), ReferenceFile::Removal(name.to_owned()));
+            assert_eq!(of(compared_path(references, name)), ReferenceFile::Compared(name.to_owned()));
         }
-        let compared = compared_path(references, "a.0012");
-        assert_eq!(name_below(references, &compared).as_deref().map(kind_of), Some(None));
         assert_eq!(kind_of("notes.txt"), None);
     }
 

@@ -7,7 +7,7 @@ use super::covered_jobs::image_names;
 use super::discover::NamedScenes;
 use super::filter::Filter;
 use super::names::{ReferenceFile, paths_of_image, possible_shots, reference_files, reference_path};
-use super::pending::{discard_image, discard_removal, store_removal};
+use super::pending::{discard_image, discard_removal, discard_stray_comparison, store_removal};
 use super::rendered_images::file_hash;
 use super::{RunOptions, Suite, SuiteShot};
 use crate::error::{Error, Result};
@@ -78,6 +78,9 @@ pub fn finish(
             }
             ReferenceFile::Pending(_) | ReferenceFile::Changed(_) if is_orphaned && keeps_pending => {
                 not_kept.extend(discard_image(suite, name).err());
+            }
+            ReferenceFile::Compared(_) if keeps_pending && is_decided(name) && filter.matches_image(name) => {
+                not_kept.extend(discard_stray_comparison(suite, name).err());
             }
             // Those without a shot that belong to another part are left to it.
             ReferenceFile::Removal(_) if keeps_pending && (is_rendered || is_doubtful(name)) => {

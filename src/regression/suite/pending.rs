@@ -44,7 +44,7 @@ pub enum PendingKind {
 }
 
 /// Whether this runs on a build server: the environment variable `CI` is set to something other than empty, `0` and `false`. No
-/// pending images should be stored there, and [`accept`] refuses.
+/// pending images should be stored there, and [`Acceptance`](super::Acceptance) refuses.
 pub fn is_ci() -> bool {
     std::env::var_os("CI").is_some_and(|value| !value.is_empty() && value != "0" && value != "false")
 }
@@ -75,7 +75,7 @@ pub fn pending(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<Pendi
             ReferenceFile::Pending(_) => (PendingKind::Add, pending_path),
             ReferenceFile::Changed(_) => (PendingKind::ReplaceWithinLimits, changed_path),
             ReferenceFile::Removal(_) => (PendingKind::Remove, removal_path),
-            ReferenceFile::Reference(_) => continue,
+            ReferenceFile::Reference(_) | ReferenceFile::Compared(_) => continue,
         };
         let file = file(&suite.references, &name);
         let shot = selection.owner(&name).and_then(|owner| shots.iter().find(|shot| shot.name == owner));
@@ -96,71 +96,6 @@ pub fn pending(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<Pendi
     Ok(PendingSelection { changes: all, is_by_name: selection.is_name() })
 }
 
-/// Applies the change.
-///
-/// # Errors
-/// [`Error::Usage`] where `CI` is set; [`Error::Different`] when the reference or the shots have changed since the image was rendered;
-/// [`Error::Refused`] when it is larger than the suite allows; [`Error::WriteFailed`] when the file cannot be written.
-pub fn accept(suite: &Suite, pending: &Pending) -> Result<()> {
-    check_acceptable(suite, pending)?;
-    if pending.kind == PendingKind::Remove {
-        remove_file(&pending.reference)?;
-        return remove_file(&pending.file);
-    }
-    std::fs::rename(&pending.file, &pending.reference)
-        .map_err(|source| Error::WriteFailed { path: pending.reference.clone(), source })?;
-    remove_file(&compared_path(&suite.references, &pending.name))
-}
-
-/// Checks whether [`accept`] would apply the change.
-///
-/// # Errors
-/// Those of [`accept`], except [`Error::WriteFailed`].
-pub fn check_acceptable(suite: &Suite, pending: &Pending) -> Result<()> {
-    if is_ci() {
-        return Err(Error::usage(
-            "CI is set, and references are not written on build servers; accept them on your machine and commit them",
-        ));
-    }
-    if let Some(why) = outdated(suite, pending)? {
-        let file = pending.file.display();
-        let message = format!("{file}: {why} since the change was found; run rayframe test and look again");
-        return Err(Error::Different { message });
-    }
-    if pending.kind == PendingKind::Remove {
-        return Ok(());
-    }
-    let bytes = std::fs::metadata(&pending.file).map_err(Error::missing(&pending.file))?.len();
-    match suite.too_large(bytes) {
-        Some(message) => Err(Error::refused(&pending.file, "", message)),
-        None => Ok(()),
-    }
-}
-
-/// Why the change no longer applies; `None` when it does.
-fn outdated(suite: &Suite, pending: &Pending) -> Result<Option<&'static str>> {
-    let Pending { name, kind, shot, .. } = pending;
-    // A run that was killed has removed it.
-    if *kind == PendingKind::Remove && !pending.reference.exists() {
-        return Ok(None);
-    }
-    let (compared, has_same_shots) = if *kind == PendingKind::Remove {
-        let text = std::fs::read_to_string(&pending.file).map_err(Error::missing(&pending.file))?;
-        let (owner, compared) = text.trim_end().rsplit_once('\n').unwrap_or_default();
-        (Some(compared.to_owned()), owner == owner_text(shot.as_ref().map(|shot| shot.name.as_str())))
-    } else {
-        let compared = std::fs::read_to_string(compared_path(&suite.references, name)).ok();
-        (compared.map(|hash| hash.trim().to_owned()), shot.is_some())
-    };
-    if compared != reference_hash(suite, name) {
-        // Earlier versions did not write with what they compared an image.
-        let is_known = compared.is_some_and(|hash| !hash.is_empty());
-        let why = "the reference or the version of rayframe has changed";
-        return Ok(Some(if is_known { "the reference has changed" } else { why }));
-    }
-    Ok(Some("the shots of its name have changed").filter(|_| !has_same_shots))
-}
-
 /// Discards the change. The reference stays.
 ///
 /// # Errors
@@ -171,6 +106,28 @@ pub fn reject(suite: &Suite, pending: &Pending) -> Result<()> {
         PendingKind::Remove => Ok(()),
         _ => remove_file(&compared_path(&suite.references, &pending.name)),
     }
+}
+
+/// Removes what tells with which reference an image was compared, where somebody deleted the pending image, of the images that `filter`
+/// selects. `shots` are all shots of the suite.
+///
+/// # Errors
+/// [`Error::Missing`] when the references cannot be read, [`Error::WriteFailed`] when a file cannot be removed.
+pub fn discard_stray_comparisons(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<()> {
+    let files = reference_files(&suite.references)?;
+    let selection = Filter::new(filter, shots, files.iter().map(ReferenceFile::name));
+    let selected = files.iter().filter(|file| selection.matches_image(file.name()));
+    let compared = selected.filter(|file| matches!(file, ReferenceFile::Compared(_)));
+    compared.map(ReferenceFile::name).try_for_each(|name| discard_stray_comparison(suite, name))
+}
+
+/// The same for the image `name`.
+pub(super) fn discard_stray_comparison(suite: &Suite, name: &str) -> Result<()> {
+    let images = [pending_path, changed_path].map(|path| path(&suite.references, name));
+    if images.iter().any(|image| image.exists()) {
+        return Ok(());
+    }
+    remove_file(&compared_path(&suite.references, name))
 }
 
 /// Compares a pending image with its reference, within the limits of its shot.
@@ -221,12 +178,12 @@ pub(super) fn store_removal(suite: &Suite, name: &str, owner: Option<&str>) -> R
 }
 
 /// The first line of a pending removal. The SHA-256 of the reference follows.
-fn owner_text(owner: Option<&str>) -> String {
+pub(super) fn owner_text(owner: Option<&str>) -> String {
     owner.map_or_else(|| "no shot".to_owned(), |owner| format!("not asked for by {owner}"))
 }
 
 /// Removes a file, if it exists.
-fn remove_file(path: &Path) -> Result<()> {
+pub(super) fn remove_file(path: &Path) -> Result<()> {
     match std::fs::remove_file(path) {
         Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
             Err(Error::WriteFailed { path: path.to_owned(), source })

@@ -173,6 +173,55 @@ fn stale_findings_are_not_applied() {
     assert!(!stage.path("references/moon.exr").exists());
 }
 
+/// A shot of two frames that brightened since its images were accepted.
+fn brighter_frames() -> (Stage, String) {
+    let frames = SUITE.replace("frames = 0", "frames = [0, 12]");
+    let stage = Stage::accepted(&frames, &[("point.gltf", "light/point.gltf")]);
+    stage.scene("point.gltf", "light/point.gltf", "\"intensity\": ", "\"intensity\": 9");
+    stage.run(&["test"]).ends(1, &["FAIL point.0000", "FAIL point.0012"]);
+    (stage, frames)
+}
+
+#[test]
+fn images_that_their_shot_no_longer_renders_are_not_accepted() {
+    let (stage, frames) = brighter_frames();
+    let references = stage.references();
+    stage.write("suite.toml", &SUITE.replace("frames = 0", "frames = [0, 1]"));
+    let why = "point.0012.exr.new: the shot point does not render it any more";
+    stage.run(&["accept"]).ends(1, &[why, "rayframe reject point.0012.exr discards it"]);
+    stage.run_with(&["review", "point.0012"], "a\n", None).ends(1, &[why]);
+    assert_eq!(stage.references(), references);
+    stage.run(&["reject", "point.0012.exr"]).ends(0, &["rejected point.0012"]);
+    stage.run(&["accept"]).ends(0, &["replaced references/point.0000.exr"]);
+    // A removal of a frame that the shot renders again.
+    stage.run(&["test"]).ends(1, &["FAIL point.0012", "no shot renders this reference"]);
+    stage.write("suite.toml", &frames);
+    stage.run(&["accept", "point.0012"]).ends(1, &["the shots of its name have changed since"]);
+    // A view that left the list of the shot.
+    let of_views = |views: &str| SUITE.replace("[test]", &format!("[test]\nviews = {views}"));
+    stage.write("suite.toml", &of_views("['front', 'left']"));
+    stage.run(&["test"]).ends(1, &["FAIL point@left"]);
+    stage.write("suite.toml", &of_views("['front']"));
+    let why =
+        "point@left.exr.new: the shot point does not render it any more; rayframe reject point@left.exr";
+    stage.run(&["accept", "point@left"]).ends(1, &[why]);
+    stage.run(&["accept", "point@front"]).ends(0, &["added references/point@front.exr"]);
+}
+
+#[test]
+fn hashes_of_images_that_somebody_deleted_are_removed() {
+    for command in ["test", "accept"] {
+        let (stage, _) = brighter_frames();
+        std::fs::remove_file(stage.path("references/point.0012.exr.new")).unwrap();
+        stage.write("suite.toml", SUITE);
+        let stray = "point.0012.exr.compared.new".to_owned();
+        stage.run(&[command, "sun"]).ends(2, &[]);
+        assert!(stage.references().contains(&stray));
+        stage.run(&[command, "point"]);
+        assert!(!stage.references().contains(&stray), "{:?}", stage.references());
+    }
+}
+
 #[test]
 fn a_failed_test_keeps_pending_images() {
     let stage = pending();

@@ -1,0 +1,116 @@
+//! Acceptance of pending changes: checks them against the present references and shots, and applies them.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
+use super::covered_jobs::ShotImages;
+use super::names::compared_path;
+use super::pending::{owner_text, remove_file};
+use super::rendered_images::reference_hash;
+use super::{Pending, PendingKind, Suite, SuiteShot, is_ci, shell_word};
+use crate::error::{Error, Result};
+
+/// Checks and applies pending changes. The images of each shot are listed once.
+#[derive(Debug)]
+pub struct Acceptance<'a> {
+    suite: &'a Suite,
+    /// By name of shot.
+    images: BTreeMap<String, ShotImages>,
+}
+
+impl<'a> Acceptance<'a> {
+    /// Acceptance into the references of `suite`.
+    pub fn new(suite: &'a Suite) -> Self {
+        Self { suite, images: BTreeMap::new() }
+    }
+
+    /// Applies the change.
+    ///
+    /// # Errors
+    /// Those of [`Acceptance::check`]; [`Error::WriteFailed`] when the file cannot be written.
+    pub fn accept(&mut self, pending: &Pending) -> Result<()> {
+        self.check(pending)?;
+        if pending.kind == PendingKind::Remove {
+            remove_file(&pending.reference)?;
+            return remove_file(&pending.file);
+        }
+        std::fs::rename(&pending.file, &pending.reference)
+            .map_err(|source| Error::WriteFailed { path: pending.reference.clone(), source })?;
+        remove_file(&compared_path(&self.suite.references, &pending.name))
+    }
+
+    /// Checks whether [`Acceptance::accept`] would apply the change. Renders nothing.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where `CI` is set; [`Error::Different`] when the reference or the shots have changed since the image was
+    /// rendered; [`Error::Refused`] when it is larger than the suite allows; errors of opening its shot.
+    pub fn check(&mut self, pending: &Pending) -> Result<()> {
+        if is_ci() {
+            return Err(Error::usage(
+                "CI is set, and references are not written on build servers; accept them on your machine and commit them",
+            ));
+        }
+        let file = pending.file.display();
+        if let Some(why) = self.outdated(pending)? {
+            let message =
+                format!("{file}: {why} since the change was found; run rayframe test and look again");
+            return Err(Error::Different { message });
+        }
+        if pending.kind == PendingKind::Remove {
+            return Ok(());
+        }
+        if let Some(shot) = &pending.shot
+            && !self.images_of(shot)?.rendered.contains(&pending.name)
+        {
+            let [shot, image] = [&shot.name, &format!("{}.exr", pending.name)].map(|name| shell_word(name));
+            let message = format!(
+                "{file}: the shot {shot} does not render it any more; rayframe reject {image} discards it"
+            );
+            return Err(Error::Different { message });
+        }
+        let bytes = std::fs::metadata(&pending.file).map_err(Error::missing(&pending.file))?.len();
+        match self.suite.too_large(bytes) {
+            Some(message) => Err(Error::refused(&pending.file, "", message)),
+            None => Ok(()),
+        }
+    }
+
+    /// Why the change no longer applies; `None` when it does.
+    fn outdated(&mut self, pending: &Pending) -> Result<Option<&'static str>> {
+        let Pending { name, kind, shot, .. } = pending;
+        // A run that was killed has removed it.
+        if *kind == PendingKind::Remove && !pending.reference.exists() {
+            return Ok(None);
+        }
+        let (compared, has_same_shots) = if *kind == PendingKind::Remove {
+            let text = std::fs::read_to_string(&pending.file).map_err(Error::missing(&pending.file))?;
+            let (owner, compared) = text.trim_end().rsplit_once('\n').unwrap_or_default();
+            let has_same_owner = owner == owner_text(shot.as_ref().map(|shot| shot.name.as_str()));
+            (Some(compared.to_owned()), has_same_owner && !self.is_needed(pending)?)
+        } else {
+            let compared = std::fs::read_to_string(compared_path(&self.suite.references, name)).ok();
+            (compared.map(|hash| hash.trim().to_owned()), shot.is_some())
+        };
+        if compared != reference_hash(self.suite, name) {
+            // Earlier versions did not write with what they compared an image.
+            let is_known = compared.is_some_and(|hash| !hash.is_empty());
+            let why = "the reference or the version of rayframe has changed";
+            return Ok(Some(if is_known { "the reference has changed" } else { why }));
+        }
+        Ok(Some("the shots of its name have changed").filter(|_| !has_same_shots))
+    }
+
+    /// Whether the shot of its name renders the reference, or would if the scene had what the shot names.
+    fn is_needed(&mut self, pending: &Pending) -> Result<bool> {
+        let Some(shot) = &pending.shot else { return Ok(false) };
+        let images = self.images_of(shot)?;
+        Ok([&images.rendered, &images.lost].iter().any(|names| names.contains(&pending.name)))
+    }
+
+    fn images_of(&mut self, shot: &SuiteShot) -> Result<&ShotImages> {
+        match self.images.entry(shot.name.clone()) {
+            Entry::Occupied(known) => Ok(known.into_mut()),
+            Entry::Vacant(unknown) => Ok(unknown.insert(ShotImages::of(self.suite, shot)?)),
+        }
+    }
+}

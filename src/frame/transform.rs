@@ -10,12 +10,7 @@ pub(super) fn world_matrices(scene: &Scene, local: &[LocalTransform], world: &mu
     world.clear();
     world.resize(scene.nodes.len(), Mat4::IDENTITY);
     for &node in &scene.node_order {
-        let own = match local[node.index()] {
-            LocalTransform::Trs { translation, rotation, scale } => {
-                Mat4::from_scale_rotation_translation(scale, rotation, translation)
-            }
-            LocalTransform::Matrix(matrix) => matrix,
-        };
+        let own = local[node.index()].matrix();
         world[node.index()] = match scene.nodes[node.index()].parent {
             Some(parent) => world[parent.index()] * own,
             None => own,

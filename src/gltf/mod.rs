@@ -26,6 +26,7 @@ mod camera;
 mod component;
 mod container;
 mod context;
+mod coordinate_steps;
 mod document;
 #[cfg(feature = "draco")]
 mod draco;
@@ -119,6 +120,7 @@ fn import_unguarded(path: &Path, options: &ImportOptions, cache: Option<&AssetCa
         let resources = Resources::new(&context, &file.bytes, &options.allowed_folders, threads);
         import_file(context, &file, resources, ImageSource { loading: options.images, cache })
     })?;
+    scene.warnings.extend(coordinate_steps::coordinate_steps(&scene));
     scene.asset_cache = cache.map(AssetCache::usage);
     scene.notes.extend(cache.and_then(AssetCache::write_error).map(note));
     Ok(scene)

@@ -47,6 +47,18 @@ pub enum LocalTransform {
     Matrix(Mat4),
 }
 
+impl LocalTransform {
+    /// The matrix from the node to its parent.
+    pub fn matrix(&self) -> Mat4 {
+        match *self {
+            Self::Trs { translation, rotation, scale } => {
+                Mat4::from_scale_rotation_translation(scale, rotation, translation)
+            }
+            Self::Matrix(matrix) => matrix,
+        }
+    }
+}
+
 impl Default for LocalTransform {
     fn default() -> Self {
         Self::Trs { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE }

@@ -4,6 +4,7 @@
 
 mod accessors;
 mod animations;
+mod coordinate_steps;
 mod exporters;
 mod geometry;
 mod hierarchy;

@@ -1,0 +1,129 @@
+//! Steps of world coordinates, which are 32-bit floats: far from the origin they round vertices, cameras and rays visibly.
+
+use glam::{DMat4, DVec3, Mat4};
+use rayon::prelude::*;
+
+use crate::error::Warning;
+use crate::geometry::Aabb;
+use crate::scene::{Mesh, Node, NodeIndex, Scene, Skin};
+
+/// Largest step over the width of a mesh that images do not show.
+const LARGEST_SHARE: f64 = 1e-3;
+
+/// Box as centre and half extent.
+#[derive(Clone, Copy, Debug)]
+struct CenteredBox {
+    center: DVec3,
+    half: DVec3,
+}
+
+impl CenteredBox {
+    /// Box of the triangles' vertices; `None` where the mesh has none.
+    fn of_mesh(mesh: &Mesh) -> Option<Self> {
+        let of_parts = mesh.primitives.iter().map(|part| Aabb::from_points(&part.positions));
+        let bounds = of_parts.fold(Aabb::EMPTY, Aabb::union);
+        (!bounds.is_empty()).then(|| Self::between(bounds.min.as_dvec3(), bounds.max.as_dvec3()))
+    }
+
+    fn between(min: DVec3, max: DVec3) -> Self {
+        Self { center: (min + max) * 0.5, half: (max - min) * 0.5 }
+    }
+
+    fn transformed(self, matrix: &DMat4) -> Self {
+        let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate().abs());
+        let half = x * self.half.x + y * self.half.y + z * self.half.z;
+        Self { center: matrix.transform_point3(self.center), half }
+    }
+
+    fn union(self, other: Self) -> Self {
+        let min = (self.center - self.half).min(other.center - other.half);
+        Self::between(min, (self.center + self.half).max(other.center + other.half))
+    }
+
+    fn largest_coordinate(&self) -> f64 {
+        (self.center.abs() + self.half).max_element()
+    }
+
+    fn width(&self) -> f64 {
+        self.half.max_element() * 2.0
+    }
+
+    /// Distance of neighbouring 32-bit floats at the largest coordinate.
+    fn step(&self) -> f64 {
+        let largest = self.largest_coordinate() as f32;
+        f64::from(largest.next_up()) - f64::from(largest)
+    }
+
+    /// The step over the width; 0 for a point, and where coordinates overflow.
+    fn share(&self) -> f64 {
+        let share = self.step() / self.width();
+        if share.is_finite() { share } else { 0.0 }
+    }
+
+    fn is_rounded(&self) -> bool {
+        self.share() > LARGEST_SHARE
+    }
+}
+
+/// The boxes of a mesh in world space: one for each instance, or one around all joints.
+fn world_boxes(of_mesh: CenteredBox, node: &Node, world: &Mat4, of_joints: &[Vec<Mat4>]) -> Vec<CenteredBox> {
+    let transformed = |matrix: Mat4| of_mesh.transformed(&matrix.as_dmat4());
+    if let Some(joints) = node.skin.and_then(|skin| of_joints.get(skin.index())) {
+        return joints.iter().copied().map(transformed).reduce(CenteredBox::union).into_iter().collect();
+    }
+    match &node.instances {
+        Some(instances) => instances.iter().map(|instance| transformed(*world * *instance)).collect(),
+        None => vec![transformed(*world)],
+    }
+}
+
+/// World matrices of the nodes at rest.
+fn world_matrices(scene: &Scene) -> Vec<Mat4> {
+    let mut world = vec![Mat4::IDENTITY; scene.nodes.len()];
+    for index in &scene.node_order {
+        let Some(node) = scene.nodes.get(index.index()) else { continue };
+        let parent = node.parent.and_then(|parent| world.get(parent.index())).copied();
+        if let Some(world) = world.get_mut(index.index()) {
+            *world = parent.unwrap_or_default() * node.local.matrix();
+        }
+    }
+    world
+}
+
+/// World matrices of the joints of a skin, from the space of its mesh.
+fn joint_matrices(skin: &Skin, world: &[Mat4]) -> Vec<Mat4> {
+    let joints = skin.joints.iter().zip(&skin.inverse_bind_matrices);
+    joints.filter_map(|(joint, bind)| Some(*world.get(joint.index())? * *bind)).collect()
+}
+
+/// A warning about the mesh in any scene that the steps of its coordinates change most, if that is visible.
+pub(super) fn coordinate_steps(scene: &Scene) -> Option<Warning> {
+    let of_meshes: Vec<_> = scene.meshes.par_iter().map(CenteredBox::of_mesh).collect();
+    let world = world_matrices(scene);
+    let of_joints: Vec<_> = scene.skins.iter().map(|skin| joint_matrices(skin, &world)).collect();
+    let worst_of = |index: NodeIndex| {
+        let node = scene.nodes.get(index.index())?;
+        let mesh = node.mesh?;
+        let of_mesh = (*of_meshes.get(mesh.index())?)?;
+        let boxes = world_boxes(of_mesh, node, world.get(index.index())?, &of_joints);
+        let worst = boxes.into_iter().max_by(|a, b| a.share().total_cmp(&b.share()))?;
+        Some((worst, of_mesh.is_rounded(), mesh, index))
+    };
+    let shown = scene.scenes.iter().flat_map(|shown| scene.nodes_below(&shown.roots));
+    let of_nodes = shown.filter_map(worst_of);
+    let (worst, is_rounded_itself, mesh, node) =
+        of_nodes.max_by(|(a, ..), (b, ..)| a.share().total_cmp(&b.share()))?;
+    let pointer =
+        if is_rounded_itself { format!("/meshes/{}", mesh.0) } else { format!("/nodes/{}", node.0) };
+    let [largest, step, width] = [worst.largest_coordinate(), worst.step(), worst.width()].map(two_digits);
+    let message = format!(
+        "world coordinates near {largest} have steps of {step}, and the mesh is {width} wide; move it near the origin"
+    );
+    worst.is_rounded().then_some(Warning { pointer, message })
+}
+
+/// A number with two significant digits, without exponent.
+fn two_digits(number: f64) -> String {
+    let text = format!("{number:.1e}");
+    text.parse().map_or(text, |rounded: f64| rounded.to_string())
+}

@@ -200,7 +200,7 @@ mod tests {
         assert_eq!(names(&each(ClipSelection::None, Some(CameraRequest::Each)), &scene), cameras);
         // A clip that is requested alone keeps its name.
         let second = ClipSelection::One(NameOrIndex::Index(1));
-        assert_eq!(names(&each(second, None), &scene), [pair("walk", "stereo")]);
+        assert_eq!(names(&each(second, None), &scene), [pair("Walk", "stereo")]);
     }
 
     #[test]

@@ -24,6 +24,8 @@ const MAX_MESSAGES: usize = 3;
 const MAX_LOSSES: usize = 50;
 /// Columns of a thumbnail.
 const THUMBNAIL_COLUMNS: u32 = 160;
+/// Last bytes of an image's name in the names of its thumbnails, which file systems limit to 255.
+const MAX_NAME_BYTES: usize = 100;
 /// The `renderHash` of thumbnails.
 const THUMBNAIL: &str = "thumbnail";
 /// Endings of thumbnails.
@@ -138,10 +140,13 @@ impl Thumbnails {
     fn new(index: usize, finding: &Finding<'_>) -> Self {
         let frame = finding.frame;
         let plain = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '-' };
+        // Each character is one byte.
+        let plain: String = frame.name.chars().map(plain).collect();
+        let end = &plain[plain.len().saturating_sub(MAX_NAME_BYTES)..];
         let small = |image| thumbnail(image, THUMBNAIL_COLUMNS);
         let heat_map = |image| heat_map_thumbnail(image, THUMBNAIL_COLUMNS);
         Self {
-            name: format!("{:04}-{}", index + 1, frame.name.chars().map(plain).collect::<String>()),
+            name: format!("{:04}-{end}", index + 1),
             images: [
                 frame.expected.as_ref().and_then(small),
                 frame.actual.as_ref().and_then(small),
@@ -246,7 +251,8 @@ fn address(path: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rayframe::regression::{FailOn, FrameResult, FrameStatus, SuiteResult};
+    use rayframe::image::{ColorEncoding, Image};
+    use rayframe::regression::{EncodedImage, FailOn, FrameResult, FrameStatus, SuiteResult};
 
     #[test]
     fn names_and_messages_cannot_leave_their_cell() {
@@ -269,6 +275,32 @@ mod tests {
         let text = std::fs::read_to_string(&file).unwrap();
         let head = "## a against b: 52 lost, 3 identical\n\n### Lost\n\n- lost: clip \"walk\\_0\"\n";
         assert!(text.starts_with(head) && text.contains("\n- and 2 more\n"), "{text}");
+    }
+
+    #[test]
+    fn thumbnails_of_deep_folders_have_short_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("summary.md");
+        let image = EncodedImage::new(&Image::from_rgba((1, 1), ColorEncoding::Linear, &[[0.5; 4]]));
+        let deep = "folder_\u{e9}/".repeat(40);
+        let frames = ["a", "b"].map(|shot| FrameResult {
+            actual: image.clone(),
+            ..FrameResult::new(format!("{deep}{shot}"), None, FrameStatus::Missing, String::new())
+        });
+        let findings = frames.iter().map(|frame| (frame, PathBuf::new()));
+        let findings = super::super::findings::findings(findings, FailOn::default());
+        let counts = frames.iter().map(FrameResult::verdict).collect();
+        write_summary(&file, MarkdownSummary { title: "", counts, losses: &[], findings: &findings })
+            .unwrap();
+        let entries = std::fs::read_dir(thumbnail_folder(&file)).unwrap();
+        let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name()).collect();
+        names.sort();
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert_eq!(names.len(), 2);
+        for (name, end) in names.iter().zip(["-a-new.png", "-b-new.png"]) {
+            let name = name.to_str().unwrap();
+            assert!(name.len() < 120 && name.ends_with(end) && text.contains(name), "{name}: {text}");
+        }
     }
 
     #[test]

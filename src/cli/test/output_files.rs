@@ -52,25 +52,26 @@ impl OutputFiles {
         Ok(())
     }
 
-    /// Writes the files, and prints annotations.
+    /// Writes the files, and prints annotations. A file that cannot be written does not keep the others from it.
     ///
     /// # Errors
-    /// Those of writing files.
+    /// The first one of writing files.
     pub(super) fn write(&self, suite: &Suite, result: &SuiteResult, fail_on: FailOn) -> Result<()> {
-        if let Some(file) = &self.junit {
-            write_single_file(file, junit_xml(result, fail_on)?.as_bytes())?;
-        }
         let findings = findings_of_suite(suite, result, fail_on);
-        if let Some(file) = &self.summary {
+        let junit = |file: &PathBuf| write_single_file(file, junit_xml(result, fail_on)?.as_bytes());
+        let summary = |file: &PathBuf| {
             let (title, counts) = (&*suite_title(suite), result.counts());
-            write_summary(file, MarkdownSummary { title, counts, losses: &[], findings: &findings })?;
-        }
-        if let Some(file) = &self.code_quality {
-            write_single_file(file, code_quality(&findings)?.as_bytes())?;
-        }
+            write_summary(file, MarkdownSummary { title, counts, losses: &[], findings: &findings })
+        };
+        let quality = |file: &PathBuf| write_single_file(file, code_quality(&findings)?.as_bytes());
+        let written = [
+            self.junit.as_ref().map(junit),
+            self.summary.as_ref().map(summary),
+            self.code_quality.as_ref().map(quality),
+        ];
         if self.github_annotations {
             print_raw(&escaped_lines(&github_commands(&findings)));
         }
-        Ok(())
+        written.into_iter().flatten().collect()
     }
 }

@@ -102,6 +102,13 @@ impl Image {
         self
     }
 
+    /// The image without the channel A: all of it is opaque.
+    #[must_use]
+    pub fn without_alpha(mut self) -> Self {
+        self.channels.retain(|channel| channel.name != "A");
+        self
+    }
+
     /// The image as an EXR file of halves stores it: each float becomes the nearest half. Values that are not finite stay, so
     /// that a comparison finds them.
     #[must_use]

@@ -17,7 +17,7 @@ const MAX_MEMORY_BYTES: u64 = 4 << 30;
 
 impl Image {
     /// Reads an OpenEXR, PNG or Radiance file. Its first bytes tell the format. Channels are sorted by name, and halves are
-    /// widened to floats.
+    /// widened to floats. There is alpha (A) where the file has it.
     ///
     /// # Errors
     /// [`Error::Missing`] when the file cannot be read, [`Error::Invalid`] when it is damaged or of another format,
@@ -47,13 +47,13 @@ impl Image {
             return from_exr(path, bytes, max_memory_bytes);
         }
         if bytes.starts_with(b"\x89PNG") {
-            let image = decode_png_values(path, bytes, max_memory_bytes)?;
-            return Ok(Self::from_rgba(image.size, ColorEncoding::Srgb, &image.pixels));
+            return decode_png_values(path, bytes, max_memory_bytes);
         }
         if bytes.starts_with(b"#?") {
             let image = read_environment(path, bytes, max_memory_bytes)?;
             let pixels: Vec<_> = image.pixels.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]).collect();
-            return Ok(Self::from_rgba((image.width, image.height), ColorEncoding::Linear, &pixels));
+            let size = (image.width, image.height);
+            return Ok(Self::from_rgba(size, ColorEncoding::Linear, &pixels).without_alpha());
         }
         if bytes.starts_with(b"version https://git-lfs") {
             return Err(Error::invalid(path, "", "is a Git LFS pointer, not an image; run git lfs pull"));
@@ -121,6 +121,24 @@ mod tests {
         let error = Image::read_within(&path, 3_000_000).unwrap_err();
         let message = "the file has 4.0 MB, more than the limit of 3.0 MB; raise `max_memory`";
         assert!(error.exit_code() == 77 && error.to_string().ends_with(message), "{error}");
+    }
+
+    #[test]
+    fn files_without_alpha_have_no_channel_for_it() {
+        let names = |bytes: &[u8]| -> Vec<String> {
+            let image = Image::decode(Path::new("a"), bytes).unwrap();
+            image.channels.into_iter().map(|channel| channel.name).collect()
+        };
+        let png = |image: image::DynamicImage| {
+            let mut bytes = std::io::Cursor::new(Vec::new());
+            image.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+            names(bytes.get_ref())
+        };
+        assert_eq!(png(image::DynamicImage::new_rgb8(2, 1)), ["B", "G", "R"]);
+        assert_eq!(png(image::DynamicImage::new_luma16(2, 1)), ["B", "G", "R"]);
+        assert_eq!(png(image::DynamicImage::new_rgba8(2, 1)), ["A", "B", "G", "R"]);
+        let radiance = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x80\x80\x80";
+        assert_eq!(names(radiance), ["B", "G", "R"]);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use image::{ImageBuffer, ImageFormat, ImageReader, Rgba};
 
 use super::isolated::isolated;
 use crate::error::{Error, Result, over_limit};
-use crate::image::RgbaImage;
+use crate::image::{ColorEncoding, Image};
 
 /// sRGB pixels of 8 bits a channel with straight alpha, top row first.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -44,12 +44,12 @@ pub fn decode_png(path: &Path, bytes: &[u8]) -> Result<DisplayImage> {
     Ok(DisplayImage { size: image.dimensions(), pixels: image.as_raw().as_chunks::<4>().0.to_vec() })
 }
 
-/// Decodes a PNG file of any kind to sRGB values between 0 and 1 with straight alpha, in the file's precision.
+/// Decodes a PNG file of any kind to sRGB values between 0 and 1, with straight alpha where the file has any, in the file's precision.
 ///
 /// # Errors
 /// [`Error::Invalid`] when `bytes`, the content of `path`, are not a PNG file; [`Error::Refused`] when they would take more
 /// than `max_memory_bytes`.
-pub fn decode_png_values(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<RgbaImage> {
+pub fn decode_png_values(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Image> {
     let damaged =
         |error: image::ImageError| Error::invalid(path, "", format!("not a readable PNG file: {error}"));
     let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
@@ -62,9 +62,12 @@ pub fn decode_png_values(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Re
     }
     let decode = || reader().decode().map_err(|error| error.to_string());
     let image = isolated(decode)
-        .map_err(|why| Error::invalid(path, "", format!("not a readable PNG file: {why}")))?
-        .into_rgba32f();
-    Ok(RgbaImage { size: image.dimensions(), pixels: image.as_raw().as_chunks::<4>().0.to_vec() })
+        .map_err(|why| Error::invalid(path, "", format!("not a readable PNG file: {why}")))?;
+    let has_alpha = image.color().has_alpha();
+    let pixels = image.into_rgba32f();
+    let image =
+        Image::from_rgba(pixels.dimensions(), ColorEncoding::Srgb, pixels.as_raw().as_chunks::<4>().0);
+    Ok(if has_alpha { image } else { image.without_alpha() })
 }
 
 #[cfg(test)]

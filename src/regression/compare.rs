@@ -1,5 +1,7 @@
 //! Compares two images: every measure with its value and its limit.
 
+use std::borrow::Cow;
+
 use super::cause::likely_cause;
 use super::channel_difference::{LayerDifference, ValueLimits, channel_difference};
 use super::color_checks::check_colors;
@@ -9,18 +11,20 @@ use super::non_finite::non_finite;
 use super::presets::Limits;
 use super::verdict::Verdict;
 use super::{Channel, Image};
-use crate::image::is_cryptomatte;
+use crate::image::{is_cryptomatte, layer_of};
 use crate::output::Aov;
 
 /// Compares an image with its reference.
 ///
-/// Where one image holds linear light and the other display values, both are compared in linear light. Images whose sizes or
-/// windows differ are not compared further.
+/// Where one image holds linear light and the other display values, both are compared in linear light. Alpha that is 1 everywhere equals
+/// none. Images whose sizes or windows differ are not compared further.
 pub fn compare(actual: &Image, reference: &Image, limits: &Limits) -> Comparison {
     if actual.encoding != reference.encoding {
         let [actual, reference] = [actual, reference].map(|image| image.clone().into_linear());
         return compare(&actual, &reference, limits);
     }
+    let [ours, theirs] = [without_opaque_alpha(actual, reference), without_opaque_alpha(reference, actual)];
+    let (actual, reference) = (&*ours, &*theirs);
     let mut comparison = Comparison { mismatches: mismatches(actual, reference), ..Comparison::default() };
     compare_content(&mut comparison, actual, reference);
     if comparison.mismatches.iter().any(|mismatch| matches!(mismatch, Mismatch::Size { .. })) {
@@ -38,6 +42,23 @@ pub fn compare(actual: &Image, reference: &Image, limits: &Limits) -> Comparison
         }
     };
     comparison
+}
+
+/// The image without the alpha of layers whose every pixel is opaque, where the other image has the layer without alpha.
+fn without_opaque_alpha<'a>(image: &'a Image, other: &Image) -> Cow<'a, Image> {
+    let is_opaque = |channel: &Channel| {
+        let layer = layer_of(&channel.name);
+        channel.name.rsplit('.').next() == Some("A")
+            && is_light(layer, other)
+            && other.channel(&channel.name).is_none()
+            && channel.samples.floats().is_some_and(|alpha| alpha.iter().all(|&alpha| alpha == 1.0))
+    };
+    if !image.channels.iter().any(is_opaque) {
+        return Cow::Borrowed(image);
+    }
+    let mut without = image.clone();
+    without.channels.retain(|channel| !is_opaque(channel));
+    Cow::Owned(without)
 }
 
 /// Whether all values have the same bits, all are finite, and the scenes have the same content.
@@ -277,6 +298,33 @@ mod tests {
                     .contains("1 values of R are not a number and 0 infinite, the first at column 1, row 1")
             );
         }
+    }
+
+    #[test]
+    fn alpha_of_opaque_images_equals_none() {
+        let renamed = |mut image: Image| {
+            image.channels.iter_mut().for_each(|channel| channel.name.insert_str(0, "view."));
+            image
+        };
+        let with = flat((20, 20), 0.5);
+        let without = with.clone().without_alpha();
+        let mut renamed_without = renamed(with.clone());
+        renamed_without.channels.retain(|channel| channel.name != "view.A");
+        for (with, without) in [(&with, &without), (&renamed(with.clone()), &renamed_without)] {
+            for (actual, reference) in [(with, without), (without, with)] {
+                let comparison = compare(actual, reference, &Preset::Exact.limits());
+                assert_eq!(comparison.verdict(), Verdict::Identical, "{:?}", comparison.failures());
+            }
+        }
+        let mut clear = with;
+        match clear.channels.iter_mut().find(|channel| channel.name == "A").map(|alpha| &mut alpha.samples) {
+            Some(Samples::Float(alpha)) => alpha[7] = 0.99,
+            _ => panic!("no alpha"),
+        }
+        let limits = Preset::Noisy.limits();
+        let failures = compare(&clear, &without, &limits).failures();
+        assert_eq!(failures, ["has the channel A, which the reference lacks"]);
+        assert_eq!(compare(&without, &clear, &limits).failures(), ["lacks the channel A of the reference"]);
     }
 
     #[test]

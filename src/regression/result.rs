@@ -30,9 +30,8 @@ pub struct SuiteResult {
     /// Files `.toml` that have no setting of a shot, and are skipped.
     #[serde(skip)]
     pub stray: Vec<PathBuf>,
-    /// Number of shots of which no file changed since the revision that the options name.
-    #[serde(skip)]
-    pub not_tested: usize,
+    /// Names of the selected shots of which no file changed since the revision that the options name.
+    pub not_tested: Vec<String>,
     /// The first error of keeping verdicts for the next run.
     #[serde(skip)]
     pub not_cached: Option<Error>,

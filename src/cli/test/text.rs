@@ -56,8 +56,8 @@ pub(super) fn text(result: &SuiteResult, page: &Path, suite: &str, style: TextSt
     if cached > 0 {
         let _ = write!(text, "; {} not rendered, as nothing changed", counted(cached as u64, "shot"));
     }
-    if result.not_tested > 0 {
-        let shots = counted(result.not_tested as u64, "shot");
+    if !result.not_tested.is_empty() {
+        let shots = counted(result.not_tested.len() as u64, "shot");
         let _ = write!(text, "; {shots} not tested, as none of their files changed");
     }
     if counts.worst() != Verdict::Identical {

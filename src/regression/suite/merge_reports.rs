@@ -34,6 +34,8 @@ struct ShardReport {
     seconds: f64,
     shots: Vec<ReportedShot>,
     dangling: Vec<String>,
+    /// Shots that the shard left out, as none of their files changed.
+    not_tested: Vec<String>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -99,11 +101,13 @@ pub fn merge_reports(suite: &Suite, folders: &[PathBuf], options: &RunOptions) -
     for (folder, report) in folders.iter().zip(reports) {
         result.seconds = result.seconds.max(report.seconds);
         orphaned.extend(report.dangling);
+        result.not_tested.extend(report.not_tested);
         for shot in report.shots {
             result.shots.push(merging.shot(folder, shot)?);
         }
     }
     result.shots.sort_by(|a, b| a.name.cmp(&b.name));
+    result.not_tested.sort_unstable();
     let mut orphans = Orphans::new(suite, &shots);
     result.orphaned = orphaned.iter().map(|name| orphans.failure(name)).collect();
     name_renamed(suite, &mut result.shots, &mut result.orphaned);
@@ -162,10 +166,13 @@ fn check_shards(folders: &[PathBuf], reports: &[ShardReport]) -> Result<()> {
     }
 }
 
-/// Refuses reports that do not have each shot of the suite once, such as those of filtered runs and of other revisions.
-fn check_shots(paths: &BTreeMap<String, PathBuf>, reports: &[ShardReport]) -> Result<()> {
+/// Refuses reports that do not have each shot of the suite once, tested or left out as unchanged, such as those of filtered runs and of other
+/// revisions.
+fn check_shots<'a>(paths: &BTreeMap<String, PathBuf>, reports: &'a [ShardReport]) -> Result<()> {
     let mut names = BTreeSet::new();
-    for name in reports.iter().flat_map(|report| &report.shots).map(|shot| &shot.name) {
+    let of_report =
+        |report: &'a ShardReport| report.shots.iter().map(|shot| &shot.name).chain(&report.not_tested);
+    for name in reports.iter().flat_map(of_report) {
         if !paths.contains_key(name) || !names.insert(name) {
             let name = name.escape_debug();
             return Err(Error::usage(format!(

@@ -1,5 +1,6 @@
 //! Tests all shots of a suite, several at a time.
 
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -90,9 +91,11 @@ pub fn run(
     let start = Instant::now();
     let (shots, stray) = discover_files(suite)?;
     let selected = of_shard(suite, &shots, options)?;
-    let selected_count = selected.len();
+    let mut not_tested: BTreeSet<String> = selected.iter().map(|shot| shot.name.clone()).collect();
     let chosen = changed(suite, selected, options)?;
-    let not_tested = selected_count - chosen.len();
+    for shot in &chosen {
+        not_tested.remove(&shot.name);
+    }
     let threads = match options.threads {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         threads => threads,
@@ -140,7 +143,7 @@ pub fn run(
         shots: results,
         orphaned,
         not_kept,
-        not_tested,
+        not_tested: not_tested.into_iter().collect(),
         stray,
         not_cached: not_opened.or_else(|| cache.and_then(VerdictCache::into_error)),
         seconds: start.elapsed().as_secs_f64(),

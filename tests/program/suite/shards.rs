@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::{Ran, SUITE, Stage};
 
@@ -131,6 +131,39 @@ fn git(stage: &Stage, arguments: &[&str]) {
     let output =
         Command::new("git").arg("-C").arg(stage.path("")).args(identity).args(arguments).output().unwrap();
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn shards_of_what_changed_are_merged() {
+    let scenes = ["a.gltf", "b.gltf", "c.gltf", "d.gltf"].map(|name| (name, "light/point.gltf"));
+    let stage = Stage::accepted(SUITE, &scenes);
+    stage.write(".gitignore", "/report/\n/.rayframe-cache/\n*.new\n/r1/\n/r2/\n/merged/\n");
+    git(&stage, &["init", "-q", "-b", "main"]);
+    git(&stage, &["add", "-A"]);
+    git(&stage, &["commit", "-q", "-m", "a"]);
+    stage.write("a.gltf", &(std::fs::read_to_string(stage.path("a.gltf")).unwrap() + " "));
+    for (part, folder) in [("1/2", "r1"), ("2/2", "r2")] {
+        let ran = stage.run(&[
+            "test",
+            "--changed-since",
+            "HEAD",
+            "--shard",
+            part,
+            "--report",
+            folder,
+            "--no-cache",
+        ]);
+        ran.ends(0, &["not tested, as none of their files changed"]);
+    }
+    let merge = ["test", "--report", "merged", "--merge", "r1", "r2"];
+    stage.run(&merge).ends(0, &["1 image identical", "; 3 shots not tested, as none of their files changed"]);
+    let json: Value =
+        serde_json::from_str(&std::fs::read_to_string(stage.path("merged/result.json")).unwrap()).unwrap();
+    assert_eq!((&json["not_tested"], &json["shots"][0]["name"]), (&json!(["b", "c", "d"]), &json!("a")));
+    // A shot that no shard saw is still missing.
+    stage.scene("e.gltf", "light/point.gltf", "", "");
+    stage.run(&merge).ends(2, &["no report has the shot e"]);
 }
 
 #[test]

@@ -68,8 +68,8 @@ pub(crate) fn rendered() -> Vec<Seed> {
 
 /// The result of one shard without images, and one with an image.
 pub(crate) fn shards() -> Vec<Seed> {
-    let empty = r#"{"shard": null, "seconds": 1.5, "shots": [], "dangling": ["old"]}"#;
-    let one = r#"{"shard": "1/1", "seconds": 1.5, "dangling": [], "shots": [{"name": "a", "seconds": 1, "cached": false, "warnings": [],
+    let empty = r#"{"shard": null, "seconds": 1.5, "shots": [], "dangling": ["old"], "not_tested": []}"#;
+    let one = r#"{"shard": "1/1", "seconds": 1.5, "dangling": [], "not_tested": [], "shots": [{"name": "a", "seconds": 1, "cached": false, "warnings": [],
         "pictures": [{"name": "a", "frame": 0, "status": "passed", "verdict": "identical", "messages": [], "hash": null,
         "reference": null, "cause": {"materials": ["red"]}}]}]}"#;
     vec![seed("empty", empty), seed("one", one)]

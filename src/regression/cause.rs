@@ -165,8 +165,10 @@ impl<'a> Evidence<'a> {
         names.iter().find_map(found).map(|layer| (layer.layer.clone(), layer.different_pixels))
     }
 
+    /// Whether both images have values of one of the layers that can be compared.
     fn has(&self, names: &[&str]) -> bool {
-        self.layers.iter().any(|layer| names.contains(&layer.layer.as_str()))
+        let mut layers = self.layers.iter().filter(|layer| !layer.channels.is_empty());
+        layers.any(|layer| names.contains(&layer.layer.as_str()))
     }
 
     /// Whether a value of a layer differs at all. Ids that have other numbers alone do not.

@@ -31,6 +31,13 @@ pub enum Mismatch {
         /// Whether the reference is the one without it.
         missing_in_reference: bool,
     },
+    /// One of the images holds a channel as integers, which are ids, and the other as numbers that are no ids.
+    SampleType {
+        /// The channel's name.
+        channel: String,
+        /// Whether the reference is the one with ids.
+        ids_in_reference: bool,
+    },
     /// Infinite values, or values that are not a number.
     NotFinite {
         /// Whether the reference holds them.
@@ -198,6 +205,10 @@ impl std::fmt::Display for Mismatch {
             }
             Self::Channel { channel, .. } => {
                 write!(formatter, "lacks the channel {channel} of the reference")
+            }
+            Self::SampleType { channel, ids_in_reference } => {
+                let (ours, theirs) = if *ids_in_reference { ("numbers", "ids") } else { ("ids", "numbers") };
+                write!(formatter, "holds {channel} as {ours}, the reference as {theirs}")
             }
             Self::NotFinite { in_reference: false, values } => write!(formatter, "{values}"),
             Self::NotFinite { values, .. } => write!(formatter, "in the reference {values}"),

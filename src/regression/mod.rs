@@ -14,6 +14,7 @@ mod cause_materials;
 mod changes;
 mod channel_difference;
 mod color_checks;
+mod common_form;
 mod compare;
 mod comparison;
 mod encoded_image;

@@ -17,7 +17,8 @@ fn image(change: impl Fn(f32, f32, f32) -> f32) -> Image {
 }
 
 fn differing(layer: &str, different_pixels: usize) -> LayerDifference {
-    LayerDifference { layer: layer.to_owned(), different_pixels, ..LayerDifference::default() }
+    let channels = vec![ChannelDifference::default()];
+    LayerDifference { layer: layer.to_owned(), different_pixels, channels }
 }
 
 #[test]

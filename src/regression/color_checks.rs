@@ -8,12 +8,14 @@ use std::cell::LazyCell;
 
 use super::compare::is_light;
 use super::comparison::{Check, Comparison};
-use super::flip::{Exposures, FlipMap, PIXELS_PER_DEGREE, flip_display, flip_light_at};
+use super::flip::{
+    Exposures, FlipMap, LEAST_LUMINANCE, PIXELS_PER_DEGREE, flip_display, flip_light_at, has_light,
+};
 use super::pooling::{ObjectError, PooledErrors, pool, pool_objects};
 use super::presets::Limits;
 use super::root_mean_square::root_mean_square;
 use super::{ColorEncoding, Image, Samples};
-use crate::color::luminance;
+use crate::color::{linear_to_srgb16, luminance};
 
 /// The layer of the ids of objects.
 pub(super) const OBJECT_IDS: &str = "object_id";
@@ -27,8 +29,8 @@ pub(super) fn check_colors(comparison: &mut Comparison, images: [&Image; 2], lim
     let colors_of = |layer: &str| Some([actual.colors_of(layer)?, reference.colors_of(layer)?]);
     let Some([ours, theirs]) = &colors_of(shown) else { return };
     let is_display = reference.encoding == ColorEncoding::Srgb;
-    let exposures = LazyCell::new(|| (!is_display).then(|| Exposures::of(theirs)));
-    let light = LazyCell::new(|| total_light(theirs));
+    let exposures = LazyCell::new(|| (!is_display).then(|| Exposures::of_pair(theirs, ours)));
+    let light = LazyCell::new(|| light_of_reference(theirs, is_display));
 
     // The layer that the image shows
     let map = flip_map(ours, theirs, images, || exposures.clone());
@@ -145,6 +147,16 @@ fn brightness_check(
     }
 }
 
+/// The light of which differences of brightness are shares: that of the reference, or the least that is shown where it has none.
+fn light_of_reference(reference: &[[f32; 3]], is_display: bool) -> f64 {
+    if has_light(reference) {
+        return total_light(reference);
+    }
+    let on_display = || f32::from(linear_to_srgb16(LEAST_LUMINANCE)) / 65535.0;
+    let least = if is_display { on_display() } else { LEAST_LUMINANCE };
+    f64::from(least) * reference.len() as f64
+}
+
 /// Sum of the finite luminances.
 fn total_light(colors: &[[f32; 3]]) -> f64 {
     let light = colors.iter().map(|color| f64::from(luminance(glam::Vec3::from_array(*color))));
@@ -226,6 +238,40 @@ mod tests {
             }
         }
         assert!(failed_on_display > 15, "{failed_on_display}");
+    }
+
+    #[test]
+    fn invisible_light_is_no_change_of_a_black_image() {
+        let image = |encoding: ColorEncoding, grey: f32, patch: f32| {
+            let value = |at: usize| if at % 32 < 8 && at / 32 < 8 { patch } else { grey };
+            let pixels: Vec<_> = (0..32 * 32).map(|at| [value(at), value(at), value(at), 1.0]).collect();
+            Image::from_rgba(SIZE, encoding, &pixels)
+        };
+        let light = |grey, patch| image(ColorEncoding::Linear, grey, patch);
+        let (black, residue, mut pixel) = (light(0.0, 0.0), light(1e-6, 1e-6), light(0.0, 0.0));
+        for channel in pixel.channels.iter_mut().filter(|channel| channel.name != "A") {
+            if let Samples::Float(values) = &mut channel.samples {
+                values[40] = 1e-5;
+            }
+        }
+        for preset in [Preset::Strict, Preset::Visual] {
+            for (actual, reference) in
+                [(&residue, &black), (&pixel, &black), (&black, &residue), (&pixel, &residue)]
+            {
+                let failures = compare(actual, reference, &preset.limits()).failures();
+                assert!(failures.is_empty(), "{failures:?}");
+            }
+        }
+        for visible in [light(0.0, 0.02), light(0.02, 0.02), light(0.002, 0.002)] {
+            assert!(failures(&visible, &black).contains("FLIP of the worst tile: "));
+        }
+        // One step of eight bits on a display
+        let step = |steps: f32| image(ColorEncoding::Srgb, steps / 255.0, steps / 255.0);
+        assert_eq!(failures(&step(1.0), &step(0.0)), "");
+        assert!(failures(&step(20.0), &step(0.0)).contains("difference of mean brightness: "));
+        // A dim layer under a black image
+        let [bright, dim] = [0.5, 0.1].map(|grey| with_layer("direct", grey, Some(0.0)));
+        assert!(failures(&bright, &dim).contains("mean brightness of direct: "));
     }
 
     #[test]

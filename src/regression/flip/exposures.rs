@@ -8,6 +8,8 @@
 //! for what is lit, and residues of a millionth turn white. Here the last exposure is six stops beyond the one for what is lit. All other images have
 //! the published exposures.
 //!
+//! A reference without light has no exposures of its own: the images are compared at those of the other one, at most five stops below white.
+//!
 //! The curve compresses the contrast of what is bright to a quarter. Where the brightest light is near the median, all exposures show both there, and
 //! a soft shadow on white passes. [`Exposures::linear`] are exposures without a curve, as an image viewer shows linear light.
 
@@ -26,6 +28,11 @@ const BELOW_WHITE: f64 = 0.98;
 /// Linear value of the median of what is lit at the second one.
 const LINEAR_MEDIAN: f32 = 0.4;
 
+/// Largest luminance that counts as no light: under half a step of a display of 8 bits.
+const NO_LIGHT: f32 = 1e-4;
+/// The least luminance of which a reference without light is compared, five stops below white. Exposures for less would turn residues white.
+pub(in crate::regression) const LEAST_LUMINANCE: f32 = 1.0 / 32.0;
+
 /// Exposures from `start` to `stop`, in stops, with the tone curve, and others without it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Exposures {
@@ -43,11 +50,25 @@ pub struct Exposures {
 impl Exposures {
     /// The exposures for `reference`, which is in linear light.
     pub fn of(reference: &[[f32; 3]]) -> Self {
+        Self::of_sorted(&sorted_luminances(reference))
+    }
+
+    /// The exposures for comparing `test` with `reference`, both in linear light: those for the reference, or for the other image where the
+    /// reference has no light.
+    pub fn of_pair(reference: &[[f32; 3]], test: &[[f32; 3]]) -> Self {
         let luminances = sorted_luminances(reference);
+        if is_lit(&luminances) {
+            return Self::of_sorted(&luminances);
+        }
+        let least = |luminance: f32| if luminance > LEAST_LUMINANCE { luminance } else { LEAST_LUMINANCE };
+        Self::of_sorted(&sorted_luminances(test).into_iter().map(least).collect::<Vec<_>>())
+    }
+
+    fn of_sorted(luminances: &[f32]) -> Self {
         let half = luminances.len() / 2;
         let largest = luminances.last().copied().unwrap_or_default();
         let median = luminances.get(half).copied().unwrap_or_default();
-        let lit = quantile_of_lit(&luminances, 0.5);
+        let lit = quantile_of_lit(luminances, 0.5);
         let median = if median < BLACK_SHARE * lit { LEAST_SHARE * lit } else { median };
         let stops = |luminance: f32| {
             let luminance = if luminance > f32::EPSILON { luminance } else { f32::EPSILON };
@@ -56,7 +77,7 @@ impl Exposures {
         let (start, stop) = (stops(largest), stops(median));
         // An image of uniform brightness needs one exposure; the published tool rejects it.
         let count = if stop > start { ((stop - start).ceil() as u32).max(2) } else { 1 };
-        Self { start, stop, count, linear: linear_scales(&luminances, lit) }
+        Self { start, stop, count, linear: linear_scales(luminances, lit) }
     }
 
     /// The factor on light of each exposure with the tone curve.
@@ -72,6 +93,16 @@ fn linear_scales(luminances: &[f32], lit: f32) -> Vec<f32> {
     let median = LINEAR_MEDIAN / lit;
     let scales = [Some(bright), (median > 2.0 * bright).then_some(median)];
     scales.into_iter().flatten().filter(|scale| scale.is_finite()).collect()
+}
+
+/// Whether an image has any light that a display shows.
+pub(in crate::regression) fn has_light(image: &[[f32; 3]]) -> bool {
+    is_lit(&sorted_luminances(image))
+}
+
+/// Whether the largest of sorted luminances is light.
+fn is_lit(luminances: &[f32]) -> bool {
+    luminances.last().is_some_and(|&largest| largest > NO_LIGHT)
 }
 
 /// The finite luminances in ascending order. Negative light counts as none.
@@ -157,6 +188,30 @@ mod tests {
             let range = Exposures::of(&image);
             assert!((range.stop - range.start - libm::log2f(ratio)).abs() < 1e-3, "{ratio}: {range:?}");
         }
+    }
+
+    #[test]
+    fn a_reference_without_light_has_the_exposures_of_the_other_image() {
+        let image = |rest: f32, bright: f32| {
+            (0..100).map(|i| [if i < 40 { bright } else { rest }; 3]).collect::<Vec<_>>()
+        };
+        for dark in [0.0, 1e-6, 5e-5] {
+            let reference = image(dark, 0.0);
+            assert!(!has_light(&reference));
+            // What is hardly light is shown as on a display that is five stops brighter.
+            for test in [image(0.0, 0.0), image(1e-6, 1e-5), image(0.0, 0.02)] {
+                let range = Exposures::of_pair(&reference, &test);
+                assert_eq!((range.count, &*range.linear), (1, &[32.0][..]), "{range:?}");
+                assert!((tone_mapped(LEAST_LUMINANCE * range.scales()[0]) - SHOWN).abs() < 1e-4);
+            }
+            let range = Exposures::of_pair(&reference, &image(0.5, 8.0));
+            assert_eq!(range, Exposures::of(&image(0.5, 8.0)));
+        }
+        // One pixel of light is enough for exposures of its own.
+        let mut lit = image(0.0, 0.0);
+        lit[7] = [0.01; 3];
+        assert!(has_light(&lit));
+        assert_eq!(Exposures::of_pair(&lit, &image(0.5, 8.0)), Exposures::of(&lit));
     }
 
     #[test]

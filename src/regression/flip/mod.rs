@@ -20,6 +20,7 @@ use rayon::prelude::*;
 use crate::color::srgb_to_linear;
 
 pub use exposures::Exposures;
+pub(super) use exposures::{LEAST_LUMINANCE, has_light};
 
 /// Pixels a degree for an observer 0.7 m from a display 0.7 m wide with 3840 columns.
 pub const PIXELS_PER_DEGREE: f64 = 3840.0 * std::f64::consts::PI / 180.0;
@@ -55,14 +56,14 @@ pub fn flip_display(
     FlipMap { size, errors, exposures: None }
 }
 
-/// FLIP of images of linear light: the maximum over the exposures of the reference.
+/// FLIP of images of linear light: the maximum over the exposures of the reference, or of the other image where the reference has no light.
 pub fn flip_light(
     reference: &[[f32; 3]],
     test: &[[f32; 3]],
     size: (u32, u32),
     pixels_per_degree: f64,
 ) -> FlipMap {
-    flip_light_at(Exposures::of(reference), reference, test, size, pixels_per_degree)
+    flip_light_at(Exposures::of_pair(reference, test), reference, test, size, pixels_per_degree)
 }
 
 /// FLIP of images of linear light: the maximum over exposures.

@@ -147,6 +147,12 @@ pub fn check_output(path: &Path, kind: OutputKind, overwrites: bool) -> Result<(
     }
 }
 
+/// Whether an earlier output of a purpose is at `path`, not a link.
+pub(crate) fn is_output(path: &Path, kind: OutputKind) -> bool {
+    let is_file = std::fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_file());
+    is_file && ends_of(path).is_ok_and(|ends| kind.is_mark_of(&ends))
+}
+
 /// Whether an empty file is at `path`, not a link. Any output may replace it.
 pub fn is_empty_file(path: &Path) -> bool {
     std::fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_file() && metadata.len() == 0)

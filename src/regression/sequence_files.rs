@@ -8,6 +8,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
+use crate::image_file::{OutputKind, is_output};
 
 /// File name extensions of images in folders.
 const IMAGES: [&str; 3] = ["exr", "png", "hdr"];
@@ -34,15 +35,16 @@ pub struct PairedFiles {
     pub only_in_reference: Vec<PathBuf>,
 }
 
-/// Name with the number replaced by `#`, and the number.
-type Key = (String, Option<i64>);
+/// Folder below that of the sequence, name with the number replaced by `#`, and the number.
+type Key = (PathBuf, String, Option<i64>);
 
 /// Whether a path is a sequence.
 pub fn is_sequence(path: &Path) -> bool {
     path.is_dir() || (!path.is_file() && number_field(path).is_some())
 }
 
-/// Pairs the files of two sequences, or two files, by frame number; also by name where a folder holds several sequences.
+/// Pairs the files of two sequences, or two files, by frame number; also by name where a folder holds several sequences. Of two folders all
+/// folders below are paired as well, but for hidden ones, links, and reports of this program.
 ///
 /// # Errors
 /// [`Error::Usage`] for a sequence beside a file, and for two files of one frame number; [`Error::Missing`] when a folder cannot be read or
@@ -59,20 +61,21 @@ pub fn pair_files(actual: &Path, reference: &Path) -> Result<PairedFiles> {
         let pair = FilePair { frame: None, actual: actual.to_owned(), reference: reference.to_owned() };
         return Ok(PairedFiles { pairs: vec![pair], ..PairedFiles::default() });
     }
-    let (mut ours, mut theirs) = (frames(actual)?, frames(reference)?);
-    if [&ours, &theirs].iter().all(|files| is_one_sequence(files)) {
-        for files in [&mut ours, &mut theirs] {
-            *files = std::mem::take(files)
-                .into_iter()
-                .map(|((_, frame), path)| ((String::new(), frame), path))
-                .collect();
-        }
+    let depth = if actual.is_dir() && reference.is_dir() { Depth::All } else { Depth::One };
+    let (mut ours, mut theirs) = (frames(actual, depth)?, frames(reference, depth)?);
+    let sequences = &folders_of_one_sequence(&ours) & &folders_of_one_sequence(&theirs);
+    for files in [&mut ours, &mut theirs] {
+        let nameless = std::mem::take(files).into_iter().map(|((folder, name, frame), path)| {
+            let name = if sequences.contains(&folder) { String::new() } else { name };
+            ((folder, name, frame), path)
+        });
+        *files = nameless.collect();
     }
     let mut paired = PairedFiles::default();
     for (key, actual) in &ours {
         match theirs.remove(key) {
             Some(reference) => {
-                paired.pairs.push(FilePair { frame: key.1, actual: actual.clone(), reference });
+                paired.pairs.push(FilePair { frame: key.2, actual: actual.clone(), reference });
             }
             None => paired.only_in_actual.push(actual.clone()),
         }
@@ -86,24 +89,37 @@ pub fn pair_files(actual: &Path, reference: &Path) -> Result<PairedFiles> {
 /// # Errors
 /// [`Error::Missing`] when a folder cannot be read or holds no frame.
 pub fn sequence_files(path: &Path) -> Result<Vec<PathBuf>> {
-    let mut files = keyed_files(path)?;
+    let mut files = keyed_files(path, Depth::One)?;
     files.sort_unstable();
     Ok(files.into_iter().map(|(_, file)| file).collect())
 }
 
 /// Frame number in a file name.
 pub fn frame_number(path: &Path) -> Option<i64> {
-    key_of(path.file_name()?.to_str()?).1
+    numbered_name(path.file_name()?.to_str()?).1
 }
 
-fn is_one_sequence(files: &BTreeMap<Key, PathBuf>) -> bool {
-    files.keys().map(|(name, _)| name).collect::<BTreeSet<_>>().len() == 1
-        && files.keys().all(|(_, frame)| frame.is_some())
+/// How many levels of folders are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Depth {
+    One,
+    All,
 }
 
-/// Files of a sequence, by name and number, of which each has one file.
-fn frames(path: &Path) -> Result<BTreeMap<Key, PathBuf>> {
-    let mut files = keyed_files(path)?;
+/// The folders whose files are all of one sequence.
+fn folders_of_one_sequence(files: &BTreeMap<Key, PathBuf>) -> BTreeSet<PathBuf> {
+    let mut names = BTreeMap::<_, BTreeSet<_>>::new();
+    for (folder, name, frame) in files.keys() {
+        names.entry(folder).or_default().insert((name, frame.is_some()));
+    }
+    let is_one =
+        |names: &BTreeSet<(_, bool)>| names.len() == 1 && names.iter().all(|(_, numbered)| *numbered);
+    names.into_iter().filter(|(_, names)| is_one(names)).map(|(folder, _)| folder.clone()).collect()
+}
+
+/// Files of a sequence, by folder, name and number, of which each has one file.
+fn frames(path: &Path, depth: Depth) -> Result<BTreeMap<Key, PathBuf>> {
+    let mut files = keyed_files(path, depth)?;
     files.sort_unstable();
     let same = files.windows(2).find_map(|pair| match pair {
         [(key, one), (next, other)] if key == next => Some((one, other)),
@@ -119,7 +135,7 @@ fn frames(path: &Path) -> Result<BTreeMap<Key, PathBuf>> {
     }
 }
 
-fn keyed_files(path: &Path) -> Result<Vec<(Key, PathBuf)>> {
+fn keyed_files(path: &Path, depth: Depth) -> Result<Vec<(Key, PathBuf)>> {
     let missing =
         |folder: &Path, source| Error::Missing { path: folder.to_owned(), pointer: String::new(), source };
     let around = if path.is_dir() { None } else { number_field(path) };
@@ -128,18 +144,26 @@ fn keyed_files(path: &Path) -> Result<Vec<(Key, PathBuf)>> {
         Some(_) => path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new(".")),
     };
     let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(|source| missing(folder, source))? {
-        let file = entry.map_err(|source| missing(folder, source))?.path();
-        let name = file.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-        let key = match &around {
-            Some((before, after, width)) => {
-                number_between(name, before, after, *width).map(|frame| (String::new(), Some(frame)))
+    let mut folders = vec![(PathBuf::new(), folder.to_owned())];
+    while let Some((below, folder)) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).map_err(|source| missing(&folder, source))? {
+            let entry = entry.map_err(|source| missing(&folder, source))?;
+            let (file, name) = (entry.path(), entry.file_name());
+            if depth == Depth::All && may_hold_frames(&file) {
+                folders.push((below.join(name), file));
+                continue;
             }
-            None if !name.starts_with('.') && is_image(&file) => Some(key_of(name)),
-            None => None,
-        };
-        if let Some(key) = key.filter(|_| file.is_file()) {
-            files.push((key, file));
+            let name = name.to_str().unwrap_or_default();
+            let key = match &around {
+                Some((before, after, width)) => {
+                    number_between(name, before, after, *width).map(|frame| (String::new(), Some(frame)))
+                }
+                None if !is_hidden(&file) && is_image(&file) => Some(numbered_name(name)),
+                None => None,
+            };
+            if let Some((name, frame)) = key.filter(|_| file.is_file()) {
+                files.push(((below.clone(), name, frame), file));
+            }
         }
     }
     if files.is_empty() {
@@ -149,13 +173,28 @@ fn keyed_files(path: &Path) -> Result<Vec<(Key, PathBuf)>> {
     Ok(files)
 }
 
+fn is_hidden(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'))
+}
+
+/// Whether a path is a folder, no link and not hidden, and neither a report of this program nor the thumbnails of a summary.
+fn may_hold_frames(folder: &Path) -> bool {
+    let is_thumbnails =
+        || folder.extension() == Some("files".as_ref()) && folder.with_extension("").is_file();
+    folder.is_dir()
+        && !folder.is_symlink()
+        && !is_hidden(folder)
+        && !is_thumbnails()
+        && !is_output(&folder.join("index.html"), OutputKind::ReportPage)
+}
+
 fn is_image(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     IMAGES.iter().any(|known| extension == *known)
 }
 
-/// The last number before the extension, and the rest of the name.
-fn key_of(name: &str) -> Key {
+/// The name with the last number before the extension replaced by `#`, and the number.
+fn numbered_name(name: &str) -> (String, Option<i64>) {
     let stem = name.rfind('.').map_or(name, |dot| &name[..dot]);
     let Some(last) = stem.rfind(|character: char| character.is_ascii_digit()) else {
         return (name.to_owned(), None);
@@ -201,11 +240,14 @@ fn number_field(path: &Path) -> Option<(String, String, usize)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image_file::PAGE_MARK;
 
     fn folder(names: &[&str]) -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         for name in names {
-            std::fs::write(folder.path().join(name), "").unwrap();
+            let file = folder.path().join(name);
+            std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+            std::fs::write(file, "").unwrap();
         }
         folder
     }
@@ -237,6 +279,49 @@ mod tests {
         assert_eq!(names, ["a.0001.exr", "a.depth.0001.exr"]);
         assert!(paired.pairs.iter().all(|pair| pair.actual.file_name() == pair.reference.file_name()));
         assert_eq!((paired.only_in_actual.len(), paired.only_in_reference.len()), (1, 2));
+    }
+
+    #[test]
+    fn folders_below_are_paired_by_their_paths() {
+        let ours = folder(&[
+            "a.1.exr",
+            "b/x.1.exr",
+            "b/x.2.exr",
+            "b/c/still.exr",
+            "only/z.png",
+            ".git/h.png",
+            "report/images/a.exr",
+            "s.md",
+            "s.md.files/0001-a-new.png",
+        ]);
+        std::fs::write(ours.path().join("report/index.html"), PAGE_MARK).unwrap();
+        let theirs = folder(&["k.1.exr", "b/y.1.exr", "b/y.2.exr", "b/c/still.exr", "b/c/other.exr"]);
+        let paired = pair_files(ours.path(), theirs.path()).unwrap();
+        let of_pair = |pair: &FilePair| {
+            let below = pair.reference.strip_prefix(theirs.path()).unwrap();
+            (below.display().to_string().replace('\\', "/"), pair.frame)
+        };
+        assert_eq!(
+            paired.pairs.iter().map(of_pair).collect::<Vec<_>>(),
+            [("k.1.exr", Some(1)), ("b/y.1.exr", Some(1)), ("b/y.2.exr", Some(2)), ("b/c/still.exr", None)]
+                .map(|(name, frame)| (name.to_owned(), frame))
+        );
+        assert_eq!(paired.only_in_actual, [ours.path().join("only/z.png")]);
+        assert_eq!(paired.only_in_reference, [theirs.path().join("b/c/other.exr")]);
+        // A pattern is of one folder, and so is what it is paired with.
+        let paired = pair_files(ours.path(), &theirs.path().join("k.#.exr")).unwrap();
+        assert_eq!((frames_of(&paired), paired.only_in_actual.len()), (vec![1], 0));
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn links_to_folders_are_not_followed() {
+        let (ours, theirs) = (folder(&["a.exr", "b/c.exr"]), folder(&["a.exr"]));
+        std::os::unix::fs::symlink(ours.path().join("b"), theirs.path().join("b")).unwrap();
+        std::os::unix::fs::symlink(ours.path(), ours.path().join("b/d")).unwrap();
+        let paired = pair_files(ours.path(), theirs.path()).unwrap();
+        assert_eq!(paired.pairs.len(), 1);
+        assert_eq!(paired.only_in_actual, [ours.path().join("b/c.exr")]);
     }
 
     #[test]

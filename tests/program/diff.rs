@@ -166,6 +166,25 @@ fn sequences_are_matched_by_frame_and_missing_frames_are_named() {
 }
 
 #[test]
+fn folders_below_are_compared() {
+    let stage = Stage::new();
+    for (name, column) in [("new/a", 4), ("old/a", 4), ("new/sub/b", 4), ("old/sub/b", 24), ("old/sub/c", 4)]
+    {
+        stage.square(&format!("{name}.exr"), (40, 24), column);
+    }
+    let output = rayframe(&["diff", &stage.at("new"), &stage.at("old")]);
+    let told = printed(&output);
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(
+        told.contains(&format!("missing in the first: the frame of {}", stage.at("old/sub/c.exr"))),
+        "{told}"
+    );
+    let failed = format!("{} and {}:", stage.at("new/sub/b.exr"), stage.at("old/sub/b.exr"));
+    assert!(told.contains(&failed), "{told}");
+    assert!(told.contains("1 frame identical, 0 changed within limits, 1 failed, 1 missing"), "{told}");
+}
+
+#[test]
 fn exit_codes_distinguish_usage_bad_files_and_missing_files() {
     let stage = Stage::new();
     let a = stage.square("a.exr", (40, 24), 4);

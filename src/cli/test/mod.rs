@@ -123,6 +123,7 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
         return init::init(&args.suite).map(|()| true);
     }
     let suite = args.suite.read()?;
+    warn_of_excluded(&suite);
     if args.list || args.list_images {
         return list::list(&suite, &args.run_options(&suite), args.list_images).map(|()| true);
     }
@@ -175,6 +176,16 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
         open_in_browser(&page);
     }
     Ok(passes)
+}
+
+/// Warns of paths of `exclude` that do not exist: a misspelled one excludes nothing.
+fn warn_of_excluded(suite: &Suite) {
+    for path in &suite.missing_excluded {
+        let (file, path) = [&suite.file, path].map(|path| one_line(&path.display().to_string())).into();
+        print_warning(&format!(
+            "{file}: exclude: there is no {path}, neither in the suite's folder nor in that of its scenes"
+        ));
+    }
 }
 
 fn tested(args: &TestArgs, suite: &Suite, cancel: &CancelFlag) -> Result<SuiteResult> {

@@ -24,6 +24,8 @@ pub struct Suite {
     pub scenes: PathBuf,
     /// Files and folders below it that are skipped.
     pub excluded: Vec<PathBuf>,
+    /// Paths of `exclude` that are neither in the suite's folder nor in that of the shots.
+    pub missing_excluded: Vec<PathBuf>,
     /// The folder of references, which are named like the shots.
     pub references: PathBuf,
     /// The folder of the report.
@@ -116,9 +118,20 @@ impl Suite {
         let folder = file.parent().unwrap_or(Path::new(""));
         let below = |path: Option<PathBuf>, default: &str| joined(folder, &path.unwrap_or(default.into()));
         let scenes = below(text.scenes.filter(|path| path != Path::new(".")), "");
-        let excluded = text.exclude.iter().map(|path| scenes.join(path)).collect();
+        let (mut excluded, mut missing_excluded) = (Vec::new(), Vec::new());
+        for path in text.exclude {
+            // Relative to the scenes, too, as all were in earlier versions.
+            let found = [folder, &scenes].map(|folder| joined(folder, &path));
+            let found: Vec<_> = found.into_iter().filter(|path| path.exists()).collect();
+            if found.is_empty() {
+                missing_excluded.push(path);
+            }
+            excluded.extend(found);
+        }
+        excluded.dedup();
         Ok(Self {
             excluded,
+            missing_excluded,
             scenes,
             references: below(text.references, "references"),
             report: below(text.report, "report"),
@@ -236,6 +249,25 @@ mod tests {
         assert_eq!(read.max_reference_bytes, 1024 << 10);
         std::fs::create_dir_all(folder.path().join("a/b")).unwrap();
         assert_eq!(Suite::find(&folder.path().join("a/b")), Some(folder.path().join(SUITE_FILE)));
+    }
+
+    #[test]
+    fn excluded_paths_are_relative_to_the_suite_or_its_scenes() {
+        let folder = tempfile::tempdir().unwrap();
+        for below in ["models/wip", "models/old"] {
+            std::fs::create_dir_all(folder.path().join(below)).unwrap();
+        }
+        let text = "scenes = 'models'\nexclude = ['models/wip', 'old', 'models', 'gone']";
+        std::fs::write(folder.path().join(SUITE_FILE), text).unwrap();
+        let suite = Suite::read(folder.path()).unwrap();
+        assert_eq!(
+            suite.excluded,
+            ["models/wip", "models/old", "models"].map(|path| folder.path().join(path))
+        );
+        assert_eq!(suite.missing_excluded, [Path::new("gone")]);
+        std::fs::write(folder.path().join(SUITE_FILE), "exclude = ['models/wip']").unwrap();
+        let suite = Suite::read(folder.path()).unwrap();
+        assert_eq!((suite.excluded.len(), suite.missing_excluded.len()), (1, 0));
     }
 
     #[test]

@@ -177,6 +177,13 @@ fn files_of_other_programs_are_skipped_and_named() {
     stage.write("suite.toml", &format!("exclude = ['Cargo.toml', 'near.toml']\n{SUITE}"));
     let ran = stage.run(&["test"]);
     assert!(ran.code == Some(0) && !ran.text.contains("Cargo.toml"), "{}", ran.text);
+    stage.write("suite.toml", &format!("scenes = 'a'\nexclude = ['a/point.gltf', 'gone']\n{SUITE}"));
+    let ran = stage.run(&["test", "--list"]);
+    ran.ends(
+        0,
+        &["suite.toml: exclude: there is no gone, neither in the suite's folder nor in that of its scenes"],
+    );
+    assert!(ran.stdout.trim().is_empty(), "{}", ran.stdout);
 }
 
 #[test]

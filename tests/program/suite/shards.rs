@@ -134,7 +134,6 @@ fn git(stage: &Stage, arguments: &[&str]) {
 }
 
 #[test]
-#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn shards_of_what_changed_are_merged() {
     let scenes = ["a.gltf", "b.gltf", "c.gltf", "d.gltf"].map(|name| (name, "light/point.gltf"));
     let stage = Stage::accepted(SUITE, &scenes);

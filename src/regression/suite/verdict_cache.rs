@@ -1,8 +1,9 @@
 //! Verdicts of earlier runs: a shot that was identical is not rendered again while nothing changed that its images depend on.
 //!
-//! The folder holds one file a shot, named like it. A file states the SHA-256 of the program, of every input of the shot and of every
-//! reference, and where links of inputs lead, so that it is safe to share between machines and branches, and to delete. Only shots whose
-//! images are all identical are kept: what changed or failed is rendered again, since the report shows its images.
+//! The folder holds one file a shot, named like it, in a folder named like the suite file: suites may share scenes. A file states the
+//! SHA-256 of the program, of every input of the shot and of every reference, and where links of inputs lead, so that it is safe to share
+//! between machines and branches, and to delete. Only shots whose images are all identical are kept: what changed or failed is rendered
+//! again, since the report shows its images.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -49,6 +50,8 @@ pub(super) struct VerdictCache<'a> {
 pub(super) struct CachedShot {
     /// SHA-256 of the program, which also tells versions of this file apart.
     program: String,
+    /// The suite file, which is one of the inputs. Another one gives the shot other settings and limits.
+    suite: String,
     /// The shot file or scene. A new shot file may take the name of a scene.
     shot: String,
     /// By path: the suite file, the shot file, the scene and the files that they name. Paths are relative to the suite's folder.
@@ -87,8 +90,9 @@ pub(super) struct TestedInputs<'a> {
     pub(super) warnings: &'a [String],
 }
 
-fn verdict_file(folder: &Path, shot: &SuiteShot) -> PathBuf {
-    folder.join(format!("{}.json", shot.name))
+fn verdict_file(folder: &Path, suite: &Suite, shot: &SuiteShot) -> PathBuf {
+    let of_suite = folder.join(suite.file.file_name().unwrap_or_default());
+    of_suite.join(format!("{}.json", shot.name))
 }
 
 impl<'a> VerdictCache<'a> {
@@ -103,7 +107,7 @@ impl<'a> VerdictCache<'a> {
             let message = "holds other files than verdicts; name another folder in `cache`".to_owned();
             return Err(Error::CannotCreate { path: folder.to_owned(), message });
         }
-        let verdicts = shots.iter().map(|shot| verdict_file(folder, shot));
+        let verdicts = shots.iter().map(|shot| verdict_file(folder, suite, shot));
         let paths: Vec<_> = verdicts.chain(MARKS.map(|(name, _)| folder.join(name))).collect();
         remove_stale_temporaries(&paths);
         let program = std::env::current_exe().ok().and_then(|program| sha256_of_file(&program).ok());
@@ -120,8 +124,10 @@ impl<'a> VerdictCache<'a> {
         let text = std::fs::read(self.file(shot)).ok()?;
         let cached: CachedShot = serde_json::from_slice(&text).ok()?;
         let suite_folder = folder_of(&self.suite.file);
+        let is_named = |name: &str, file: &Path| relative(suite_folder, file).as_deref() == Some(name);
         let is_valid = cached.program == self.program
-            && relative(suite_folder, &shot.path).as_ref() == Some(&cached.shot)
+            && is_named(&cached.suite, &self.suite.file)
+            && is_named(&cached.shot, &shot.path)
             && cached
                 .inputs
                 .iter()
@@ -180,6 +186,7 @@ impl<'a> VerdictCache<'a> {
         };
         Some(CachedShot {
             program: self.program.clone(),
+            suite: relative(suite_folder, &self.suite.file)?,
             shot: relative(suite_folder, &shot.path)?,
             inputs: of_suite
                 .chain(tested.files.iter().map(PathBuf::as_path))
@@ -191,7 +198,7 @@ impl<'a> VerdictCache<'a> {
     }
 
     fn file(&self, shot: &SuiteShot) -> PathBuf {
-        verdict_file(self.folder, shot)
+        verdict_file(self.folder, self.suite, shot)
     }
 
     fn input(&self, path: &Path) -> Option<CachedInput> {

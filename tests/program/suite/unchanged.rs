@@ -66,6 +66,31 @@ fn verdicts_hold_until_an_input_changes() {
     }
 }
 
+/// Suites of one folder share scenes, references and the folder of verdicts.
+#[test]
+fn a_verdict_holds_for_its_suite_file_alone() {
+    let stage = Stage::accepted(SUITE, &[SPOT]);
+    wait_a_tick();
+    stage.run(&["test"]).ends(0, &["1 image identical"]);
+    stage.run(&["test"]).ends(0, &["1 shot not rendered"]);
+    stage.write("large.toml", &SUITE.replace("[48, 27]", "[96, 54]"));
+    stage.run(&["test", "--suite", "large.toml"]).ends(1, &["FAIL spot"]);
+    assert_eq!(cached(&stage), [""; 0]);
+    // Another preset alone.
+    stage.write("exact.toml", &SUITE.replace("visual", "exact"));
+    wait_a_tick();
+    stage.run(&["test", "--suite", "exact.toml"]).ends(0, &["1 image identical"]);
+    assert_eq!(cached(&stage), [""; 0]);
+    // The verdict of each stays, and is not that of the other where its file is copied.
+    for suite in ["suite.toml", "exact.toml"] {
+        stage.run(&["test", "--suite", suite]).ends(0, &["1 shot not rendered"]);
+    }
+    let of_suite = |suite: &str| stage.path(&format!(".rayframe-cache/{suite}/spot.json"));
+    std::fs::copy(of_suite("suite.toml"), of_suite("exact.toml")).unwrap();
+    stage.run(&["test", "--suite", "exact.toml"]).ends(0, &["1 image identical"]);
+    assert_eq!(cached(&stage), [""; 0]);
+}
+
 /// The verdict of the same bytes says nothing about a file that a scene may not name.
 #[cfg(unix)]
 #[test]
@@ -119,7 +144,7 @@ fn changed_and_failed_shots_are_rendered_again() {
         assert_eq!(cached(&stage), ["a/point"]);
     }
     // The verdict of before the change does not come back.
-    assert!(!stage.path(".rayframe-cache/spot.json").exists());
+    assert!(!stage.path(".rayframe-cache/suite.toml/spot.json").exists());
     // A pending image of a shot that is identical again is discarded without rendering, too.
     std::fs::remove_file(stage.path("spot.toml")).unwrap();
     stage.run(&["test"]).ends(0, &["2 images identical"]);
@@ -127,7 +152,7 @@ fn changed_and_failed_shots_are_rendered_again() {
     stage.run(&["test"]).ends(0, &["2 shots not rendered"]);
     assert_eq!(stage.references(), ["a/point.exr", "spot.exr"]);
     // Files that are damaged, or of another program, tell nothing.
-    let file = stage.path(".rayframe-cache/spot.json");
+    let file = stage.path(".rayframe-cache/suite.toml/spot.json");
     let text = std::fs::read_to_string(&file).unwrap();
     let program = text.split("\"program\":\"").nth(1).unwrap();
     for damaged in [text[..text.len() / 2].to_owned(), text.replace(&program[..64], &"0".repeat(64))] {

@@ -1,6 +1,5 @@
 //! Jobs of shots of a suite.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -11,7 +10,8 @@ use crate::sequence::SequenceJob;
 use crate::settings::{DEFINITIONS, Settings};
 
 use super::environment::LoadedEnvironments;
-use super::resolve::{RenderJob, check_loaded_shot, load_scene, resolve, resolve_scene_with};
+use super::outline::ShotOutline;
+use super::resolve::{RenderJob, load_scene, prepared, resolve, resolve_scene_with};
 use super::shot_settings::{ShotSettings, check_warnings, is_shot, no_scene};
 
 /// A shot of a suite.
@@ -70,22 +70,21 @@ pub fn shot_jobs(
     Ok(views(&shot, &scene)?.into_iter().map(&mut job).collect())
 }
 
-/// The input files of a shot, of all levels of settings that `views` makes of the shot and its scene. Texels are not loaded.
+/// The outlines of a shot, one for each level of settings that `views` makes of the shot and its scene. Texels are not loaded.
 ///
 /// # Errors
-/// Those of [`shot_job`].
-pub fn shot_inputs(
+/// Those of [`shot_job`], of each level, and of `views`.
+pub fn shot_outlines(
     request: &ShotRequest<'_>,
-    views: impl FnOnce(&ShotSettings, &Scene) -> Vec<Settings>,
-) -> Result<Vec<PathBuf>> {
+    views: impl FnOnce(&ShotSettings, &Scene) -> Result<Vec<Settings>>,
+) -> Result<Vec<ShotOutline>> {
     let shot = shot_settings(request)?;
-    let scene = Arc::new(load_scene(&shot, ImageLoading::Budget)?);
-    let mut inputs = BTreeSet::new();
-    for view in views(&shot, &scene) {
+    let scene = prepared(&shot, Arc::new(load_scene(&shot, ImageLoading::Budget)?))?;
+    let outline = |view: Settings| {
         let shot = ShotSettings::merge([view, shot.settings.clone()], shot.shot_file.clone())?;
-        inputs.extend(check_loaded_shot(&shot, Arc::clone(&scene))?.inputs);
-    }
-    Ok(inputs.into_iter().collect())
+        ShotOutline::new(&shot, &scene)
+    };
+    views(&shot, &scene)?.into_iter().map(outline).collect()
 }
 
 /// The scene of the shot file `path`. Neither the scene nor other settings are read.

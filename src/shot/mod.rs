@@ -19,7 +19,9 @@ mod shot_settings;
 mod view;
 
 pub use environment::LoadedEnvironments;
-pub use job::{ShotJob, ShotRequest, check_suite_settings, scene_of_shot, shot_inputs, shot_job, shot_jobs};
+pub use job::{
+    ShotJob, ShotRequest, check_suite_settings, scene_of_shot, shot_job, shot_jobs, shot_outlines,
+};
 pub use outline::{SequenceOutline, ShotOutline};
 pub use resolve::{RenderJob, check_shot, resolve, resolve_each};
 pub(crate) use resolve::{load_scene, resolve_scene};

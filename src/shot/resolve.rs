@@ -77,14 +77,7 @@ pub fn resolve_each(
 /// # Errors
 /// Those of [`resolve`] and of [`Plan::new`] as far as they can be found so.
 pub fn check_shot(shot: &ShotSettings) -> Result<ShotOutline> {
-    check_loaded_shot(shot, Arc::new(load_scene(shot, ImageLoading::Budget)?))
-}
-
-/// The same of a shot whose scene is loaded.
-///
-/// # Errors
-/// Those of [`check_shot`].
-pub(super) fn check_loaded_shot(shot: &ShotSettings, scene: Arc<Scene>) -> Result<ShotOutline> {
+    let scene = Arc::new(load_scene(shot, ImageLoading::Budget)?);
     check_scene(shot, scene).map_err(|error| shot.settings.locate(error))
 }
 
@@ -191,7 +184,7 @@ fn shutter(values: &SettingValues) -> Shutter {
 }
 
 /// The scene with its shadow catchers.
-fn prepared(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<Arc<Scene>> {
+pub(super) fn prepared(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<Arc<Scene>> {
     if !shot.values.shadow_catcher.is_empty() {
         catch_shadows(Arc::make_mut(&mut scene), &shot.values.shadow_catcher)?;
     }

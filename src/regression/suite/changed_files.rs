@@ -4,14 +4,14 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::covered_jobs::inputs_of;
+use super::covered_jobs::{OutlinedShot, outlined};
 use super::filter::Filter;
-use super::names::{ReferenceFile, name_below, reference_files};
+use super::names::{ReferenceFile, reference_files, reference_path};
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
 
-/// The shots of which an input or a reference changed since the working tree and `revision` had a common commit, and those without a
-/// reference, such as scenes whose shot file is gone. Files that git does not track count as changed. A changed
+/// The shots of which an input or a reference differs since the working tree and `revision` had a common commit, and those of which an
+/// image has no reference, such as scenes whose shot file is gone. Files that git does not track count as changed. A changed
 /// suite file selects all shots, and so does each shot that cannot be read.
 ///
 /// # Errors
@@ -21,20 +21,21 @@ pub(super) fn changed_shots(suite: &Suite, shots: Vec<SuiteShot>, revision: &str
     if changes.contains(&suite.file) {
         return Ok(shots);
     }
-    let with_changes = shots_of_references(suite, &shots, &changes.changed);
     let files = reference_files(&suite.references)?;
+    let references = files.iter().filter(|file| matches!(file, ReferenceFile::Reference(_)));
+    let is_changed = |name: &str| changes.contains(&reference_path(&suite.references, name));
+    let (changed, unchanged): (BTreeSet<_>, BTreeSet<_>) =
+        references.map(ReferenceFile::name).partition(|name| is_changed(name));
     let filter = Filter::new("", &shots, std::iter::empty());
-    let with_references: BTreeSet<&str> = files
-        .iter()
-        .filter(|file| matches!(file, ReferenceFile::Reference(_)))
-        .filter_map(|file| filter.owner(file.name()))
-        .collect();
+    // Also those of a shot that does not render them any more.
+    let with_changes: BTreeSet<&str> = changed.iter().filter_map(|name| filter.owner(name)).collect();
     let has_changed = |shot: &SuiteShot| {
-        with_changes.contains(&shot.name)
-            || !with_references.contains(&*shot.name)
+        with_changes.contains(&*shot.name)
             || changes.contains(&shot.path)
-            || inputs_of(suite, shot)
-                .map_or(true, |inputs| inputs.iter().any(|input| changes.contains(input)))
+            || outlined(suite, shot).map_or(true, |OutlinedShot { images, inputs }| {
+                inputs.iter().any(|input| changes.contains(input))
+                    || images.iter().any(|image| !unchanged.contains(image.as_str()))
+            })
     };
     let selected: Vec<bool> = shots.iter().map(has_changed).collect();
     Ok(shots
@@ -42,14 +43,6 @@ pub(super) fn changed_shots(suite: &Suite, shots: Vec<SuiteShot>, revision: &str
         .zip(selected)
         .filter_map(|(shot, is_selected)| is_selected.then_some(shot))
         .collect())
-}
-
-/// Names of shots with a reference that was changed, added or removed.
-fn shots_of_references(suite: &Suite, shots: &[SuiteShot], changed: &BTreeSet<PathBuf>) -> BTreeSet<String> {
-    let Ok(folder) = suite.references.canonicalize() else { return BTreeSet::new() };
-    let names = changed.iter().filter_map(|file| name_below(&folder, &file.with_extension("")));
-    let filter = Filter::new("", shots, std::iter::empty());
-    names.filter_map(|name| filter.owner(&name).map(str::to_owned)).collect()
 }
 
 /// What git says of files.

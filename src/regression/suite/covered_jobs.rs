@@ -1,5 +1,6 @@
 //! The jobs of a shot: one for each view that the suite covers.
 
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::path::PathBuf;
 
@@ -18,7 +19,7 @@ use crate::settings::{
     BackgroundSource, DEFINITIONS, FrameSpec, Named as _, NamedFrame, Settings, file_name_part,
 };
 use crate::shot::default_views::{DefaultCamera, DefaultView, Elements, default_views};
-use crate::shot::{ShotJob, ShotRequest, ShotSettings, is_shot, shot_inputs, shot_jobs};
+use crate::shot::{ShotJob, ShotRequest, ShotSettings, is_shot, shot_jobs, shot_outlines};
 
 /// Frames of a clip that are tested by default.
 const FRAMES_OF_CLIP: [NamedFrame; 3] = [NamedFrame::First, NamedFrame::Middle, NamedFrame::Last];
@@ -56,14 +57,18 @@ pub(super) struct CoveredJob {
 impl CoveredJob {
     /// The name of the image of a frame.
     pub(super) fn image_name(&self, shot: &str, frame: i64) -> String {
-        let view = if self.label.is_empty() { shot.to_owned() } else { format!("{shot}@{}", self.label) };
-        image_name(&view, frame, self.job.sequence.frames.len())
+        image_name(&view_name(shot, &self.label), frame, self.job.sequence.frames.len())
     }
 
     /// The number of a frame, in shots of several frames and a single view.
     pub(super) fn frame_number(&self, frame: i64) -> Option<i64> {
         (self.label.is_empty() && self.job.sequence.frames.len() > 1).then_some(frame)
     }
+}
+
+/// The name of a view of a shot: that of its image, where it has one frame.
+fn view_name(shot: &str, label: &str) -> String {
+    if label.is_empty() { shot.to_owned() } else { format!("{shot}@{label}") }
 }
 
 /// A view of a shot with a camera, clip or variant that a list of `[test]` names and the scene does not have.
@@ -77,7 +82,7 @@ pub(super) struct LostView {
 impl LostView {
     /// The names of its images among the `references` of the suite, or its own where there is none.
     fn image_names(&self, references: &[ReferenceFile], shot: &str) -> Vec<String> {
-        let view = format!("{shot}@{}", self.label);
+        let view = view_name(shot, &self.label);
         let references = references.iter().filter(|file| matches!(file, ReferenceFile::Reference(_)));
         let names = references.map(ReferenceFile::name);
         let names = names.filter(|name| *name == view || numbered_shot(name) == Some(&view));
@@ -165,12 +170,7 @@ fn covered(
     let request = ShotRequest { path: &shot.path, suite: Some(&suite.file), overrides };
     let mut views = Vec::new();
     let resolved = shot_jobs(&request, images, |settings, scene| {
-        let is_default = coverage.is_empty()
-            && !is_shot(&shot.path)
-            && !has_plate(settings)
-            && !chooses(&settings.settings);
-        views = if is_default { whole_scene(scene)? } else { combinations(&coverage, scene) };
-        make_unique_for_files(views.iter_mut().map(|view| &mut view.label));
+        views = views_of(shot, &coverage, settings, scene)?;
         Ok(views.iter().map(|view| view.settings.clone()).collect())
     })?;
     let (mut jobs, mut lost) = (Vec::new(), Vec::new());
@@ -187,18 +187,50 @@ fn covered(
     Ok(CoveredShot { jobs, lost, warning })
 }
 
-/// The input files of a shot, of all its views. Texels are not loaded.
+/// The views of a shot that the suite covers, with distinct labels.
+fn views_of(
+    shot: &SuiteShot,
+    coverage: &Coverage,
+    settings: &ShotSettings,
+    scene: &Scene,
+) -> Result<Vec<View>> {
+    let is_default =
+        coverage.is_empty() && !is_shot(&shot.path) && !has_plate(settings) && !chooses(&settings.settings);
+    let mut views = if is_default { whole_scene(scene)? } else { combinations(coverage, scene) };
+    make_unique_for_files(views.iter_mut().map(|view| &mut view.label));
+    Ok(views)
+}
+
+/// What the images of a shot are called and made from.
+#[derive(Debug, Default)]
+pub(super) struct OutlinedShot {
+    /// The names of its images.
+    pub(super) images: Vec<String>,
+    /// Its input files, of all its views.
+    pub(super) inputs: BTreeSet<PathBuf>,
+}
+
+/// The images and the input files of a shot. Neither texels nor environments are loaded.
 ///
 /// # Errors
-/// Those of reading and resolving the shot.
-pub(super) fn inputs_of(suite: &Suite, shot: &SuiteShot) -> Result<Vec<PathBuf>> {
+/// Those of reading and resolving the shot, and of a view that is lost.
+pub(super) fn outlined(suite: &Suite, shot: &SuiteShot) -> Result<OutlinedShot> {
     let coverage = suite.coverage_of(&shot.path)?;
     let request = ShotRequest { path: &shot.path, suite: Some(&suite.file), overrides: &[] };
-    shot_inputs(&request, |settings, scene| {
-        // Only plates differ.
-        let views = if has_plate(settings) { combinations(&coverage, scene) } else { vec![View::default()] };
-        views.into_iter().map(|view| view.settings).collect()
-    })
+    let mut views = Vec::new();
+    let outlines = shot_outlines(&request, |settings, scene| {
+        views = views_of(shot, &coverage, settings, scene)?;
+        Ok(views.iter().map(|view| view.settings.clone()).collect())
+    })?;
+    let mut outlined = OutlinedShot::default();
+    for (outline, view) in outlines.into_iter().zip(views) {
+        let name = view_name(&shot.name, &view.label);
+        for frames in outline.sequences.iter().map(|sequence| &sequence.frames) {
+            outlined.images.extend(frames.iter().map(|&frame| image_name(&name, frame, frames.len())));
+        }
+        outlined.inputs.extend(outline.inputs);
+    }
+    Ok(outlined)
 }
 
 /// An error about a camera, clip or variant as one about the list that names it.

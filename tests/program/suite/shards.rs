@@ -229,3 +229,53 @@ fn shots_that_changed_since_a_revision_are_selected() {
     stage.write("suite.toml", &format!("{SUITE}# comment\n"));
     assert_eq!(listed("HEAD").1, ["c", "d", "new", "with_light"]);
 }
+
+/// What `git diff` does not name: references that are missing in both, ignored, behind links, and in a repository of their own.
+#[cfg(unix)]
+#[test]
+fn references_that_no_difference_names_select_their_shots() {
+    let stage = Stage::new(SUITE);
+    for name in ["a", "b", "d"] {
+        stage.scene(&format!("{name}.gltf"), "light/point.gltf", "", "");
+    }
+    stage.scene("base.gltf", "light/spot.gltf", "", "");
+    stage.write("c.toml", "scene = 'base.gltf'\n[test]\nviews = ['front', 'back']\n");
+    stage.write(".gitignore", "/report/\n*.new\n");
+    stage.run(&["test", "-q"]).ends(1, &[]);
+    stage.run(&["accept"]).ends(0, &[]);
+    git(&stage, &["init", "-q", "-b", "main"]);
+    let commit = || {
+        git(&stage, &["add", "-A"]);
+        git(&stage, &["commit", "-q", "-m", "a"]);
+    };
+    let listed = || {
+        let ran = stage.run(&["test", "--list", "--changed-since", "HEAD"]);
+        ran.stdout.lines().map(str::to_owned).collect::<Vec<_>>()
+    };
+    commit();
+    assert_eq!(listed(), [""; 0]);
+    // One of two references.
+    std::fs::remove_file(stage.path("references/c@back.exr")).unwrap();
+    commit();
+    assert_eq!(listed(), ["c"]);
+    git(&stage, &["checkout", "-q", "HEAD~1", "--", "references/c@back.exr"]);
+    commit();
+    assert_eq!(listed(), [""; 0]);
+    // A reference that is ignored, and one that is a link to a file elsewhere.
+    stage.write(".gitignore", "/report/\n*.new\n/references/b.exr\n");
+    git(&stage, &["rm", "-q", "--cached", "references/b.exr"]);
+    std::fs::create_dir(stage.path("store")).unwrap();
+    std::fs::rename(stage.path("references/d.exr"), stage.path("store/d.exr")).unwrap();
+    std::os::unix::fs::symlink("../store/d.exr", stage.path("references/d.exr")).unwrap();
+    commit();
+    assert_eq!(listed(), ["b"]);
+    stage.write("store/d.exr", "another file");
+    assert_eq!(listed(), ["b", "d"]);
+    // References in a repository of their own are not tracked by that of the suite.
+    git(&stage, &["rm", "-r", "-q", "--cached", "references"]);
+    for command in [&["init", "-q", "-b", "main"][..], &["add", "-A"], &["commit", "-q", "-m", "a"]] {
+        git(&stage, &[&["-C", "references"], command].concat());
+    }
+    commit();
+    assert_eq!(listed(), ["a", "b", "c", "d"]);
+}

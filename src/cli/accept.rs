@@ -65,7 +65,7 @@ pub(super) fn accept(args: &AcceptArgs) -> Result<()> {
     }
     for pending in &chosen {
         acceptance.accept(pending)?;
-        print_output(&format!("{} {}", done(pending.kind), pending.reference.display()));
+        print_output(&done(pending.kind, &pending.reference));
     }
     if left_changed > 0 {
         print_output(&format!(
@@ -127,19 +127,23 @@ pub(super) fn refuse_in_ci(command: &str) -> Result<()> {
 /// The message for a rejected change.
 pub(super) fn rejected(pending: &Pending) -> String {
     match pending.kind {
-        PendingKind::Remove => format!("kept {}", pending.reference.display()),
+        PendingKind::Remove | PendingKind::Keep => format!("kept {}", pending.reference.display()),
         PendingKind::Add | PendingKind::Replace | PendingKind::ReplaceWithinLimits => {
             format!("rejected {}", pending.name)
         }
     }
 }
 
-/// The verb for an accepted change.
-pub(super) fn done(kind: PendingKind) -> &'static str {
+/// The message for an accepted change of `reference`.
+pub(super) fn done(kind: PendingKind, reference: &Path) -> String {
+    let reference = reference.display();
     match kind {
-        PendingKind::Add => "added",
-        PendingKind::Replace | PendingKind::ReplaceWithinLimits => "replaced",
-        PendingKind::Remove => "removed",
+        PendingKind::Add => format!("added {reference}"),
+        PendingKind::Replace | PendingKind::ReplaceWithinLimits => format!("replaced {reference}"),
+        PendingKind::Remove => format!("removed {reference}"),
+        PendingKind::Keep => {
+            format!("kept {reference}, which rayframe did not write; move it out of the folder of references")
+        }
     }
 }
 

@@ -7,8 +7,8 @@ use crate::progress::print_output;
 use rayframe::error::{Error, Result};
 use rayframe::regression::Verdict;
 use rayframe::regression::suite::{
-    self, Approval, PendingKind, RenderedChecks, RenderedImage, RenderedReport, Suite, SuiteShot,
-    read_approvals, select_rendered,
+    self, Approval, RenderedChecks, RenderedImage, RenderedReport, Suite, SuiteShot, read_approvals,
+    select_rendered,
 };
 
 /// Checks the selected images, and makes them references: all or none.
@@ -26,13 +26,8 @@ pub(super) fn accept_rendered(args: &AcceptArgs, report: &Path) -> Result<()> {
     let checked: Vec<_> = chosen.iter().map(|image| checks.change(image)).collect();
     let changes: Vec<_> = all_or_none(checked)?.into_iter().flatten().collect();
     for change in &changes {
-        let kind = match (change.is_removal(), change.reference.exists()) {
-            (true, _) => PendingKind::Remove,
-            (false, true) => PendingKind::Replace,
-            (false, false) => PendingKind::Add,
-        };
         change.apply(&suite)?;
-        print_output(&format!("{} {}", done(kind), change.reference.display()));
+        print_output(&done(change.kind, &change.reference));
     }
     if changes.is_empty() {
         let nothing_chosen =

@@ -40,7 +40,7 @@ pub(super) fn run(args: &RejectArgs) -> Result<()> {
             }
             Decision::Accept => {
                 acceptance.accept(pending)?;
-                print_output(&format!("{} {}", done(pending.kind), pending.reference.display()));
+                print_output(&done(pending.kind, &pending.reference));
             }
             Decision::Reject => {
                 suite::reject(&suite, pending)?;
@@ -94,10 +94,12 @@ fn show(suite: &Suite, pending: &Pending, (at, count): (usize, usize)) -> Option
         PendingKind::Replace => "differs from its reference",
         PendingKind::ReplaceWithinLimits => "changed within the limits of its reference",
         PendingKind::Remove => "is a reference that no shot renders",
+        PendingKind::Keep => "is no image of a shot, and rayframe did not write it",
     };
     print_output(&format!("{at}/{count} {} {what}", one_line(&pending.name)));
     let expected = image(&pending.reference, pending.kind != PendingKind::Add);
-    let actual = image(&pending.file, pending.kind != PendingKind::Remove);
+    let is_removal = matches!(pending.kind, PendingKind::Remove | PendingKind::Keep);
+    let actual = image(&pending.file, !is_removal);
     if let (Some(actual), Some(expected)) = (&actual, &expected) {
         match compare_pending(suite, pending, actual, expected) {
             Ok(comparison) => print_output(&described(&comparison)),

@@ -165,10 +165,18 @@ pub fn is_marked_png(path: &Path, mark: &str) -> bool {
     is_file && ends_of(path).is_ok_and(|ends| holds(&ends, &mark))
 }
 
+/// Whether an EXR file has marks of this program.
+pub(crate) fn is_own_exr(path: &Path) -> bool {
+    ends_of(path).is_ok_and(|ends| has_exr_mark(&ends))
+}
+
+fn has_exr_mark(ends: &[u8]) -> bool {
+    ends.starts_with(&MAGIC) && EXR_MARKS.iter().any(|mark| holds(ends, mark))
+}
+
 /// Whether a file that is no whole EXR frame may be what is left of one of this program, or is zeros, as some are after the system stopped.
 pub(crate) fn may_be_damaged_exr(path: &Path) -> bool {
-    let is_own = |ends: &[u8]| ends.starts_with(&MAGIC) && EXR_MARKS.iter().any(|mark| holds(ends, mark));
-    ends_of(path).is_ok_and(|ends| is_zeros(&ends) || is_own(&ends))
+    ends_of(path).is_ok_and(|ends| is_zeros(&ends) || has_exr_mark(&ends))
 }
 
 /// The same of PNG frames. One that was cut off has lost its mark, so that it may be of any program.

@@ -118,7 +118,7 @@ pub fn check_suite_settings(path: &Path) -> Result<()> {
 
 /// The settings of a shot: overrides over the shot's own over the suite's. An asset cache is a folder of `render`: what compares shots writes
 /// nothing where their files say.
-fn shot_settings(request: &ShotRequest<'_>) -> Result<ShotSettings> {
+pub(super) fn shot_settings(request: &ShotRequest<'_>) -> Result<ShotSettings> {
     let mut shot = given_settings(request)?;
     shot.values.asset_cache = None;
     Ok(shot)

@@ -11,6 +11,7 @@ pub mod environment;
 mod ineffective;
 mod job;
 pub mod memory_limit;
+mod named_images;
 mod outline;
 mod render_settings;
 mod resolve;
@@ -22,6 +23,7 @@ pub use environment::LoadedEnvironments;
 pub use job::{
     ShotJob, ShotRequest, check_suite_settings, scene_of_shot, shot_job, shot_jobs, shot_outlines,
 };
+pub use named_images::NamedImages;
 pub use outline::{SequenceOutline, ShotOutline};
 pub use resolve::{RenderJob, check_shot, resolve, resolve_each};
 pub(crate) use resolve::{load_scene, resolve_scene};

@@ -10,7 +10,7 @@ use super::orphans::orphaned_references;
 use super::pending::{discard_image, discard_removal};
 use super::render::reference_job;
 use super::rendered_images::{RenderedImage, reference_hash};
-use super::{Approval, RenderedReport, Suite, SuiteShot};
+use super::{Approval, PendingKind, RenderedReport, Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::image_file::{ExrHeader, probe_folder, write_atomically};
 use crate::regression::{Image, pixel_hash};
@@ -22,8 +22,10 @@ use crate::shot::memory_limit::default_max_memory_bytes;
 pub struct RenderedChange {
     /// The path of the reference.
     pub reference: PathBuf,
+    /// The kind of change.
+    pub kind: PendingKind,
     name: String,
-    /// The new file. `None` removes the reference.
+    /// The new file. `None` where the reference is removed or kept.
     bytes: Option<Vec<u8>>,
 }
 
@@ -86,7 +88,8 @@ impl<'a> RenderedChecks<'a> {
             if !self.is_orphaned(name)? {
                 return refused("a shot renders this reference now; test again");
             }
-            return Ok(Some(RenderedChange { reference, name: name.clone(), bytes: None }));
+            let kind = PendingKind::of_removal(&reference);
+            return Ok(Some(RenderedChange { reference, kind, name: name.clone(), bytes: None }));
         };
         let (file, bytes) = self.report.image(name, self.suite.max_reference_bytes)?;
         let size = bytes.len() as u64;
@@ -109,7 +112,8 @@ impl<'a> RenderedChecks<'a> {
                 "its shot, scene or version of rayframe is not the one that rendered it; test again",
             );
         }
-        Ok(Some(RenderedChange { reference, name: name.clone(), bytes: Some(bytes) }))
+        let kind = if reference.exists() { PendingKind::Replace } else { PendingKind::Add };
+        Ok(Some(RenderedChange { reference, kind, name: name.clone(), bytes: Some(bytes) }))
     }
 
     fn is_orphaned(&mut self, name: &String) -> Result<bool> {
@@ -147,7 +151,7 @@ fn render_hashes(suite: &Suite, shot: &SuiteShot) -> Result<BTreeMap<String, Str
 }
 
 impl RenderedChange {
-    /// Writes or removes the reference, and discards pending changes of its name.
+    /// Writes, removes or keeps the reference, and discards pending changes of its name.
     ///
     /// # Errors
     /// [`Error::CannotCreate`] or [`Error::WriteFailed`].
@@ -158,15 +162,11 @@ impl RenderedChange {
                 probe_folder(reference)?;
                 write_atomically(reference, bytes)?;
             }
+            None if self.kind == PendingKind::Keep => {}
             None => std::fs::remove_file(reference)
                 .map_err(|source| Error::WriteFailed { path: reference.clone(), source })?,
         }
         discard_image(suite, &self.name)?;
         discard_removal(suite, &self.name)
-    }
-
-    /// Whether the reference is removed.
-    pub fn is_removal(&self) -> bool {
-        self.bytes.is_none()
     }
 }

@@ -24,7 +24,7 @@ impl<'a> Acceptance<'a> {
         Self { suite, images: BTreeMap::new() }
     }
 
-    /// Applies the change.
+    /// Applies the change. One of the kind [`PendingKind::Keep`] is discarded.
     ///
     /// # Errors
     /// Those of [`Acceptance::check`]; [`Error::WriteFailed`] when the file cannot be written.
@@ -32,6 +32,8 @@ impl<'a> Acceptance<'a> {
         self.check(pending)?;
         if pending.kind == PendingKind::Remove {
             remove_file(&pending.reference)?;
+        }
+        if pending.kind.is_removal() {
             return remove_file(&pending.file);
         }
         std::fs::rename(&pending.file, &pending.reference)
@@ -56,7 +58,7 @@ impl<'a> Acceptance<'a> {
                 format!("{file}: {why} since the change was found; run rayframe test and look again");
             return Err(Error::Different { message });
         }
-        if pending.kind == PendingKind::Remove {
+        if pending.kind.is_removal() {
             return Ok(());
         }
         if let Some(shot) = &pending.shot
@@ -79,10 +81,10 @@ impl<'a> Acceptance<'a> {
     fn outdated(&mut self, pending: &Pending) -> Result<Option<&'static str>> {
         let Pending { name, kind, shot, .. } = pending;
         // A run that was killed has removed it.
-        if *kind == PendingKind::Remove && !pending.reference.exists() {
+        if kind.is_removal() && !pending.reference.exists() {
             return Ok(None);
         }
-        let (compared, has_same_shots) = if *kind == PendingKind::Remove {
+        let (compared, has_same_shots) = if kind.is_removal() {
             let text = std::fs::read_to_string(&pending.file).map_err(Error::missing(&pending.file))?;
             let (owner, compared) = text.trim_end().rsplit_once('\n').unwrap_or_default();
             let has_same_owner = owner == owner_text(shot.as_ref().map(|shot| shot.name.as_str()));

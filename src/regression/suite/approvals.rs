@@ -50,9 +50,11 @@ impl Approval {
     /// Errors of reading the pending image.
     pub fn contradiction(&self, pending: &Pending) -> Result<Option<String>> {
         let why = match (&self.hash, pending.kind) {
-            (None, PendingKind::Remove) => return Ok(None),
+            (None, PendingKind::Remove | PendingKind::Keep) => return Ok(None),
             (None, _) => "its removal was approved, but an image is pending",
-            (Some(_), PendingKind::Remove) => "an image was approved, but its removal is pending",
+            (Some(_), PendingKind::Remove | PendingKind::Keep) => {
+                "an image was approved, but its removal is pending"
+            }
             (Some(hash), _) if pixel_hash(&Image::read(&pending.file)?) == *hash => {
                 return Ok(None);
             }

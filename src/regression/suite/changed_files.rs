@@ -21,7 +21,7 @@ pub(super) fn changed_shots(suite: &Suite, shots: Vec<SuiteShot>, revision: &str
     if changes.contains(&suite.file) {
         return Ok(shots);
     }
-    let files = reference_files(&suite.references)?;
+    let files = reference_files(suite)?;
     let references = files.iter().filter(|file| matches!(file, ReferenceFile::Reference(_)));
     let is_changed = |name: &str| changes.contains(&reference_path(&suite.references, name));
     let (changed, unchanged): (BTreeSet<_>, BTreeSet<_>) =

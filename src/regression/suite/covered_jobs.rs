@@ -112,7 +112,7 @@ pub(super) fn lost_images<'a>(
     if lost.is_empty() {
         return Ok(Vec::new());
     }
-    let references = reference_files(&suite.references)?;
+    let references = reference_files(suite)?;
     let images =
         |view: &'a LostView| view.image_names(&references, shot).into_iter().map(move |name| (name, view));
     Ok(lost.iter().flat_map(images).collect())

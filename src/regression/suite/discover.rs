@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use super::names::{files_below, name_below, possible_shots};
+use super::names::{files_below, name_below, possible_shots, same_file};
 use super::suite_file::SuiteToml;
 use super::{SUITE_FILE, Suite};
 use crate::error::{Error, Result};
@@ -153,12 +153,6 @@ impl<'a> NamedScenes<'a> {
     pub(super) fn shot_file(&self, path: &Path) -> Option<&'a SuiteShot> {
         self.0.get(&same_file(path)).copied()
     }
-}
-
-/// A canonical path, by which paths to one file are equal.
-fn same_file(path: &Path) -> PathBuf {
-    let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
-    path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
 
 #[cfg(test)]

@@ -39,6 +39,7 @@ mod names;
 mod orphans;
 mod page;
 mod pending;
+mod referenced_inputs;
 mod renamed;
 mod render;
 mod rendered_images;

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::Suite;
 use crate::error::{Error, Result};
 
 /// Suffix of pending images, after the name of the reference.
@@ -14,6 +15,10 @@ const REMOVAL: &str = ".remove.new";
 const COMPARED: &str = ".compared.new";
 /// Extension of references.
 const REFERENCE: &str = ".exr";
+/// Name of the list of the images of a report, in its folder.
+pub(super) const LIST: &str = "images.json";
+/// Folder of the images of a report, beside the list.
+pub(super) const IMAGES: &str = "images";
 
 /// The name of an image: that of its shot, and the frame number in shots of several frames.
 pub(super) fn image_name(shot: &str, frame: i64, frames: usize) -> String {
@@ -93,16 +98,40 @@ impl ReferenceFile {
     }
 }
 
-/// References and pending files below `references`, sorted by path. Empty where the folder does not exist.
+/// The folder of the images of a report.
+pub(super) fn images_folder(report: &Path) -> PathBuf {
+    report.join(IMAGES)
+}
+
+/// Whether a folder holds the images of a report, of any run that ended.
+pub(super) fn is_images_of_report(folder: &Path) -> bool {
+    folder.file_name().is_some_and(|name| name == IMAGES) && folder.with_file_name(LIST).is_file()
+}
+
+/// References and pending files of a suite, sorted by path: files below the folder of references, except those of
+/// reports and of the cache. Empty where the folder does not exist.
 ///
 /// # Errors
 /// [`Error::Missing`] when a folder cannot be read.
-pub(super) fn reference_files(references: &Path) -> Result<Vec<ReferenceFile>> {
+pub(super) fn reference_files(suite: &Suite) -> Result<Vec<ReferenceFile>> {
+    let references = &suite.references;
     // A folder that cannot be looked at is not an empty one.
     if !references.try_exists().map_err(Error::missing(references))? {
         return Ok(Vec::new());
     }
-    let files = files_below(references)?;
+    let root = same_file(references);
+    let below =
+        |folder: &PathBuf| same_file(folder).strip_prefix(&root).ok().map(|below| references.join(below));
+    let results: Vec<_> = [&suite.report, &suite.cache]
+        .into_iter()
+        .filter_map(below)
+        .filter(|folder| folder != references)
+        .collect();
+    let mut files = files_below(references)?;
+    files.retain(|file| {
+        let mut folders = file.ancestors().skip(1).take_while(|folder| *folder != references);
+        !folders.any(|folder| is_images_of_report(folder) || results.iter().any(|result| result == folder))
+    });
     Ok(files.iter().filter_map(|file| kind_of(&name_below(references, file)?)).collect())
 }
 
@@ -122,6 +151,12 @@ pub(super) fn name_below(folder: &Path, file: &Path) -> Option<String> {
     let below = file.strip_prefix(folder).ok()?;
     let parts: Vec<_> = below.iter().map(|part| part.to_string_lossy()).collect();
     Some(parts.join("/"))
+}
+
+/// A canonical path, by which paths to one file are equal.
+pub(super) fn same_file(path: &Path) -> PathBuf {
+    let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
 
 /// All files below `folder`, sorted. Hidden files and folders are skipped, links are followed.

@@ -6,8 +6,11 @@ use std::path::PathBuf;
 use super::covered_jobs::image_names;
 use super::discover::NamedScenes;
 use super::filter::Filter;
-use super::names::{ReferenceFile, paths_of_image, possible_shots, reference_files, reference_path};
+use super::names::{
+    ReferenceFile, images_folder, paths_of_image, possible_shots, reference_files, reference_path, same_file,
+};
 use super::pending::{discard_image, discard_removal, discard_stray_comparison, store_removal};
+use super::referenced_inputs::ReferencedInputs;
 use super::rendered_images::file_hash;
 use super::{RunOptions, Suite, SuiteShot};
 use crate::error::{Error, Result};
@@ -26,9 +29,11 @@ pub fn orphaned_references(suite: &Suite, shots: &[SuiteShot]) -> Result<Vec<Str
     for shot in shots {
         rendered.extend(image_names(suite, shot)?);
     }
-    let files = reference_files(&suite.references)?;
+    let files = reference_files(suite)?;
     let references = files.iter().filter(|file| matches!(file, ReferenceFile::Reference(_)));
-    Ok(references.map(|file| file.name().to_owned()).filter(|name| !rendered.contains(name)).collect())
+    let inputs = ReferencedInputs::new(suite, shots);
+    let is_orphaned = |name: &String| !rendered.contains(name) && !inputs.contains(name);
+    Ok(references.map(|file| file.name().to_owned()).filter(is_orphaned).collect())
 }
 
 /// Finds orphaned references after all shots were tested, and updates pending images: marks the orphaned references for removal, and
@@ -43,7 +48,13 @@ pub fn finish(
     results: &[ShotResult],
     options: &RunOptions,
 ) -> Result<(Vec<FrameResult>, Vec<Error>)> {
-    let files = reference_files(&suite.references)?;
+    let mut files = reference_files(suite)?;
+    if let Some(report) = &options.images {
+        // The list by which its images are known is written last.
+        let images = same_file(&images_folder(report));
+        let path = |file: &ReferenceFile| same_file(&reference_path(&suite.references, file.name()));
+        files.retain(|file| !path(file).starts_with(&images));
+    }
     let keeps_pending = options.keeps_pending;
     let filter = Filter::new(&options.filter, shots, files.iter().map(ReferenceFile::name));
     let rendered: BTreeSet<&str> =
@@ -65,11 +76,17 @@ pub fn finish(
     let mut orphaned = Vec::new();
     let mut not_kept = Vec::new();
     let mut orphans = Orphans::new(suite, shots);
+    let inputs = ReferencedInputs::new(suite, shots);
     for file in &files {
         let name = file.name();
         let is_rendered = rendered.contains(name);
         let is_orphaned = !is_rendered && is_decided(name) && filter.matches_image(name);
         match file {
+            // No reference, whatever an earlier run marked.
+            ReferenceFile::Reference(_) if is_orphaned && inputs.contains(name) => {}
+            ReferenceFile::Removal(_) if keeps_pending && inputs.contains(name) => {
+                not_kept.extend(discard_removal(suite, name).err());
+            }
             ReferenceFile::Reference(_) if is_orphaned => {
                 orphaned.push(orphans.failure(name));
                 if keeps_pending {

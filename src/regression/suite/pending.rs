@@ -6,10 +6,11 @@ use super::filter::Filter;
 use super::names::{
     ReferenceFile, changed_path, compared_path, pending_path, reference_files, reference_path, removal_path,
 };
+use super::referenced_inputs::ReferencedInputs;
 use super::rendered_images::reference_hash;
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
-use crate::image_file::{probe_folder, write_atomically};
+use crate::image_file::{is_own_exr, probe_folder, write_atomically};
 use crate::regression::compare::compare;
 use crate::regression::comparison::Comparison;
 use crate::regression::result::FrameResult;
@@ -41,6 +42,21 @@ pub enum PendingKind {
     ReplaceWithinLimits,
     /// Removes an orphaned reference.
     Remove,
+    /// Keeps a file without a shot, which this program did not write.
+    Keep,
+}
+
+impl PendingKind {
+    /// The kind of a pending removal of the file `reference`.
+    pub(super) fn of_removal(reference: &Path) -> Self {
+        // A run that was killed has removed it.
+        if is_own_exr(reference) || !reference.exists() { Self::Remove } else { Self::Keep }
+    }
+
+    /// Whether no image becomes the reference.
+    pub(super) fn is_removal(self) -> bool {
+        matches!(self, Self::Remove | Self::Keep)
+    }
 }
 
 /// Whether this runs on a build server: the environment variable `CI` is set to something other than empty, `0` and `false`. No
@@ -63,9 +79,10 @@ pub struct PendingSelection {
 /// # Errors
 /// [`Error::Missing`] when the references cannot be read, [`Error::Usage`] when a filter selects no shot and no image.
 pub fn pending(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<PendingSelection> {
-    let files = reference_files(&suite.references)?;
+    let files = reference_files(suite)?;
     let names = files.iter().map(ReferenceFile::name);
     let selection = Filter::new(filter, shots, names);
+    let inputs = ReferencedInputs::new(suite, shots);
     let mut all = Vec::new();
     for file in files.iter().filter(|file| selection.matches_image(file.name())) {
         let name = file.name().to_owned();
@@ -74,7 +91,8 @@ pub fn pending(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<Pendi
             ReferenceFile::Pending(_) if reference.exists() => (PendingKind::Replace, pending_path),
             ReferenceFile::Pending(_) => (PendingKind::Add, pending_path),
             ReferenceFile::Changed(_) => (PendingKind::ReplaceWithinLimits, changed_path),
-            ReferenceFile::Removal(_) => (PendingKind::Remove, removal_path),
+            ReferenceFile::Removal(_) if inputs.contains(&name) => continue,
+            ReferenceFile::Removal(_) => (PendingKind::of_removal(&reference), removal_path),
             ReferenceFile::Reference(_) | ReferenceFile::Compared(_) => continue,
         };
         let file = file(&suite.references, &name);
@@ -103,7 +121,7 @@ pub fn pending(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<Pendi
 pub fn reject(suite: &Suite, pending: &Pending) -> Result<()> {
     remove_file(&pending.file)?;
     match pending.kind {
-        PendingKind::Remove => Ok(()),
+        kind if kind.is_removal() => Ok(()),
         _ => remove_file(&compared_path(&suite.references, &pending.name)),
     }
 }
@@ -114,7 +132,7 @@ pub fn reject(suite: &Suite, pending: &Pending) -> Result<()> {
 /// # Errors
 /// [`Error::Missing`] when the references cannot be read, [`Error::WriteFailed`] when a file cannot be removed.
 pub fn discard_stray_comparisons(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<()> {
-    let files = reference_files(&suite.references)?;
+    let files = reference_files(suite)?;
     let selection = Filter::new(filter, shots, files.iter().map(ReferenceFile::name));
     let selected = files.iter().filter(|file| selection.matches_image(file.name()));
     let compared = selected.filter(|file| matches!(file, ReferenceFile::Compared(_)));

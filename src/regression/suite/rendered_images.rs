@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use super::Suite;
-use super::names::reference_path;
+use super::names::{IMAGES, LIST, reference_path};
 use crate::error::{Error, Result};
 use crate::image_file::{
     probe_folder, read_regular_file, remove_stale_temporaries, write_atomically, write_single_file,
@@ -19,10 +19,6 @@ use crate::sequence::hex;
 
 /// The supported version of the list.
 const SCHEMA: u32 = 1;
-/// Name of the list.
-pub(super) const LIST: &str = "images.json";
-/// Folder of the images, beside the list.
-const IMAGES: &str = "images";
 
 /// An image that changed or fails, or an orphaned reference.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq, Eq)]

@@ -4,7 +4,8 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use super::rendered_images::{LIST, RenderedImage, image_name_in_report, parse_list};
+use super::names::LIST;
+use super::rendered_images::{RenderedImage, image_name_in_report, parse_list};
 use super::report_archive::ReportArchive;
 use crate::error::{Error, Result};
 

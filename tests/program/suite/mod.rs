@@ -6,6 +6,7 @@ mod causes;
 mod coverage;
 mod failures;
 mod forms;
+mod kept_files;
 mod killed;
 mod rendered;
 mod shards;

@@ -1,0 +1,70 @@
+//! Files below the folder of references that are no references.
+
+use rayframe::image::{ColorEncoding, Image};
+
+use super::{SUITE, Stage};
+
+const POINT: (&str, &str) = ("a/point.gltf", "light/point.gltf");
+
+/// Writes an image as this program does.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn write_image(stage: &Stage, name: &str, size: (u32, u32)) {
+    let pixels = vec![[0.5, 0.6, 0.7, 1.0]; (size.0 * size.1) as usize];
+    Image::from_rgba(size, ColorEncoding::Linear, &pixels).write(&stage.path(name)).unwrap();
+}
+
+#[test]
+fn environments_and_plates_of_shots_are_no_references() {
+    let stage = Stage::new(&format!("{SUITE}env = 'references/env/sky.exr'\n"));
+    stage.scene(POINT.0, POINT.1, "", "");
+    stage.scene("base.gltf", "light/spot.gltf", "", "");
+    stage.write("s.toml", "scene = 'base.gltf'\nframes = 1\nbackground = 'references/plates/bg.####.exr'\n");
+    write_image(&stage, "references/env/sky.exr", (8, 4));
+    // Of the second plate no frame is rendered.
+    for plate in ["references/plates/bg.0001.exr", "references/plates/bg.0002.exr"] {
+        write_image(&stage, plate, (48, 27));
+    }
+    let ran = stage.run(&["test"]);
+    ran.ends(1, &["FAIL a/point", "FAIL s"]);
+    assert!(!ran.text.contains("no shot renders"), "{}", ran.text);
+    stage.run(&["accept"]).ends(0, &["added references/s.exr"]);
+    stage.run(&["test"]).ends(0, &["2 images identical, 0 changed within limits, 0 failed"]);
+    // What an earlier run marked is discarded.
+    stage.write("references/env/sky.exr.remove.new", "no shot\n\n");
+    stage.run(&["accept"]).ends(0, &["no pending images"]);
+    stage.run(&["test"]).ends(0, &["2 images identical"]);
+    let kept = ["a/point.exr", "env/sky.exr", "plates/bg.0001.exr", "plates/bg.0002.exr", "s.exr"];
+    assert_eq!(stage.references(), kept);
+}
+
+#[test]
+fn files_of_other_programs_are_kept() {
+    let stage = Stage::accepted(SUITE, &[POINT]);
+    stage.write("references/photo.exr", "a photo");
+    let kept = "kept references/photo.exr, which rayframe did not write";
+    stage.run(&["test"]).ends(1, &["FAIL photo", "no shot renders this reference"]);
+    stage.run(&["accept"]).ends(0, &[kept]);
+    assert_eq!(stage.references(), ["a/point.exr", "photo.exr"]);
+    stage.run(&["test"]).ends(1, &["FAIL photo"]);
+    stage.run_with(&["review"], "a\n", None).ends(0, &["is no image of a shot", kept]);
+    stage.run_with(&["test"], "", Some("true")).ends(1, &["FAIL photo"]);
+    stage.run(&["accept", "--from", "report"]).ends(0, &[kept]);
+    assert_eq!(stage.references(), ["a/point.exr", "photo.exr"]);
+}
+
+#[test]
+fn images_of_reports_are_no_references() {
+    for (suite, arguments) in [
+        (SUITE.to_owned(), &["test", "--report", "references/report"][..]),
+        (format!("report = 'references/report'\n{SUITE}"), &["test"]),
+    ] {
+        let stage = Stage::new(&suite);
+        stage.scene(POINT.0, POINT.1, "", "");
+        let in_ci = stage.run_with(arguments, "", Some("true"));
+        assert!(stage.path("references/report/images/a/point.exr").exists());
+        for ran in [in_ci, stage.run(&["test"])] {
+            ran.ends(1, &["FAIL a/point"]);
+            assert!(!ran.text.contains("no shot renders"), "{}", ran.text);
+        }
+    }
+}

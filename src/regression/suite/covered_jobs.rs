@@ -1,50 +1,18 @@
 //! The jobs of a shot: one for each view that the suite covers.
 
-use std::collections::BTreeSet;
-use std::ffi::OsStr;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use super::coverage::{Coverage, Covered};
+use super::coverage::Coverage;
 use super::names::{ReferenceFile, image_name, numbered_shot, reference_files};
+use super::views::views_of;
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
-use crate::framing::{NamedView, is_interior};
 use crate::gltf::ImageLoading;
-use crate::scene::{
-    AnimationIndex, CameraRequest, ClipSelection, NameOrIndex, Scene, SelectedCamera, Selection,
-    make_unique_for_files,
-};
+use crate::scene::{SelectedCamera, Selection};
 use crate::sequence::SequenceJob;
-use crate::settings::{
-    BackgroundSource, DEFINITIONS, FrameSpec, Named as _, NamedFrame, Settings, file_name_part,
-};
-use crate::shot::default_views::{DefaultCamera, DefaultView, Elements, default_views};
-use crate::shot::{ShotJob, ShotRequest, ShotSettings, is_shot, shot_jobs, shot_outlines};
-
-/// Frames of a clip that are tested by default.
-const FRAMES_OF_CLIP: [NamedFrame; 3] = [NamedFrame::First, NamedFrame::Middle, NamedFrame::Last];
-/// Bytes of a name of the file in the name of an image.
-const MAX_LABEL_BYTES: usize = 60;
-/// Settings that choose what of a scene is seen. A scene without a shot file is covered unless the suite has one of them.
-const CHOOSING: [&str; 17] = [
-    "frames",
-    "all",
-    "start",
-    "end",
-    "step",
-    "camera",
-    "orbit",
-    "view",
-    "camera_position",
-    "look_at",
-    "frame_node",
-    "camera_path",
-    "turntable",
-    "elevation",
-    "animation",
-    "scene_choice",
-    "variant",
-];
+use crate::settings::NamedFrame;
+use crate::shot::{ShotJob, ShotRequest, shot_jobs, shot_outlines};
 
 /// A job of a shot.
 #[derive(Debug)]
@@ -183,22 +151,30 @@ fn covered(
             }
         }
     }
+    refuse_shared_images(shot, &jobs)?;
     let warning = frames_beyond_clips(&coverage, &jobs);
     Ok(CoveredShot { jobs, lost, warning })
 }
 
-/// The views of a shot that the suite covers, with distinct labels.
-fn views_of(
-    shot: &SuiteShot,
-    coverage: &Coverage,
-    settings: &ShotSettings,
-    scene: &Scene,
-) -> Result<Vec<View>> {
-    let is_default =
-        coverage.is_empty() && !is_shot(&shot.path) && !has_plate(settings) && !chooses(&settings.settings);
-    let mut views = if is_default { whole_scene(scene)? } else { combinations(coverage, scene) };
-    make_unique_for_files(views.iter_mut().map(|view| &mut view.label));
-    Ok(views)
+/// Refuses a view whose image has the name of one of another view, such as that of a camera `walk.0000` beside a clip `walk`.
+fn refuse_shared_images(shot: &SuiteShot, jobs: &[CoveredJob]) -> Result<()> {
+    let mut views = BTreeMap::new();
+    for (view, covered) in jobs.iter().enumerate() {
+        for &frame in &covered.job.sequence.frames {
+            let name = covered.image_name(&shot.name, frame);
+            // Some file systems ignore case.
+            let first: usize = *views.entry(name.to_lowercase()).or_insert(view);
+            if first != view {
+                let labels = [first, view].map(|view| jobs[view].label.escape_debug());
+                let [first, second] = labels;
+                let message = format!(
+                    "the views \"{first}\" and \"{second}\" would share the reference {name}.exr; rename a camera, clip or variant of one"
+                );
+                return Err(Error::invalid(&shot.path, "", message));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// What the images of a shot are called and made from.
@@ -272,147 +248,7 @@ fn frames_beyond_clips(coverage: &Coverage, jobs: &[CoveredJob]) -> Option<Strin
     })
 }
 
-/// Whether a plate lies behind the scene, whose file may depend on the frame.
-fn has_plate(shot: &ShotSettings) -> bool {
-    matches!(shot.values.background, BackgroundSource::Plate(_))
-}
-
 /// The last frame of the clips that play.
 fn last_frame(job: &SequenceJob) -> i64 {
     job.rate.last_frame(job.selection.duration_seconds(&job.scene))
-}
-
-fn chooses(settings: &Settings) -> bool {
-    DEFINITIONS
-        .iter()
-        .any(|definition| CHOOSING.contains(&definition.name) && definition.origin(settings).is_some())
-}
-
-/// What is set for a view, on top of the shot.
-#[derive(Clone, Debug, Default)]
-struct View {
-    label: String,
-    settings: Settings,
-}
-
-impl View {
-    /// The whole shot, at `frames`.
-    fn whole(frames: Option<&[NamedFrame]>) -> Self {
-        let frames = frames.map(|frames| FrameSpec::Named(frames.to_vec()).into());
-        Self { label: String::new(), settings: Settings { frames, ..Settings::default() } }
-    }
-
-    /// The view with another setting, and its name.
-    fn and(&self, name: &str, set: impl FnOnce(&mut Settings)) -> Self {
-        let mut name = file_name_part(OsStr::new(name)).to_string_lossy().into_owned();
-        let fits = |end: &usize| name.is_char_boundary(*end);
-        name.truncate((0..=name.len().min(MAX_LABEL_BYTES)).rfind(fits).unwrap_or(0));
-        let label = if self.label.is_empty() { name } else { format!("{}@{name}", self.label) };
-        let mut view = Self { label, ..self.clone() };
-        set(&mut view.settings);
-        view
-    }
-}
-
-/// All combinations of what the coverage names.
-fn combinations(coverage: &Coverage, scene: &Scene) -> Vec<View> {
-    let whole = View::whole(coverage.frames.as_deref());
-    let chosen = |covered: &Option<Covered>, all: fn(&Scene) -> Vec<(String, NameOrIndex)>| {
-        covered.as_ref().map(|covered| chosen(covered, all(scene))).unwrap_or_default()
-    };
-    let mut from = Vec::new();
-    for (name, camera) in chosen(&coverage.cameras, cameras) {
-        from.push(whole.and(&name, |settings| settings.camera = Some(CameraRequest::Camera(camera).into())));
-    }
-    for &view in coverage.views.iter().flatten() {
-        from.push(whole.and(view.choice_name(), |settings| settings.view = Some(view.into())));
-    }
-    if from.is_empty() {
-        from.push(whole);
-    }
-    let with_clips = crossed(from, &chosen(&coverage.clips, clips), |settings, clip| {
-        settings.animation = Some(ClipSelection::One(clip).into());
-    });
-    crossed(with_clips, &chosen(&coverage.variants, variants), |settings, variant| {
-        settings.variant = Some(variant.into());
-    })
-}
-
-/// Every view with every element; the views alone where there is none.
-fn crossed(
-    views: Vec<View>,
-    elements: &[(String, NameOrIndex)],
-    set: impl Fn(&mut Settings, NameOrIndex),
-) -> Vec<View> {
-    if elements.is_empty() {
-        return views;
-    }
-    let with_each = |view: &View| {
-        let with = |(name, element): &(String, NameOrIndex)| {
-            view.and(name, |settings| set(settings, element.clone()))
-        };
-        elements.iter().map(with).collect::<Vec<_>>()
-    };
-    views.iter().flat_map(with_each).collect()
-}
-
-/// The elements with their labels: `all`, or those that are named.
-fn chosen(covered: &Covered, all: Vec<(String, NameOrIndex)>) -> Vec<(String, NameOrIndex)> {
-    let Covered::Named(names) = covered else { return all };
-    let label = |name: &NameOrIndex| match name {
-        NameOrIndex::Name(name) => name.clone(),
-        NameOrIndex::Index(index) => index.to_string(),
-    };
-    names.iter().map(|name| (label(name), name.clone())).collect()
-}
-
-/// The cameras of the default scene.
-fn cameras(scene: &Scene) -> Vec<(String, NameOrIndex)> {
-    let cameras = scene.cameras_of_default_scene().into_iter();
-    cameras.map(|camera| (scene.camera_label(camera), NameOrIndex::Index(camera.index()))).collect()
-}
-
-fn clips(scene: &Scene) -> Vec<(String, NameOrIndex)> {
-    let label = |index: usize| scene.clip_label(AnimationIndex(index as u32));
-    (0..scene.animations.len()).map(|index| (label(index), NameOrIndex::Index(index))).collect()
-}
-
-fn variants(scene: &Scene) -> Vec<(String, NameOrIndex)> {
-    let variants = scene.variants.iter().enumerate();
-    variants.map(|(index, variant)| (variant.name.clone(), NameOrIndex::Index(index))).collect()
-}
-
-/// The views of a scene without a shot file.
-fn whole_scene(scene: &Scene) -> Result<Vec<View>> {
-    let elements = Elements { cameras: cameras(scene), clips: clips(scene), variants: variants(scene) };
-    Ok(default_views(elements, is_interior(scene)?).into_iter().map(View::from).collect())
-}
-
-impl From<DefaultView<NameOrIndex>> for View {
-    fn from(DefaultView { name, camera, clip, variant }: DefaultView<NameOrIndex>) -> Self {
-        let frames = if clip.is_some() { &FRAMES_OF_CLIP[..] } else { &[NamedFrame::First] };
-        Self::whole(Some(frames)).and(&name, |settings| {
-            settings.animation = Some(clip.map_or(ClipSelection::None, ClipSelection::One).into());
-            settings.variant = variant.map(Into::into);
-            match camera {
-                DefaultCamera::OfFile(camera) => {
-                    settings.camera = Some(CameraRequest::Camera(camera).into());
-                }
-                DefaultCamera::Automatic => {}
-                DefaultCamera::OtherSide => settings.view = Some(NamedView::ThreeQuarterBack.into()),
-            }
-        })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn choosing_names_are_settings() {
-        for name in CHOOSING {
-            assert!(DEFINITIONS.iter().any(|definition| definition.name == name), "{name}");
-        }
-    }
 }

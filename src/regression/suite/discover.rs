@@ -213,6 +213,9 @@ mod tests {
         }
         let error = discovered(&[("walk.glb", ""), ("walk.0012.glb", "")]).unwrap_err().to_string();
         assert!(error.contains("walk.0012.glb") && error.contains("name of an image of"), "{error}");
+        // Names that Blender gives to copies.
+        let copies = discovered(&[("chair.glb", ""), ("chair.001.glb", "")]);
+        assert_eq!(copies.unwrap(), ["chair", "chair.001"]);
         assert_eq!(discovered(&[]).unwrap(), [] as [&str; 0]);
     }
 

@@ -53,6 +53,7 @@ mod suite_file;
 mod test_shot;
 mod unchanged;
 mod verdict_cache;
+mod views;
 
 pub use accept_rendered::{RenderedChange, RenderedChecks, select_rendered};
 pub use acceptance::Acceptance;

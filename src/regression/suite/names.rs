@@ -25,11 +25,12 @@ pub(super) fn image_name(shot: &str, frame: i64, frames: usize) -> String {
     if frames > 1 { format!("{shot}.{frame:04}") } else { shot.to_owned() }
 }
 
-/// The shot of an image whose name ends in a frame number: `walk` for `walk.0012`.
+/// The shot of an image whose name ends in a frame number, as [`image_name`] writes it: `walk` for `walk.0012` and `walk.-003`. Blender
+/// ends names in three digits, `Camera.001`.
 pub(super) fn numbered_shot(image: &str) -> Option<&str> {
     let (shot, number) = image.rsplit_once('.')?;
     let digits = number.strip_prefix('-').unwrap_or(number);
-    (digits.len() >= 3 && digits.bytes().all(|byte| byte.is_ascii_digit())).then_some(shot)
+    (number.len() >= 4 && digits.bytes().all(|byte| byte.is_ascii_digit())).then_some(shot)
 }
 
 /// Names of shots that may render an image, the longest first: `walk@front.0012`, `walk@front` and `walk`.
@@ -227,6 +228,9 @@ mod tests {
         assert_eq!(numbered_shot(&image_name("walk", -3, 2)), Some("walk"));
         assert_eq!(numbered_shot(&image_name("a/walk", 12, 9)), Some("a/walk"));
         assert_eq!(image_name("walk", 12, 1), "walk");
-        assert_eq!((numbered_shot("v1.2"), numbered_shot("walk")), (None, None));
+        assert_eq!(numbered_shot(&image_name("walk", 123_456, 2)), Some("walk"));
+        for name in ["v1.2", "walk", "chair.001", "walk.-01"] {
+            assert_eq!(numbered_shot(name), None);
+        }
     }
 }

@@ -133,6 +133,29 @@ fn lists_make_a_matrix() {
 }
 
 #[test]
+fn images_of_two_views_may_not_share_a_name() {
+    let stage = Stage::new(SUITE);
+    let mut robot = scene(2);
+    robot["cameras"][0]["name"] = json!("walk.0000");
+    stage.write("robot.gltf", &robot.to_string());
+    let shared = "would share the reference robot@walk.0000.exr; rename a camera, clip or variant";
+    stage.run(&["test"]).ends(1, &["FAIL robot\n", "\"walk.0000\"", shared]);
+    stage.run(&["test", "--list-images"]).ends(65, &["cannot be rendered", shared]);
+    // Names that Blender gives to copies are no frame numbers: the lost camera is not the other one.
+    for (camera, name) in ["first", "lens.001"].iter().enumerate() {
+        robot["cameras"][camera]["name"] = json!(name);
+    }
+    stage.write("robot.gltf", &robot.to_string());
+    let near = |cameras: &str| format!("scene = 'robot.gltf'\n[test]\ncameras = {cameras}\nframes = [0]\n");
+    stage.write("near.toml", &near("['lens.001']"));
+    assert_eq!(accepted(&stage), ["near@lens.001.exr"]);
+    stage.write("near.toml", &near("['lens', 'lens.001']"));
+    stage
+        .run(&["test"])
+        .ends(1, &["FAIL near@lens\n", "1 image identical, 0 changed within limits, 1 failed"]);
+}
+
+#[test]
 fn lost_content_fails_with_its_name_where_no_pixel_shows_it() {
     let stage = Stage::new(&format!("{SUITE}frames = 0\nanimation = 'none'\nview = 'front'\n"));
     let mut robot = scene(0);

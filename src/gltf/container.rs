@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::context::Context;
 use crate::error::{Error, Result, over_limit, readable_bytes};
+use crate::image_file::check_fetched;
 use crate::parallel_read;
 
 const GLB_MAGIC: &[u8; 4] = b"glTF";
@@ -91,6 +92,7 @@ pub(super) fn read_regular(
     }
     let mut bytes = context.allocate(metadata.len(), pointer)?;
     parallel_read::read(&file, metadata.len() as usize, &mut bytes).map_err(missing)?;
+    check_fetched(path, pointer, &bytes)?;
     Ok(bytes)
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use half::f16;
 
-use super::regular_file::read_regular_file;
+use super::regular_file::{check_fetched, read_regular_file};
 use super::{
     ExrCompression, FrameAttributes, decode_exr, decode_png_values, encode_exr, read_environment,
     write_atomically,
@@ -55,9 +55,7 @@ impl Image {
             let size = (image.width, image.height);
             return Ok(Self::from_rgba(size, ColorEncoding::Linear, &pixels).without_alpha());
         }
-        if bytes.starts_with(b"version https://git-lfs") {
-            return Err(Error::invalid(path, "", "is a Git LFS pointer, not an image; run git lfs pull"));
-        }
+        check_fetched(path, "", bytes)?;
         Err(Error::invalid(path, "", "is neither an OpenEXR, a PNG nor a Radiance .hdr file"))
     }
 

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::decode_exr_rgba;
 use super::isolated::isolated;
+use super::regular_file::check_fetched;
 use crate::error::{Error, Result, Warning, over_limit};
 
 /// Values that a task makes physical.
@@ -34,6 +35,7 @@ pub struct EnvironmentPixels {
 /// [`Error::Invalid`] when the file is of another format or damaged; [`Error::Refused`] when it would take more than
 /// `max_memory_bytes`.
 pub fn read_environment(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<EnvironmentPixels> {
+    check_fetched(path, "", bytes)?;
     let mut environment = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
         from_exr(path, bytes, max_memory_bytes)?
     } else if bytes.starts_with(b"#?") {

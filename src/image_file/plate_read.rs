@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::environment_read::{hdr_bytes, read_environment};
 use super::exr_rgba::{WindowedRgba, check_memory, decode_exr_window, exr_display_size};
+use super::regular_file::check_fetched;
 use super::texture_decode::{
     DecodedTexels, decode_texels, decompression_bomb, image_header, png_decompression_bomb,
 };
@@ -40,6 +41,7 @@ pub struct PlateHeader {
 /// # Errors
 /// [`Error::Invalid`] for other formats, [`Error::Refused`] for decompression bombs and images that take more than `max_memory_bytes`.
 pub fn plate_header(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<PlateHeader> {
+    check_fetched(path, "", bytes)?;
     let invalid = |why: String| Error::invalid(path, "", why);
     let (size, is_display_referred, decoded_bytes) = match image_format(bytes) {
         ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP => {

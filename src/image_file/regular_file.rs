@@ -5,6 +5,9 @@ use std::path::Path;
 
 use crate::error::{Error, Result, over_limit};
 
+/// Beginning of what Git LFS leaves in place of a file that it has not fetched.
+const LFS_POINTER: &[u8] = b"version https://git-lfs.github.com/spec/v1";
+
 /// Reads a regular file: devices and pipes may never end.
 ///
 /// # Errors
@@ -26,4 +29,44 @@ pub fn read_regular_file(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     file.take(max_bytes).read_to_end(&mut bytes).map_err(missing)?;
     Ok(bytes)
+}
+
+/// Whether `bytes` are not those of a file, but the pointer of Git LFS to them.
+pub(crate) fn is_lfs_pointer(bytes: &[u8]) -> bool {
+    bytes.starts_with(LFS_POINTER)
+}
+
+/// Refuses the pointer of a file that Git LFS has not fetched. Every reader of scenes and images calls it, as the error of the format
+/// would mislead.
+///
+/// # Errors
+/// [`Error::Invalid`] with the command that fetches the file.
+pub(crate) fn check_fetched(path: &Path, pointer: &str, bytes: &[u8]) -> Result<()> {
+    if is_lfs_pointer(bytes) {
+        let message = "is a Git LFS pointer, not the file itself; run git lfs pull";
+        return Err(Error::invalid(path, pointer, message));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{plate_header, read_environment};
+    use super::*;
+    use crate::image::Image;
+
+    #[test]
+    fn images_that_git_lfs_has_not_fetched_are_named() {
+        let bytes = b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n";
+        let path = Path::new("sky.exr");
+        let errors = [
+            Image::decode(path, bytes).map(drop),
+            read_environment(path, bytes, 1 << 20).map(drop),
+            plate_header(path, bytes, 1 << 20).map(drop),
+        ];
+        for error in errors.map(Result::unwrap_err) {
+            let text = error.to_string();
+            assert_eq!(text, "sky.exr: is a Git LFS pointer, not the file itself; run git lfs pull");
+        }
+    }
 }

@@ -57,6 +57,25 @@ fn a_short_file_is_named() {
 }
 
 #[test]
+fn files_that_git_lfs_has_not_fetched_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n";
+    std::fs::write(at("a.bin"), pointer).unwrap();
+    std::fs::write(at("scene.glb"), pointer).unwrap();
+    let mut json = Document::triangle().to_json();
+    json["buffers"][0]["uri"] = json!("a.bin");
+    std::fs::write(at("scene.gltf"), json.to_string()).unwrap();
+    for (scene, words) in [
+        ("scene.glb", "scene.glb: is a Git LFS pointer, not the file itself; run git lfs pull"),
+        ("scene.gltf", "a.bin: /buffers/0/uri: is a Git LFS pointer"),
+    ] {
+        let text = error_text(import(&at(scene), &ImportOptions::default()), 65);
+        assert!(text.contains(words), "{text}");
+    }
+}
+
+#[test]
 fn data_uris_are_decoded_tolerantly() {
     for uri in [
         "data:;base64,AQIDBA==",

@@ -9,6 +9,7 @@ use super::pending::{owner_text, remove_file};
 use super::rendered_images::reference_hash;
 use super::{Pending, PendingKind, Suite, SuiteShot, is_ci, shell_word};
 use crate::error::{Error, Result};
+use crate::image_file::{check_fetched, read_regular_file};
 
 /// Checks and applies pending changes. The images of each shot are listed once.
 #[derive(Debug)]
@@ -45,12 +46,15 @@ impl<'a> Acceptance<'a> {
     ///
     /// # Errors
     /// [`Error::Usage`] where `CI` is set; [`Error::Different`] when the reference or the shots have changed since the image was
-    /// rendered; [`Error::Refused`] when it is larger than the suite allows; errors of opening its shot.
+    /// rendered; [`Error::Invalid`] when Git LFS has not fetched the reference; [`Error::Refused`] when it is larger than the suite allows; errors of opening its shot.
     pub fn check(&mut self, pending: &Pending) -> Result<()> {
         if is_ci() {
             return Err(Error::usage(
                 "CI is set, and references are not written on build servers; accept them on your machine and commit them",
             ));
+        }
+        if let Ok(bytes) = read_regular_file(&pending.reference, u64::MAX) {
+            check_fetched(&pending.reference, "", &bytes)?;
         }
         let file = pending.file.display();
         if let Some(why) = self.outdated(pending)? {

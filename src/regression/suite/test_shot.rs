@@ -16,7 +16,7 @@ use super::verdict_cache::{CachedShot, TestedInputs, VerdictCache};
 use super::{Suite, SuiteShot};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
-use crate::image_file::read_regular_file;
+use crate::image_file::{is_lfs_pointer, read_regular_file};
 use crate::regression::compare::{are_identical_and_finite, compare};
 use crate::regression::comparison::Comparison;
 use crate::regression::encoded_image::EncodedImage;
@@ -278,6 +278,8 @@ pub(super) fn test_frame(
     let mut result = match &stored {
         Some(stored) => match Image::decode(&reference, stored) {
             Ok(expected) => compare_frame(id, &actual, &expected, limits),
+            // The image cannot replace what was not fetched.
+            Err(error) if is_lfs_pointer(stored) => id.result(FrameStatus::Broken, error.to_string()),
             Err(error) => id.result(FrameStatus::Different, error.to_string()),
         },
         None => id.result(FrameStatus::Missing, format!("there is no reference {}", reference.display())),

@@ -240,7 +240,7 @@ fn a_failed_test_keeps_pending_images() {
 fn review_continues_after_a_damaged_reference() {
     let stage = pending();
     stage.run(&["accept"]).ends(0, &[]);
-    stage.write("references/point.exr", "version https://git-lfs.github.com/spec/v1\n");
-    stage.run(&["test"]).ends(1, &["git lfs pull"]);
-    stage.run_with(&["review"], "r\n", None).ends(0, &["git lfs pull", "rejected point"]);
+    stage.write("references/point.exr", "damaged");
+    stage.run(&["test"]).ends(1, &["is neither an OpenEXR"]);
+    stage.run_with(&["review"], "r\n", None).ends(0, &["is neither an OpenEXR", "rejected point"]);
 }

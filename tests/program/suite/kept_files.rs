@@ -52,6 +52,25 @@ fn files_of_other_programs_are_kept() {
     assert_eq!(stage.references(), ["a/point.exr", "photo.exr"]);
 }
 
+/// What Git LFS leaves in place of a file that it has not fetched.
+const POINTER: &str = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n";
+
+#[test]
+fn references_that_were_not_fetched_are_not_replaced() {
+    let stage = Stage::accepted(SUITE, &[POINT]);
+    stage.write("references/a/point.exr", POINTER);
+    for ci in [None, Some("true")] {
+        stage.run_with(&["test"], "", ci).ends(1, &["FAIL a/point", "git lfs pull"]);
+        assert_eq!(stage.references(), ["a/point.exr"]);
+    }
+    stage.run(&["accept"]).ends(0, &["no pending images"]);
+    stage.run(&["accept", "--from", "report"]).ends(0, &["the report has no such images"]);
+    // An image that an earlier run stored.
+    stage.write("references/a/point.exr.new", "an image");
+    stage.run(&["accept"]).ends(65, &["references/a/point.exr: is a Git LFS pointer"]);
+    assert_eq!(std::fs::read_to_string(stage.path("references/a/point.exr")).unwrap(), POINTER);
+}
+
 #[test]
 fn images_of_reports_are_no_references() {
     for (suite, arguments) in [

@@ -233,7 +233,11 @@ impl Scattering {
         if self.wo.z <= 0.0 {
             return (Vec3::ZERO, 0.0);
         }
-        let agrees = self.coat.is_none_or(|coat| coat.is_above(wi) == (wi.z > 0.0));
+        // No sampled ray follows the light of lamps, so that the shading normal alone decides where no light passes the surface.
+        let is_opaque =
+            self.transmission == TransmissionLobe::None && self.albedos.diffuse_transmission == Vec3::ZERO;
+        let is_lamp_on_opaque = smooth == SmoothLobes::Sharpest && is_opaque;
+        let agrees = is_lamp_on_opaque || self.coat.is_none_or(|coat| coat.is_above(wi) == (wi.z > 0.0));
         let (value, pdf) = if wi.z > 0.0 && agrees {
             self.reflected(wi, smooth)
         } else if wi.z < 0.0 && agrees {

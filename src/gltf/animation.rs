@@ -16,10 +16,11 @@ use super::document::NO_NODE;
 use super::extensions::ANIMATION_POINTER;
 use super::formats::{self, AllowedFormats};
 use super::pointer::{self, Property};
-use super::raw::{ANY, Raw, UNIT, check_range, clamp_to_unit, without_rounding_below};
+use super::raw::{ANY, Raw, TOLERANCE, UNIT, check_range, without_rounding_below};
 use crate::error::Result;
 use crate::scene::{
-    Animation, AnimationTarget, Channel, ImageLightProperty, Interpolation, Keyframes, Mesh, Node, NodeIndex,
+    Animation, AnimationTarget, Channel, ImageLightProperty, Interpolation, Keyframes, MaterialProperty,
+    Mesh, Node, NodeIndex,
 };
 
 /// Imported objects that channels can target besides properties named by pointers.
@@ -336,12 +337,26 @@ fn check_values(
     let pointer = format!("{pointer}/output");
     let key_values =
         values.chunks_mut(target.components.max(1)).skip(values_per_key / 2).step_by(values_per_key.max(1));
+    let is_emission =
+        matches!(target.property, AnimationTarget::Material(_, MaterialProperty::EmissiveFactor));
+    // The value that is farthest beyond 0 to 1
+    let mut farthest = 0.5_f32;
     for key in key_values.flatten() {
-        if target.range == UNIT {
-            [*key] = clamp_to_unit(context, [*key], || pointer.clone());
-        } else {
+        if target.range != UNIT {
             check_range(context, *key, &target.range, &pointer)?;
         }
+        if (target.range == UNIT || is_emission) && (*key - 0.5).abs() > (farthest - 0.5).abs() {
+            farthest = *key;
+        }
+        if target.range == UNIT {
+            *key = key.clamp(0.0, 1.0);
+        }
+    }
+    if (farthest - 0.5).abs() > 0.5 + TOLERANCE {
+        let consequence =
+            if is_emission { "they are used as they are" } else { "they are clamped to 0 and 1" };
+        let message = format!("has values outside 0 to 1, such as {farthest}; {consequence}");
+        context.warn(pointer, message);
     }
     Ok(())
 }

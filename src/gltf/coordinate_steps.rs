@@ -9,6 +9,8 @@ use crate::scene::{Mesh, Node, NodeIndex, Scene, Skin};
 
 /// Largest step over the width of a mesh that images do not show.
 const LARGEST_SHARE: f64 = 1e-3;
+/// The width of a smaller mesh counts as this share of the scene's: images that show the whole scene do not show it.
+const LEAST_WIDTH: f64 = 0.01;
 
 /// Box as centre and half extent.
 #[derive(Clone, Copy, Debug)]
@@ -54,14 +56,10 @@ impl CenteredBox {
         f64::from(largest.next_up()) - f64::from(largest)
     }
 
-    /// The step over the width; 0 for a point, and where coordinates overflow.
-    fn share(&self) -> f64 {
-        let share = self.step() / self.width();
+    /// The step over the width, or over `least_width` where that is more; 0 for a point, and where coordinates overflow.
+    fn share(&self, least_width: f64) -> f64 {
+        let share = self.step() / self.width().max(least_width);
         if share.is_finite() { share } else { 0.0 }
-    }
-
-    fn is_rounded(&self) -> bool {
-        self.share() > LARGEST_SHARE
     }
 }
 
@@ -101,25 +99,30 @@ pub(super) fn coordinate_steps(scene: &Scene) -> Option<Warning> {
     let of_meshes: Vec<_> = scene.meshes.par_iter().map(CenteredBox::of_mesh).collect();
     let world = world_matrices(scene);
     let of_joints: Vec<_> = scene.skins.iter().map(|skin| joint_matrices(skin, &world)).collect();
-    let worst_of = |index: NodeIndex| {
+    let boxes_of = |index: NodeIndex| {
         let node = scene.nodes.get(index.index())?;
         let mesh = node.mesh?;
         let of_mesh = (*of_meshes.get(mesh.index())?)?;
         let boxes = world_boxes(of_mesh, node, world.get(index.index())?, &of_joints);
-        let worst = boxes.into_iter().max_by(|a, b| a.share().total_cmp(&b.share()))?;
-        Some((worst, of_mesh.is_rounded(), mesh, index))
+        Some(boxes.into_iter().map(move |world_box| (world_box, of_mesh, mesh, index)))
     };
-    let shown = scene.scenes.iter().flat_map(|shown| scene.nodes_below(&shown.roots));
-    let of_nodes = shown.filter_map(worst_of);
-    let (worst, is_rounded_itself, mesh, node) =
-        of_nodes.max_by(|(a, ..), (b, ..)| a.share().total_cmp(&b.share()))?;
+    let of_scene = |roots: &[NodeIndex]| {
+        let boxes: Vec<_> = scene.nodes_below(roots).into_iter().filter_map(boxes_of).flatten().collect();
+        let whole = boxes.iter().map(|(world_box, ..)| *world_box).reduce(CenteredBox::union)?;
+        let least_width = LEAST_WIDTH * whole.width();
+        let shares = boxes.into_iter().map(|found| (found.0.share(least_width), found));
+        shares.max_by(|(a, _), (b, _)| a.total_cmp(b))
+    };
+    let of_scenes = scene.scenes.iter().filter_map(|shown| of_scene(&shown.roots));
+    let (share, (worst, of_mesh, mesh, node)) = of_scenes.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
+    let is_rounded_itself = of_mesh.share(0.0) > LARGEST_SHARE;
     let pointer =
         if is_rounded_itself { format!("/meshes/{}", mesh.0) } else { format!("/nodes/{}", node.0) };
     let [largest, step, width] = [worst.largest_coordinate(), worst.step(), worst.width()].map(two_digits);
     let message = format!(
         "world coordinates near {largest} have steps of {step}, and the mesh is {width} wide; move it near the origin"
     );
-    worst.is_rounded().then_some(Warning { pointer, message })
+    (share > LARGEST_SHARE).then_some(Warning { pointer, message })
 }
 
 /// A number with two significant digits, without exponent.

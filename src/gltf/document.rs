@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Number, Value};
 
 use super::context::Context;
+use super::extensions::is_supported;
 use super::raw::{Raw, escape};
 use crate::error::Result;
 
@@ -95,13 +96,21 @@ fn normalize(context: &mut Context, value: &mut Value, pointer: &str) {
             for (i, element) in elements.iter_mut().enumerate() {
                 match element {
                     Value::Number(number) => normalize_number(number),
-                    element => normalize(context, element, &format!("{pointer}/{i}")),
+                    Value::Array(_) | Value::Object(_) => {
+                        normalize(context, element, &format!("{pointer}/{i}"));
+                    }
+                    Value::Null | Value::Bool(_) | Value::String(_) => {}
                 }
             }
         }
         Value::Object(members) => {
             members.remove("extras");
+            // Extensions that are not supported may hold anything.
+            let holds_extensions = pointer.ends_with("/extensions");
             members.retain(|key, member| {
+                if holds_extensions && !is_supported(key) {
+                    return true;
+                }
                 let pointer = || format!("{pointer}/{}", escape(key));
                 match member {
                     Value::Null => context.warn(pointer(), "is null; it counts as absent"),

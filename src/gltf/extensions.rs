@@ -70,7 +70,8 @@ const OTHERS: [&str; 13] = [
     VISIBILITY,
 ];
 
-fn is_supported(name: &str) -> bool {
+/// Whether the extension `name` is supported.
+pub(super) fn is_supported(name: &str) -> bool {
     MATERIAL_EXTENSIONS.contains(&name) || OTHERS.contains(&name)
 }
 
@@ -87,7 +88,7 @@ const NO_EFFECT: [&str; 6] = [
     "KHR_xmp_json_ld",
 ];
 
-/// Moves the whole scene, to which automatic cameras follow.
+/// Moves the whole scene; automatic cameras follow it.
 const CESIUM_RTC: &str = "CESIUM_RTC";
 
 /// Level of support for an extension.

@@ -12,12 +12,12 @@ use super::raw::Raw;
 use crate::error::{Error, Result};
 use crate::scene::MorphTarget;
 
-/// Reads the morph targets of the primitive `raw`; `base` holds the primitive's own attributes.
+/// Reads the morph targets of the primitive `raw`; `base` holds the primitive's own attributes, `uv_sets` the number of its sets of texture coordinates.
 pub(super) fn read(
     context: &mut Context,
     data: &Data,
     raw: &Raw,
-    base: &Attributes,
+    (base, uv_sets): (&Attributes, usize),
     vertex_count: u64,
 ) -> Result<Vec<MorphTarget>> {
     let Some(targets) = raw.field("targets") else {
@@ -28,7 +28,7 @@ pub(super) fn read(
         let attributes = Attributes::new(context, data, &target)?;
         attributes.check_counts(context, data, vertex_count)?;
         attributes.warn_unused(context);
-        morphs.push(read_target(context, data, &attributes, base)?);
+        morphs.push(read_target(context, data, &attributes, (base, uv_sets))?);
     }
     Ok(morphs)
 }
@@ -37,7 +37,7 @@ fn read_target(
     context: &mut Context,
     data: &Data,
     attributes: &Attributes,
-    base: &Attributes,
+    (base, uv_sets): (&Attributes, usize),
 ) -> Result<MorphTarget> {
     for name in ["POSITION", "COLOR_0"] {
         if let (Some(reference), None) = (attributes.find(name), base.find(name)) {
@@ -47,7 +47,7 @@ fn read_target(
     for name in ["NORMAL", "TANGENT"] {
         if let (Some(reference), None) = (attributes.find(name), base.find(name)) {
             context
-                .warn(&reference.pointer, format!("the primitive has no {name}, so that these are not used"));
+                .warn(&reference.pointer, format!("the primitive has no {name}, the target's are ignored"));
         }
     }
     let has_normals = base.find("NORMAL").is_some();
@@ -77,7 +77,7 @@ fn read_target(
         // A primitive without base normals is shaded flat, so the target's normals have no use.
         normals: normals.filter(|_| has_normals),
         tangents: tangents.filter(|_| has_tangents),
-        uvs: read_uvs(context, data, attributes, base)?,
+        uvs: read_uvs(context, data, attributes, (base, uv_sets))?,
         colors,
     })
 }
@@ -86,12 +86,15 @@ fn read_uvs(
     context: &mut Context,
     data: &Data,
     attributes: &Attributes,
-    base: &Attributes,
+    (base, uv_sets): (&Attributes, usize),
 ) -> Result<Vec<(usize, Vec<Vec2>)>> {
     let mut uvs = Vec::new();
     for (set, reference) in attributes.sets_from("TEXCOORD_", 0) {
         if base.find(&reference.name).is_none() {
             return Err(no_base(context, reference));
+        }
+        if set >= uv_sets {
+            continue;
         }
         let values: Vec<[f32; 2]> = data.floats_or_zeros_as(context, reference, &formats::MORPH_TEXCOORD)?;
         uvs.push((set, values.into_iter().map(Vec2::from_array).collect()));

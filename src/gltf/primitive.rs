@@ -69,11 +69,12 @@ pub(super) fn import_primitive(
     let indices = std::iter::once(material).chain(variants.iter().map(|(_, material)| *material));
     let used: Vec<&Material> = indices.filter_map(|material| materials.get(material.index())).collect();
     let uv_sets = used.iter().map(|&material| super::material::uv_sets(material)).max();
+    let uvs = read_uvs(context, data, &attributes, uv_sets.unwrap_or(0), vertex_count)?;
     let mut imported = Primitive {
-        uvs: read_uvs(context, data, &attributes, uv_sets.unwrap_or(0), vertex_count)?,
         colors: read_colors(context, data, &attributes)?,
         influences: influences::read(context, data, &attributes, &pointer)?,
-        targets: morph::read(context, data, raw, &attributes, vertex_count)?,
+        targets: morph::read(context, data, raw, (&attributes, uvs.len()), vertex_count)?,
+        uvs,
         positions,
         normals,
         tangents,

@@ -122,7 +122,7 @@ impl<'a> Raw<'a> {
         }
     }
 
-    /// Returns a member that is a number from 0 to 1. Others are clamped, with a warning: exporters write colours beyond white.
+    /// Returns a member that is a number from 0 to 1. Factors outside are clamped, with a warning.
     pub(super) fn unit(&self, context: &mut Context, key: &str, default: f32) -> Result<f32> {
         let value = self.number(context, key, default, ANY)?;
         let [value] = clamp_to_unit(context, [value], || format!("{}/{key}", self.pointer));
@@ -189,7 +189,7 @@ pub(super) fn check_range(
 }
 
 /// Clamps the finite `values` at `pointer` to the range from 0 to 1. Warns unless they are beyond it by rounding errors alone.
-pub(super) fn clamp_to_unit<const N: usize>(
+fn clamp_to_unit<const N: usize>(
     context: &mut Context,
     values: [f32; N],
     pointer: impl Fn() -> String,

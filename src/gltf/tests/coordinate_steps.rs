@@ -40,6 +40,18 @@ fn meshes_that_are_rounded_are_named() {
 }
 
 #[test]
+fn small_parts_of_large_scenes_are_not_named() {
+    // A screw of 5 cm at the edge of a plant of 1200 m
+    let mut document = triangle(0.0, 1.0);
+    document.json["nodes"] = json!([
+        {"mesh": 0, "translation": [600, 0, 0], "scale": [0.05, 0.05, 0.05]},
+        {"mesh": 0, "translation": [-600, 0, 0], "scale": [100, 100, 100]}
+    ]);
+    document.json["scenes"][0]["nodes"] = json!([0, 1]);
+    assert_silent(&document);
+}
+
+#[test]
 fn nodes_that_move_a_mesh_far_away_are_named() {
     let mut document = triangle(0.0, 1.0);
     document.json["nodes"] = json!([
@@ -47,7 +59,7 @@ fn nodes_that_move_a_mesh_far_away_are_named() {
         {"children": [2], "translation": [0, 0, -5e6]},
         {"mesh": 0}
     ]);
-    document.json["scenes"][0]["nodes"] = json!([0, 1]);
+    document.json["scenes"][0]["nodes"] = json!([1]);
     assert_warns(&document, "/nodes/2", FAR);
     // Nodes that scale the mesh, that come back, and that no scene has.
     document.json["nodes"][2]["scale"] = json!([1e4, 1e4, 1e4]);
@@ -75,7 +87,7 @@ fn joints_and_instances_move_meshes() {
     assert_silent(&document);
 
     let mut document = triangle(0.0, 1.0);
-    let translation = document.floats("VEC3", &[0.0, 0.0, 0.0, 5e6, 0.0, 0.0]);
+    let translation = document.floats("VEC3", &[4_999_990.0, 0.0, 0.0, 5e6, 0.0, 0.0]);
     let attributes = json!({"TRANSLATION": translation});
     document.json["nodes"][0]["extensions"] = json!({"EXT_mesh_gpu_instancing": {"attributes": attributes}});
     assert_warns(&document, "/nodes/0", FAR);

@@ -126,7 +126,7 @@ fn extensions_that_no_image_shows_are_no_warnings() {
 
 #[test]
 fn extensions_that_are_not_supported_may_hold_anything() {
-    let metadata = json!({"schema": {"properties": {"extensions": {"type": "STRING"}}}});
+    let metadata = json!({"schema": {"properties": {"extensions": {"type": "STRING", "default": null}}}});
     assert_eq!(with_extensions(&json!({"EXT_structural_metadata": metadata}), &[]).warnings, []);
     let scene = with_extensions(&json!({"ACME_names": {"extensions": "glb"}}), &[]);
     assert_eq!(only_warning(&scene, "ACME_names is not supported"), ("/extensions/ACME_names", true));

@@ -295,7 +295,19 @@ fn invalid_keyframes_of_properties_are_errors() {
     animate(&mut document, base_color, "LINEAR", "VEC4", &[0.5, 1.5, 0.5, 0.5, 0.5, -1.0, 0.5, 0.5]);
     let scene = document.import().unwrap();
     assert_eq!(scene.animations[0].channels[0].keyframes.values, [0.5, 1.0, 0.5, 0.5, 0.5, 0.0, 0.5, 0.5]);
-    assert_eq!(scene.warnings.len(), 2, "{:?}", scene.warnings);
+    let [warning] = &scene.warnings[..] else { panic!("{:?}", scene.warnings) };
+    assert!(warning.message.contains("such as -1; they are clamped"), "{warning}");
+    // Tangents of cubic splines stay.
+    let mut document = animatable();
+    let metallic = "/materials/0/pbrMetallicRoughness/metallicFactor";
+    animate(&mut document, metallic, "CUBICSPLINE", "SCALAR", &[0.0, 0.5, 3.0, -3.0, 1.5, 0.0]);
+    let scene = document.import().unwrap();
+    assert_eq!(scene.animations[0].channels[0].keyframes.values, [0.0, 0.5, 3.0, -3.0, 1.0, 0.0]);
+    let mut document = animatable();
+    animate(&mut document, "/materials/0/emissiveFactor", "LINEAR", "VEC3", &[3.0; 6]);
+    let scene = document.import().unwrap();
+    assert_eq!(scene.animations[0].channels[0].keyframes.values, [3.0; 6]);
+    assert!(scene.warnings[0].message.contains("used as they are"), "{:?}", scene.warnings);
     let mut document = animatable();
     let switch = document.accessor(5121, "SCALAR", 2, &[0, 1]);
     animate_with(&mut document, VISIBLE, "LINEAR", switch);

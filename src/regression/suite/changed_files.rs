@@ -47,6 +47,8 @@ pub(super) fn changed_shots(suite: &Suite, shots: Vec<SuiteShot>, revision: &str
 
 /// What git says of files.
 struct Changes {
+    /// Canonical path of the repository.
+    root: PathBuf,
     /// Canonical paths of files that differ from the commit, and of those that git does not know.
     changed: BTreeSet<PathBuf>,
     /// Canonical paths of files that git tracks.
@@ -59,9 +61,10 @@ impl Changes {
         let named = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         let is_changed_link = |link: &Path| {
             let folder = link.parent().and_then(|folder| folder.canonicalize().ok());
-            folder
-                .zip(link.file_name())
-                .is_none_or(|(folder, name)| self.changed.contains(&folder.join(name)))
+            let Some(path) = folder.zip(link.file_name()).map(|(folder, name)| folder.join(name)) else {
+                return true;
+            };
+            self.changed.contains(&path) || path.starts_with(&self.root) && !self.tracked.contains(&path)
         };
         let has_changed_link = || named.ancestors().any(|part| part.is_symlink() && is_changed_link(part));
         path.canonicalize().map_or(true, |path| self.changed.contains(&path) || !self.tracked.contains(&path))
@@ -106,7 +109,8 @@ fn changed_files(suite: &Path, revision: &str) -> Result<Changes> {
         names.map(|name| root.join(path_of(name))).collect::<BTreeSet<_>>()
     };
     let changed = paths(&differing).into_iter().chain(paths(&unknown)).collect();
-    Ok(Changes { changed, tracked: paths(&tracked) })
+    let tracked = paths(&tracked);
+    Ok(Changes { root, changed, tracked })
 }
 
 /// What git prints.

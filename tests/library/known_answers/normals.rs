@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3, Vec4};
 use rayframe::render::Integrator;
-use rayframe::scene::{LightKind, Material, NormalTexture, Primitive};
+use rayframe::scene::{ClearCoat, LightKind, Material, NormalTexture, Primitive};
 
 use crate::stage::{Stage, assert_close, lambert, rectangle};
 
@@ -93,5 +93,17 @@ fn smooth_meshes_have_smooth_terminators() {
         let expected = libm::cosf(100.0_f32.to_radians() - libm::atanf(0.5 * half));
         let seen = Vec3::new(0.5 * half, 1.0, 0.0);
         assert_close(stage.look(seen + Vec3::Y * 3.0, seen), Vec3::splat(expected), 1e-4);
+        // A coat takes a few per cent of the light.
+        for material in &mut stage.scene.materials {
+            material.clear_coat = Some(ClearCoat {
+                factor: 1.0,
+                texture: None,
+                roughness: 0.1,
+                roughness_texture: None,
+                normal_texture: None,
+            });
+        }
+        let coated = stage.look(seen + Vec3::Y * 3.0, seen).x;
+        assert!((0.8 * expected..expected).contains(&coated), "{integrator:?}: {coated} of {expected}");
     }
 }

@@ -91,11 +91,9 @@ pub fn run(
     let start = Instant::now();
     let (shots, stray) = discover_files(suite)?;
     let selected = of_shard(suite, &shots, options)?;
-    let mut not_tested: BTreeSet<String> = selected.iter().map(|shot| shot.name.clone()).collect();
+    let selected_names = names_of(&selected);
     let chosen = changed(suite, selected, options)?;
-    for shot in &chosen {
-        not_tested.remove(&shot.name);
-    }
+    let not_tested = &selected_names - &names_of(&chosen);
     let threads = match options.threads {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         threads => threads,
@@ -153,6 +151,10 @@ pub fn run(
         result.not_kept.extend(written.err());
     }
     Ok(result)
+}
+
+fn names_of(shots: &[SuiteShot]) -> BTreeSet<String> {
+    shots.iter().map(|shot| shot.name.clone()).collect()
 }
 
 /// Whether the scene is so large that it is tested alone, with all memory and threads.

@@ -16,7 +16,7 @@ pub struct RunOptions {
     /// Whether shots are not rendered whose images were identical in an earlier run and of which nothing changed since. Verdicts are kept
     /// in [`super::Suite::cache`].
     pub uses_cache: bool,
-    /// Whether images that differ or have no reference are stored as pending images, for [`super::accept`].
+    /// Whether images that differ or have no reference are stored as pending images, for [`super::Acceptance`].
     pub keeps_pending: bool,
     /// Folder of a report in which rendered images are stored, for [`super::RenderedChecks`]. On build servers, which store no pending
     /// images, this keeps them.

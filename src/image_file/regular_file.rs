@@ -8,6 +8,9 @@ use crate::error::{Error, Result, over_limit};
 /// Beginning of what Git LFS leaves in place of a file that it has not fetched.
 const LFS_POINTER: &[u8] = b"version https://git-lfs.github.com/spec/v1";
 
+/// Pointers are smaller, as the specification of Git LFS says.
+pub(crate) const MAX_LFS_POINTER_BYTES: u64 = 1024;
+
 /// Reads a regular file: devices and pipes may never end.
 ///
 /// # Errors

@@ -9,7 +9,7 @@ use super::pending::{owner_text, remove_file};
 use super::rendered_images::reference_hash;
 use super::{Pending, PendingKind, Suite, SuiteShot, is_ci, shell_word};
 use crate::error::{Error, Result};
-use crate::image_file::{check_fetched, read_regular_file};
+use crate::image_file::{MAX_LFS_POINTER_BYTES, check_fetched, read_regular_file};
 
 /// Checks and applies pending changes. The images of each shot are listed once.
 #[derive(Debug)]
@@ -53,7 +53,8 @@ impl<'a> Acceptance<'a> {
                 "CI is set, and references are not written on build servers; accept them on your machine and commit them",
             ));
         }
-        if let Ok(bytes) = read_regular_file(&pending.reference, u64::MAX) {
+        // References are not read for their first bytes.
+        if let Ok(bytes) = read_regular_file(&pending.reference, MAX_LFS_POINTER_BYTES) {
             check_fetched(&pending.reference, "", &bytes)?;
         }
         let file = pending.file.display();

@@ -5,7 +5,7 @@
     tests/fuzz/run.py --seconds 600 gltf   one target, ten minutes
 
 Prints a table of executions, coverage and finds. Inputs that reach new code are kept in target/fuzz/corpus, where the next run
-continues. A find is stored in tests/fuzz/finds/TARGET, where `cargo test --test library fuzz_finds` replays it; the exit code is then 1.
+continues. A find is stored in tests/fuzz/finds/TARGET, where `cargo test --test fuzz_finds` replays it; the exit code is then 1.
 Needs a C++ compiler, and no other toolchain than the stable one.
 """
 

@@ -8,7 +8,6 @@ mod conformance;
 mod corruptions;
 mod fault_table;
 mod framing;
-mod fuzz_finds;
 mod known_answers;
 mod motion_blur;
 mod references;

@@ -120,23 +120,27 @@ fn batches_equal_single_rays() {
         let batches = batches(&triangles, &mut random);
         let brute_force =
             build(&triangles, &flags, &settings(BuilderKind::BruteForce, Split::Off, SimdLevel::Scalar));
+        // The filter depends on the index of the ray: every third one sees other parts.
+        let filter = |i: usize, hit: &Hit| opaque_part(hit) != i.is_multiple_of(3);
+        let answer = |(i, ray): (usize, &Ray)| {
+            let counters = &mut TraversalCounters::default();
+            let closest = brute_force.closest_hit(ray, None, |hit| filter(i, hit), counters);
+            (closest, brute_force.occluded(ray, |hit| filter(i, hit), counters))
+        };
+        let answers = |rays: &Vec<Ray>| rays.iter().enumerate().map(answer).collect::<Vec<_>>();
+        let expected: Vec<_> = batches.iter().map(answers).collect();
+        hits += expected.iter().flatten().filter(|(_, occluded)| *occluded).count();
         for simd in crate::supported_simd_levels() {
             let bvh = build(&triangles, &flags, &settings(BuilderKind::Auto, Split::Auto, simd));
-            for rays in &batches {
+            for (rays, expected) in batches.iter().zip(&expected) {
                 let counters = &mut TraversalCounters::default();
                 let mut closest = vec![None; rays.len()];
                 let mut occluded = vec![false; rays.len()];
-                // The filter depends on the index of the ray: every third one sees other parts.
-                let filter = |i: usize, hit: &Hit| opaque_part(hit) != i.is_multiple_of(3);
                 bvh.closest_hits(rays, filter, &mut closest, counters);
                 bvh.occluded_rays(rays, filter, &mut occluded, counters);
                 assert_eq!(counters.rays, 2 * rays.len() as u64);
                 for (i, ray) in rays.iter().enumerate() {
-                    let expected = brute_force.closest_hit(ray, None, |hit| filter(i, hit), counters);
-                    assert_eq!(closest[i], expected, "{name} {simd:?} {i} {ray:?}");
-                    let expected = brute_force.occluded(ray, |hit| filter(i, hit), counters);
-                    assert_eq!(occluded[i], expected, "{name} {simd:?} {i} {ray:?}");
-                    hits += usize::from(expected);
+                    assert_eq!((closest[i], occluded[i]), expected[i], "{name} {simd:?} {i} {ray:?}");
                 }
             }
         }

@@ -10,7 +10,7 @@ const MAX_TIME: Duration = Duration::from_secs(20);
 
 #[test]
 fn stored_finds_pass() {
-    let finds = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/finds");
+    let finds = Path::new(env!("CARGO_MANIFEST_DIR")).join("../finds");
     let mut count = 0;
     for folder in std::fs::read_dir(&finds).unwrap().map(|entry| entry.unwrap().path()) {
         let name = folder.file_name().unwrap().to_str().unwrap();

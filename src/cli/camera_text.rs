@@ -33,13 +33,16 @@ pub(super) fn default_camera_text(scene: &Scene, selection: &Selection) -> Strin
 /// Options that place the camera alike.
 fn placing_options(camera: Mat4, projection: &Projection) -> String {
     let position = camera.w_axis.truncate();
-    let ahead = position - camera.z_axis.truncate() * position.length().max(1.0);
-    let lens = match *projection {
+    let (distance, lens) = match *projection {
         Projection::Perspective { fov_y_radians, .. } => {
-            format!(" --fov {}", rounded(fov_y_radians.to_degrees()))
+            (position.length().max(1.0), format!(" --fov {}", rounded(fov_y_radians.to_degrees())))
         }
-        Projection::Orthographic { .. } => " --ortho".to_owned(),
+        // A parallel view is as high as one of 45 degrees at the point looked at.
+        Projection::Orthographic { y_mag, .. } => {
+            (y_mag / libm::tanf(std::f32::consts::FRAC_PI_8), " --ortho".to_owned())
+        }
     };
+    let ahead = position - camera.z_axis.truncate() * distance;
     format!("--camera-position {} --look-at {}{lens}", point(position), point(ahead))
 }
 
@@ -79,5 +82,9 @@ mod tests {
         let camera = Mat4::from_translation(Vec3::new(0.0, 0.0, 4.0));
         let expected = "--camera-position 0,0,4 --look-at 0,0,0 --fov 45";
         assert_eq!(placing_options(camera, &projection), expected);
+        let half = 3.0 * libm::tanf(std::f32::consts::FRAC_PI_8);
+        let parallel = Projection::Orthographic { x_mag: half, y_mag: half, z_near: 0.0, z_far: f32::MAX };
+        let expected = "--camera-position 0,0,4 --look-at 0,0,1 --ortho";
+        assert_eq!(placing_options(camera, &parallel), expected);
     }
 }

@@ -1,4 +1,4 @@
-//! Distances at which the subject fits the image.
+//! Cameras whose image the subject fits: perspective ones by their distance, parallel ones by their height.
 
 use glam::{Mat3, Mat4, Vec2, Vec3};
 
@@ -18,6 +18,8 @@ pub(super) struct Fitted {
     pub(super) world_from_camera: Mat4,
     /// Distance from the camera to the subject's centre along the viewing axis, metres.
     pub(super) distance: f32,
+    /// Half the height of a parallel view, metres.
+    pub(super) half_height: Option<f32>,
 }
 
 /// Half the width and height, at distance one, in which the subject must fit.
@@ -54,7 +56,31 @@ pub(super) fn fit(
     let z = ((supports[0] + supports[1]) * 0.5 / size.x).max((supports[2] + supports[3]) * 0.5 / size.y);
     let from_center = nonzero(z - backward.dot(center), subject) * distance;
     let position = right * x + up * y + backward * (backward.dot(center) + from_center);
-    Fitted { world_from_camera: camera(axes, position), distance: from_center }
+    Fitted { world_from_camera: camera(axes, position), distance: from_center, half_height: None }
+}
+
+/// The parallel view along `axes` that shows the whole subject in the middle of the image, `distance` times as high as it fits. The camera
+/// stands beyond the subject.
+pub(super) fn fit_parallel(subject: &Subject<'_>, axes: Mat3, aspect_ratio: f32, distance: f32) -> Fitted {
+    let [right, up, backward] = [axes.x_axis, axes.y_axis, axes.z_axis];
+    let supports = subject.supports(&[right, -right, up, -up, backward]);
+    let center = subject.bounds.center();
+    let &[to_right, to_left, to_top, to_bottom, nearest] = supports.as_slice() else {
+        return parallel_around_center(axes, center, distance, 1.0);
+    };
+    if supports.iter().any(|support| !support.is_finite()) {
+        return parallel_around_center(axes, center, distance, 1.0);
+    }
+    let half = ((to_right + to_left) * 0.5 / aspect_ratio).max((to_top + to_bottom) * 0.5) / FILLED;
+    let half_height = nonzero(half, subject) * distance;
+    let [x, y] = [(to_right - to_left) * 0.5, (to_top - to_bottom) * 0.5];
+    let position = right * x + up * y + backward * (nearest + half_height);
+    let from_center = nearest + half_height - backward.dot(center);
+    Fitted {
+        world_from_camera: camera(axes, position),
+        distance: from_center,
+        half_height: Some(half_height),
+    }
 }
 
 /// The nearest camera around the subject's centre that shows the subject at all azimuths, at the one of `orbit`.
@@ -67,9 +93,7 @@ pub(super) fn fit_turntable(
 ) -> Fitted {
     let size = fitting_size(projection, aspect_ratio);
     let mut sides = Vec::new();
-    for step in 0..TURNTABLE_AZIMUTHS {
-        let turned = f32::from(step) * (360.0 / f32::from(TURNTABLE_AZIMUTHS));
-        let axes = axes(&Orbit { azimuth_degrees: orbit.azimuth_degrees + turned, ..*orbit }, up);
+    for axes in turned_axes(orbit, up) {
         for (side, size) in [(axes.x_axis, size.x), (axes.y_axis, size.y)] {
             sides.push(axes.z_axis + side / size);
             sides.push(axes.z_axis - side / size);
@@ -83,13 +107,53 @@ pub(super) fn fit_turntable(
     around_center(axes(orbit, up), center, nonzero(distance, subject) * orbit.distance)
 }
 
+/// The parallel view around the subject's centre that shows the subject at all azimuths, at the one of `orbit`.
+pub(super) fn fit_parallel_turntable(
+    subject: &Subject<'_>,
+    orbit: &Orbit,
+    up: Vec3,
+    aspect_ratio: f32,
+) -> Fitted {
+    let (mut sides, mut scales) = (Vec::new(), Vec::new());
+    for axes in turned_axes(orbit, up) {
+        sides.extend([axes.x_axis, -axes.x_axis, axes.y_axis, -axes.y_axis, axes.z_axis]);
+        scales.extend([1.0 / aspect_ratio, 1.0 / aspect_ratio, 1.0, 1.0, 0.0]);
+    }
+    let center = subject.bounds.center();
+    let supports = subject.supports(&sides);
+    let reaches: Vec<_> =
+        supports.iter().zip(&sides).map(|(support, side)| support - side.dot(center)).collect();
+    let axes = axes(orbit, up);
+    if reaches.iter().any(|reach| !reach.is_finite()) {
+        return parallel_around_center(axes, center, orbit.distance, 1.0);
+    }
+    let half = reaches.iter().zip(&scales).map(|(reach, scale)| reach * scale).fold(0.0, f32::max) / FILLED;
+    let nearest = reaches.chunks_exact(5).map(|reaches| reaches[4]).fold(0.0, f32::max);
+    parallel_around_center(axes, center, nonzero(half, subject) * orbit.distance, nearest)
+}
+
+/// The axes of [`TURNTABLE_AZIMUTHS`] around `up`, from the one of `orbit` on.
+fn turned_axes(orbit: &Orbit, up: Vec3) -> impl Iterator<Item = Mat3> {
+    let orbit = *orbit;
+    (0..TURNTABLE_AZIMUTHS).map(move |step| {
+        let turned = f32::from(step) * (360.0 / f32::from(TURNTABLE_AZIMUTHS));
+        axes(&Orbit { azimuth_degrees: orbit.azimuth_degrees + turned, ..orbit }, up)
+    })
+}
+
 /// A point or nothing is seen from one metre or from the bounds' size.
 fn nonzero(distance: f32, subject: &Subject<'_>) -> f32 {
     if distance > 0.0 { distance } else { subject.bounds.extent().max_element().max(1.0) }
 }
 
 fn around_center(axes: Mat3, center: Vec3, distance: f32) -> Fitted {
-    Fitted { world_from_camera: camera(axes, center + axes.z_axis * distance), distance }
+    let world_from_camera = camera(axes, center + axes.z_axis * distance);
+    Fitted { world_from_camera, distance, half_height: None }
+}
+
+/// The parallel view of the centre, from beyond what reaches towards it.
+fn parallel_around_center(axes: Mat3, center: Vec3, half_height: f32, reach: f32) -> Fitted {
+    Fitted { half_height: Some(half_height), ..around_center(axes, center, reach + half_height) }
 }
 
 fn camera(axes: Mat3, position: Vec3) -> Mat4 {

@@ -6,7 +6,7 @@ use std::f32::consts::FRAC_PI_4;
 
 use glam::{Mat3, Mat4, Vec3};
 
-use super::fit::{Fitted, fit, fit_turntable};
+use super::fit::{Fitted, fit, fit_parallel, fit_parallel_turntable, fit_turntable};
 use super::inside::inside_camera;
 use super::orbit::axes;
 use super::subject::Subject;
@@ -41,7 +41,7 @@ pub(crate) fn resolve_camera_with_pose(
 ) -> (ResolvedCamera, Option<Frame>) {
     let is_placed = request.places_camera();
     let of_file = match &selection.camera {
-        SelectedCamera::Node(_) | SelectedCamera::Path(_) if request.keeps_camera || !is_placed => {
+        SelectedCamera::Node(_) | SelectedCamera::Path(_) if !request.replaces_camera() => {
             Some(Frame::camera_at(scene, &selection, 0.0))
         }
         _ => None,
@@ -152,21 +152,28 @@ impl<'a> View<'a> {
 
     /// Changes to the camera of the file.
     fn changes(&self) -> CameraChanges {
-        let lens = self.request.lens.map(|_| {
-            if !self.is_orthographic() {
-                return self.lens;
-            }
-            let camera = self.of_file.unwrap_or_default();
-            let to_center = self.subject().bounds.center() - camera.world_from_camera.w_axis.truncate();
-            self.projection(-to_center.dot(camera.world_from_camera.z_axis.truncate()))
-        });
-        CameraChanges {
+        let moved = CameraChanges {
             position: self.request.position,
             target: self.target,
             up: self.request.up,
             roll_radians: self.request.roll_degrees.to_radians(),
-            projection: lens,
+            projection: None,
+        };
+        let projection = self.request.lens.map(|_| self.changed_projection(&moved));
+        CameraChanges { projection, ..moved }
+    }
+
+    /// The projection of the camera of the file after `moved`, where one is requested.
+    fn changed_projection(&self, moved: &CameraChanges) -> Projection {
+        if !self.is_orthographic() {
+            return self.lens;
         }
+        let camera = moved.apply(self.of_file.unwrap_or_default().world_from_camera);
+        let center = self.target.unwrap_or_else(|| self.subject().bounds.center());
+        let to_center = center - camera.w_axis.truncate();
+        let ahead = -to_center.dot(camera.z_axis.truncate());
+        // A camera that looks past the scene has no height of its own there.
+        self.parallel_at(if ahead > 0.0 { ahead } else { to_center.length() })
     }
 
     /// A camera of our own.
@@ -174,11 +181,11 @@ impl<'a> View<'a> {
         if let Some(turntable) = &self.request.turntable {
             return (self.turntable(turntable), CameraRule::Turntable);
         }
-        let Fitted { mut world_from_camera, distance } = match self.request.position {
+        let fitted = match self.request.position {
             Some(position) => self.look_from(position),
             None => self.around_target(&self.request.orbit.unwrap_or(Orbit::THREE_QUARTER)),
         };
-        let mut projection = self.projection(distance);
+        let (mut world_from_camera, mut projection) = (fitted.world_from_camera, self.projection(&fitted));
         let mut rule = if is_automatic { CameraRule::Outside } else { CameraRule::Requested };
         if is_automatic && self.target.is_none() {
             let lens = if self.request.lens.is_some() { self.lens } else { perspective(INSIDE_FOV_RADIANS) };
@@ -205,16 +212,13 @@ impl<'a> View<'a> {
             (None, Some(camera)) if !is_framed => {
                 let world_from_camera = self.changes().apply(camera.world_from_camera);
                 let to_camera = world_from_camera.w_axis.truncate() - center;
-                Fitted { world_from_camera, distance: to_camera.length() }
+                Fitted { world_from_camera, distance: to_camera.length(), half_height: None }
             }
-            _ => {
-                let fitted = fit_turntable(self.subject(), &orbit, self.up, &self.lens, self.aspect_ratio);
-                moved_to(fitted, axes(&orbit, self.up), self.target)
-            }
+            _ => self.around_turntable(&orbit),
         };
         SelectedCamera::Turntable(Turntable {
             start: self.rolled(fitted.world_from_camera),
-            projection: self.projection(fitted.distance),
+            projection: self.projection(&fitted),
             center,
             axis: self.up,
             turn_seconds: turntable.turn_seconds,
@@ -223,13 +227,37 @@ impl<'a> View<'a> {
 
     fn look_from(&self, position: Vec3) -> Fitted {
         let backward = position - self.target.unwrap_or_else(|| self.subject().bounds.center());
-        Fitted { world_from_camera: look_along(position, backward, self.up), distance: backward.length() }
+        let world_from_camera = look_along(position, backward, self.up);
+        Fitted { world_from_camera, distance: backward.length(), half_height: None }
     }
 
     fn around_target(&self, orbit: &Orbit) -> Fitted {
         let axes = axes(orbit, self.up);
-        let fitted = fit(self.subject(), axes, &self.lens, self.aspect_ratio, orbit.distance);
-        moved_to(fitted, axes, self.target)
+        let fitted = if self.is_orthographic() {
+            fit_parallel(self.subject(), axes, self.aspect_ratio, orbit.distance)
+        } else {
+            fit(self.subject(), axes, &self.lens, self.aspect_ratio, orbit.distance)
+        };
+        self.moved_to_target(fitted, axes)
+    }
+
+    fn around_turntable(&self, orbit: &Orbit) -> Fitted {
+        let fitted = if self.is_orthographic() {
+            fit_parallel_turntable(self.subject(), orbit, self.up, self.aspect_ratio)
+        } else {
+            fit_turntable(self.subject(), orbit, self.up, &self.lens, self.aspect_ratio)
+        };
+        self.moved_to_target(fitted, axes(orbit, self.up))
+    }
+
+    /// The camera around the target instead of the subject's centre. A parallel one stays beyond the subject.
+    fn moved_to_target(&self, fitted: Fitted, axes: Mat3) -> Fitted {
+        let Some(target) = self.target else { return fitted };
+        let aside = (self.subject().bounds.center() - target).length();
+        let distance = fitted.distance + if fitted.half_height.is_some() { aside } else { 0.0 };
+        let mut world_from_camera = fitted.world_from_camera;
+        world_from_camera.w_axis = (target + axes.z_axis * distance).extend(1.0);
+        Fitted { world_from_camera, distance, ..fitted }
     }
 
     fn is_orthographic(&self) -> bool {
@@ -242,14 +270,21 @@ impl<'a> View<'a> {
         }
     }
 
-    /// The projection of a camera at `distance` from the subject's centre.
-    fn projection(&self, distance: f32) -> Projection {
-        if !self.is_orthographic() {
-            return self.lens;
+    fn projection(&self, fitted: &Fitted) -> Projection {
+        match fitted.half_height {
+            _ if !self.is_orthographic() => self.lens,
+            Some(half_height) => parallel(half_height, self.aspect_ratio),
+            None => self.parallel_at(fitted.distance),
         }
-        let half = self.lens.half_size(self.aspect_ratio) * distance.abs().max(f32::MIN_POSITIVE);
-        let z_far = f32::MAX;
-        Projection::Orthographic { x_mag: half.x, y_mag: half.y, z_near: 0.0, z_far }
+    }
+
+    /// The parallel projection of the camera of the file, or one as high as its perspective is at `distance`.
+    fn parallel_at(&self, distance: f32) -> Projection {
+        if let Some(own @ Projection::Orthographic { .. }) = self.of_file.map(|camera| camera.projection) {
+            return own;
+        }
+        let half = self.lens.half_size(self.aspect_ratio) * distance.max(f32::MIN_POSITIVE);
+        parallel(half.y, self.aspect_ratio)
     }
 
     fn rolled(&self, camera: Mat4) -> Mat4 {
@@ -257,17 +292,15 @@ impl<'a> View<'a> {
     }
 }
 
-/// The camera around `target` instead of the subject's centre.
-fn moved_to(fitted: Fitted, axes: Mat3, target: Option<Vec3>) -> Fitted {
-    let Some(target) = target else { return fitted };
-    let mut world_from_camera = fitted.world_from_camera;
-    world_from_camera.w_axis = (target + axes.z_axis * fitted.distance).extend(1.0);
-    Fitted { world_from_camera, ..fitted }
-}
-
 /// Perspective projection without near and far planes.
 fn perspective(fov_y_radians: f32) -> Projection {
     Projection::Perspective { fov_y_radians, aspect_ratio: None, z_near: 0.0, z_far: None }
+}
+
+/// Parallel projection of all that is ahead.
+fn parallel(half_height: f32, aspect_ratio: f32) -> Projection {
+    let (x_mag, y_mag) = (half_height * aspect_ratio, half_height);
+    Projection::Orthographic { x_mag, y_mag, z_near: 0.0, z_far: f32::MAX }
 }
 
 /// Centre of the bounds of the nodes at and below `node` over the whole animation; its origin where it has no mesh.

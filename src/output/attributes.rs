@@ -73,7 +73,8 @@ pub fn ndc_from_camera(projection: &Projection, resolution: (u32, u32)) -> Mat4 
             )
         }
         Projection::Orthographic { z_near, z_far, .. } => {
-            let depth = if z_far > z_near { z_far - z_near } else { 1.0 };
+            // The inverse is finite without a far plane, too.
+            let depth = if z_far > z_near && z_far < f32::MAX { z_far - z_near } else { 1.0 };
             Mat4::from_cols(
                 Vec4::new(scale_x, 0.0, 0.0, 0.0),
                 Vec4::new(0.0, scale_y, 0.0, 0.0),

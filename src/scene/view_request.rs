@@ -79,4 +79,9 @@ impl ViewRequest {
     pub fn places_camera(&self) -> bool {
         self.orbit.is_some() || self.position.is_some() || self.node.is_some() || self.turntable.is_some()
     }
+
+    /// Whether nothing of the camera of the file is used.
+    pub fn replaces_camera(&self) -> bool {
+        self.places_camera() && !self.keeps_camera
+    }
 }

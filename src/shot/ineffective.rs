@@ -3,7 +3,7 @@
 use crate::error::Warning;
 use crate::image::PlateFit;
 use crate::render::{EnvSamples, Integrator, LightSize};
-use crate::scene::{Environment, LightKind, SelectedCamera};
+use crate::scene::{CameraRequest, Environment, LightKind, Orbit, SelectedCamera};
 use crate::sequence::{Exposure, OutputFormat, Plates, SequenceJob};
 
 use crate::settings::{GroundKind, SettingValues};
@@ -20,6 +20,11 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
             values.env_intensity != 1.0 && is_dark(&job.environment),
             "env_intensity",
             "no environment is in use",
+        ),
+        (
+            values.elevation != Orbit::THREE_QUARTER.elevation_degrees && starts_from_camera(values),
+            "elevation",
+            "the turntable starts from the camera that `camera` names",
         ),
         (values.light_scale != 1.0 && lights.is_empty(), "light_scale", "the scene places no light"),
         (
@@ -63,6 +68,12 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
     let ineffective = ineffective.into_iter().filter(|(is_ineffective, ..)| *is_ineffective).map(warning);
     let stage = ground_without_shadows(values, job);
     ineffective.chain(stage).chain(equal_frames(job)).collect()
+}
+
+/// Whether a turntable starts from a camera of the file.
+fn starts_from_camera(values: &SettingValues) -> bool {
+    let is_named = matches!(values.camera, Some(CameraRequest::Camera(_) | CameraRequest::Each));
+    values.turntable.is_some() && values.frame_node.is_none() && is_named
 }
 
 /// Whether the environment brings a directional light.

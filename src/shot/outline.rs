@@ -145,12 +145,12 @@ fn sequence_outline(
     }
     let NamedSelection { selection, clip, camera } = named;
     // A view that does not keep the camera of the file has no name.
-    let camera = if view.places_camera() && !view.keeps_camera { "auto".to_owned() } else { camera };
+    let camera = if view.replaces_camera() { "auto".to_owned() } else { camera };
     let names = OutputNames::new(&shot.scene, shot.shot_file.as_deref(), &clip, &camera);
     let fill = |path: &Option<PathBuf>| path.as_ref().map(|path| names.fill(path));
     Ok(SequenceOutline {
         view: view.clone(),
-        render: render_settings(args, scene, &selection)?,
+        render: render_settings(args, scene, &selection, view)?,
         frames: if is_thumbnail(args, pattern) { vec![0] } else { frames(args, scene, &selection)? },
         clip: (args.animation == ClipSelection::Each).then_some(clip),
         camera: (args.camera == Some(CameraRequest::Each)).then_some(camera),

@@ -6,7 +6,9 @@ use crate::output::ExrOutput;
 use crate::render::{
     Adaptive, Aperture, Focus, Integrator, Lens, LightSize, PathSettings, RenderSettings, SampleRange,
 };
-use crate::scene::{Camera, CameraMotion, NodeIndex, Projection, Scene, SelectedCamera, Selection};
+use crate::scene::{
+    Camera, CameraMotion, NodeIndex, Projection, Scene, SelectedCamera, Selection, ViewRequest,
+};
 use crate::settings::{
     DEFAULT_RESOLUTION, DenoiserKind, FocusRequest, Named as _, OF_INTEGRATORS, OfIntegrator, SettingValues,
 };
@@ -18,8 +20,10 @@ pub(crate) fn render_settings(
     args: &SettingValues,
     scene: &Scene,
     selection: &Selection,
+    view: &ViewRequest,
 ) -> Result<RenderSettings> {
-    let resolution = args.image_size(camera_aspect(scene, selection))?;
+    let of_file = file_camera(scene, selection).filter(|_| !view.replaces_camera());
+    let resolution = args.image_size(camera_aspect(of_file))?;
     let window = args.crop.unwrap_or(PixelWindow::full(resolution.0, resolution.1));
     if window.x1 > resolution.0 || window.y1 > resolution.1 {
         return Err(Error::setting(
@@ -42,7 +46,7 @@ pub(crate) fn render_settings(
         light_size: LightSize { radius: args.light_radius, sun_angle_radians: args.sun_angle.to_radians() },
         adaptive: adaptive(args)?,
         filter: args.filter,
-        lens: lens(args, scene, selection)?,
+        lens: lens(args, scene, of_file)?,
         glossy_samples: args.glossy,
         env_samples: args.env_samples,
         show_background: true,
@@ -110,9 +114,9 @@ fn adaptive(args: &SettingValues) -> Result<Option<Adaptive>> {
     }
 }
 
-fn lens(args: &SettingValues, scene: &Scene, selection: &Selection) -> Result<Option<Lens>> {
+fn lens(args: &SettingValues, scene: &Scene, of_file: Option<&Camera>) -> Result<Option<Lens>> {
     let Some(aperture) = args.aperture else { return Ok(None) };
-    if matches!(aperture, Aperture::FNumber(_)) && (args.ortho || is_orthographic(scene, selection)) {
+    if matches!(aperture, Aperture::FNumber(_)) && (args.ortho || of_file.is_some_and(is_orthographic)) {
         return Err(Error::setting(
             "aperture",
             "an orthographic camera has no f-number; write the lens's radius in metres",
@@ -131,9 +135,8 @@ fn lens(args: &SettingValues, scene: &Scene, selection: &Selection) -> Result<Op
     Ok(Some(Lens { aperture, focus }))
 }
 
-fn is_orthographic(scene: &Scene, selection: &Selection) -> bool {
-    file_camera(scene, selection)
-        .is_some_and(|camera| matches!(camera.projection, Projection::Orthographic { .. }))
+fn is_orthographic(camera: &Camera) -> bool {
+    matches!(camera.projection, Projection::Orthographic { .. })
 }
 
 /// The selected camera, where it is one of the scene, or of the file of a camera path.
@@ -159,9 +162,9 @@ pub(crate) fn known_window(args: &SettingValues) -> Result<Option<PixelWindow>> 
 }
 
 /// Aspect ratio of the camera: width over height.
-fn camera_aspect(scene: &Scene, selection: &Selection) -> f64 {
+fn camera_aspect(of_file: Option<&Camera>) -> f64 {
     let default = f64::from(DEFAULT_RESOLUTION.0) / f64::from(DEFAULT_RESOLUTION.1);
-    let aspect = match file_camera(scene, selection) {
+    let aspect = match of_file {
         Some(camera) => match camera.projection {
             Projection::Perspective { aspect_ratio, .. } => aspect_ratio.map_or(default, f64::from),
             Projection::Orthographic { x_mag, y_mag, .. } => f64::from(x_mag) / f64::from(y_mag),

@@ -21,6 +21,10 @@ pub(super) fn view_request(
         position: args.camera_position,
         target: match &args.look_at {
             None => None,
+            Some(LookAt::Point(point)) if args.camera_position == Some(*point) => {
+                let why = "is the position of the camera, which gives no direction; move one of the two";
+                return Err(Error::setting("look_at", why));
+            }
             Some(LookAt::Point(point)) => Some(Target::Point(*point)),
             Some(LookAt::Node(name)) => Some(Target::Node(node("look_at", name)?)),
         },

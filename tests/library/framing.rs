@@ -105,13 +105,94 @@ fn twice_the_distance_is_half_the_size() {
     assert!((size(1.0) / size(2.0) - 2.0).abs() < 0.02);
 }
 
+fn parallel(request: ViewRequest) -> ViewRequest {
+    ViewRequest { lens: Some(LensRequest::Orthographic), ..request }
+}
+
 #[test]
-fn a_parallel_view_is_as_high_as_the_perspective_at_the_centre() {
+fn parallel_views_fit_the_image() {
+    // Nearer and farther corners are equally far from the axis, also of what is much deeper than wide.
+    let mut stage = Stage::new();
+    stage.add(cuboid(Vec3::new(3.0, 1.0, -4.0), Vec3::new(0.5, 0.25, 10.0)), lambert(Vec3::ONE));
+    stage.add(cuboid(Vec3::new(4.0, 2.0, 0.0), Vec3::splat(0.5)), lambert(Vec3::ONE));
+    let scene = stage.scene;
+    for named in [NamedView::Front, NamedView::Right, NamedView::Top, NamedView::ThreeQuarter] {
+        for aspect_ratio in [0.5, 1.0, 16.0 / 9.0] {
+            let camera = resolve(&scene, &parallel(view(named)), aspect_ratio);
+            assert_fits(&scene, &camera, aspect_ratio);
+            assert_all_ahead(&scene, &camera);
+        }
+    }
+    let automatic = resolve(&scene, &parallel(ViewRequest::default()), 1.5);
+    assert_fits(&scene, &automatic, 1.5);
+    let turntable = Some(TurntableRequest { elevation_degrees: None, turn_seconds: 2.0 });
+    let turning = resolve(&scene, &parallel(ViewRequest { turntable, ..ViewRequest::default() }), 1.0);
+    let reaches = (0..32).map(|step| {
+        let [min, max] = image_bounds(&scene, &turning, 1.0, f64::from(step) / 16.0);
+        max.max(-min).max_element()
+    });
+    let largest = reaches.fold(0.0, f32::max);
+    assert!((largest - FILLED).abs() < 1e-3, "{largest}");
+    assert_all_ahead(&scene, &turning);
+}
+
+/// Asserts that no corner is beside or behind the camera at the start.
+#[track_caller]
+fn assert_all_ahead(scene: &Scene, camera: &ResolvedCamera) {
+    let frame = Frame::at(scene, &camera.selection, 0.0);
+    let camera_from_world = frame.camera.world_from_camera.inverse();
+    let corners = frame.triangles.iter().flat_map(|triangle| triangle.vertices);
+    let nearest =
+        corners.map(|corner| -camera_from_world.transform_point3(corner).z).fold(f32::MAX, f32::min);
+    assert!(nearest > 0.0, "{nearest}");
+}
+
+#[test]
+fn the_distance_of_a_parallel_view_scales_its_height() {
     let scene = cubes(&[(Vec3::ZERO, 1.0)]);
-    let request = ViewRequest { lens: Some(LensRequest::Orthographic), ..view(NamedView::Front) };
-    let [min, max] = image_bounds(&scene, &resolve(&scene, &request, 1.0), 1.0, 0.0);
-    let half_height = libm::tanf(std::f32::consts::FRAC_PI_8) + 1.0 / FILLED;
-    assert!((max.y - 1.0 / half_height).abs() < 1e-4 && (min.y + 1.0 / half_height).abs() < 1e-4);
+    for distance in [0.5_f32, 1.0, 3.0] {
+        let orbit = Some(Orbit { azimuth_degrees: 0.0, elevation_degrees: 0.0, distance });
+        let target = Some(Target::Point(Vec3::new(0.5, 0.0, 5.0)));
+        for target in [None, target] {
+            let request = ViewRequest { orbit, target, ..ViewRequest::default() };
+            let camera = resolve(&scene, &parallel(request), 1.0);
+            let [min, max] = image_bounds(&scene, &camera, 1.0, 0.0);
+            assert!(((max.y - min.y) * 0.5 - FILLED / distance).abs() < 1e-4, "{distance}: {min} to {max}");
+            assert_all_ahead(&scene, &camera);
+        }
+    }
+}
+
+/// The scene with a camera at `translation` that looks along −Z.
+fn with_camera(mut scene: Scene, translation: Vec3, projection: Projection) -> Scene {
+    scene.cameras.push(Camera { name: None, projection });
+    let local = LocalTransform::Trs { translation, rotation: Quat::IDENTITY, scale: Vec3::ONE };
+    scene.nodes.push(Node { camera: Some(CameraIndex(0)), local, ..Node::default() });
+    scene.node_order.push(NodeIndex(scene.nodes.len() as u32 - 1));
+    scene
+}
+
+#[test]
+fn a_camera_of_the_file_gets_the_height_of_where_it_is_moved() {
+    let fov_y_radians = std::f32::consts::FRAC_PI_4;
+    let projection = Projection::Perspective { fov_y_radians, aspect_ratio: None, z_near: 0.1, z_far: None };
+    let scene = with_camera(cubes(&[(Vec3::ZERO, 1.0)]), Vec3::new(0.0, 0.0, 8.0), projection);
+    let selection = || select_all(&scene, SelectedCamera::Node(NodeIndex(1)));
+    let half_height = |request: ViewRequest| {
+        let request = ViewRequest { keeps_camera: true, ..parallel(request) };
+        let camera = resolve_camera(&scene, selection(), &request, 1.0);
+        Frame::at(&scene, &camera.selection, 0.0).camera.projection.half_size(1.0).y
+    };
+    let slope = libm::tanf(std::f32::consts::FRAC_PI_8);
+    assert!((half_height(ViewRequest::default()) - 8.0 * slope).abs() < 1e-4);
+    let position = Some(Vec3::new(0.0, 0.0, 50.0));
+    assert!((half_height(ViewRequest { position, ..ViewRequest::default() }) - 50.0 * slope).abs() < 1e-3);
+    // The scene is beside this camera until it looks there.
+    let position = Some(Vec3::new(5.0, 0.0, 0.0));
+    let target = Some(Target::Point(Vec3::ZERO));
+    let looking = ViewRequest { position, target, ..ViewRequest::default() };
+    assert!((half_height(looking) - 5.0 * slope).abs() < 1e-4);
+    assert!((half_height(ViewRequest { position, ..ViewRequest::default() }) - 5.0 * slope).abs() < 1e-4);
 }
 
 #[test]
@@ -198,18 +279,13 @@ fn interiors_are_seen_from_inside() {
 
 #[test]
 fn cameras_of_the_file_change_where_asked() {
-    let mut scene = cubes(&[(Vec3::ZERO, 1.0)]);
     let projection = Projection::Perspective {
         fov_y_radians: 0.5,
         aspect_ratio: Some(2.0),
         z_near: 0.1,
         z_far: Some(9.0),
     };
-    scene.cameras.push(Camera { name: None, projection });
-    let (translation, rotation, scale) = (Vec3::new(0.0, 0.0, 7.0), Quat::IDENTITY, Vec3::ONE);
-    let local = LocalTransform::Trs { translation, rotation, scale };
-    scene.nodes.push(Node { camera: Some(CameraIndex(0)), local, ..Node::default() });
-    scene.node_order.push(NodeIndex(1));
+    let scene = with_camera(cubes(&[(Vec3::ZERO, 1.0)]), Vec3::new(0.0, 0.0, 7.0), projection);
     let selection = || select_all(&scene, SelectedCamera::Node(NodeIndex(1)));
     let posed = |request: &ViewRequest| {
         let camera = resolve_camera(&scene, selection(), request, 1.0);

@@ -111,6 +111,11 @@ pub enum Error {
     },
 }
 
+/// The text of an error in JSON with its names in double quotes. Backquotes are left to settings, which the program shows as its options.
+pub fn json_error_text(error: &serde_json::Error) -> String {
+    error.to_string().replace('`', "\"")
+}
+
 /// Result with an [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 

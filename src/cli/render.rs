@@ -125,7 +125,8 @@ impl Session {
                 self.sheets.tell_missing();
             }
             self.total.seconds = start.elapsed().as_secs_f64();
-            if self.part.before > 0 || stopped.is_none() {
+            // People read the error alone where no frame was rendered.
+            if self.part.before > 0 || stopped.is_none() || self.style == ProgressStyle::Json {
                 self.total.print(self.style);
             }
         }
@@ -295,9 +296,9 @@ impl Session {
             text = format!("{}: {text}", named.path.display());
         }
         tell_failure_text(&text, self.style);
-        if self.total.scenes > 1 {
-            print_scene_failure(self.style, &named.path, error.exit_code(), &text);
-        }
+        let scene = named.settings.as_ref().ok().map(|shot| &shot.scene);
+        let path = scene.filter(|_| named.path.as_os_str().is_empty()).unwrap_or(&named.path);
+        print_scene_failure(self.style, path, error.exit_code(), &text);
         self.count(error.exit_code());
         text
     }

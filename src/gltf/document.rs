@@ -9,7 +9,7 @@ use serde_json::{Map, Number, Value};
 use super::context::Context;
 use super::extensions::is_supported;
 use super::raw::{Raw, escape};
-use crate::error::Result;
+use crate::error::{Result, json_error_text};
 
 /// Placeholder for the missing node of an animation channel.
 pub(super) const NO_NODE: usize = u32::MAX as usize;
@@ -207,7 +207,7 @@ fn elements<T: DeserializeOwned>(context: &Context, value: &Value, key: &str) ->
 }
 
 fn typed<T: DeserializeOwned>(context: &Context, value: &Value, pointer: &str) -> Result<T> {
-    T::deserialize(value).map_err(|error| context.invalid(pointer, error.to_string()))
+    T::deserialize(value).map_err(|error| context.invalid(pointer, json_error_text(&error)))
 }
 
 fn check_version(context: &Context, asset: &Asset) -> Result<()> {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use percent_encoding::percent_decode_str;
 use serde::Deserialize;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, json_error_text};
 
 /// Largest manifest, bytes: a million frames.
 const MOST_BYTES: u64 = 1 << 30;
@@ -63,8 +63,9 @@ impl Manifest {
             return Err(Error::invalid(path, "", "is not a manifest"));
         }
         let bytes = std::fs::read(path).map_err(Error::missing(path))?;
-        let manifest: ManifestFile = serde_json::from_slice(&bytes)
-            .map_err(|error| Error::invalid(path, "", format!("is not a manifest: {error}")))?;
+        let manifest: ManifestFile = serde_json::from_slice(&bytes).map_err(|error| {
+            Error::invalid(path, "", format!("is not a manifest: {}", json_error_text(&error)))
+        })?;
         if manifest.schema != 1 {
             let message = format!("is a manifest of version {}, and only 1 is known", manifest.schema);
             return Err(Error::invalid(path, "/schema", message));

@@ -38,6 +38,14 @@ pub(super) fn point(text: &str) -> Result<Vec3, String> {
     }
 }
 
+/// `X,Y,Z`, not all zero.
+pub(super) fn direction(text: &str) -> Result<Vec3, String> {
+    match point(text)? {
+        Vec3::ZERO => Err("0,0,0 is no direction".to_owned()),
+        direction => Ok(direction),
+    }
+}
+
 /// `X,Y,Z`, or a node.
 pub(super) fn look_at(text: &str) -> Result<LookAt, String> {
     match numbers(text) {

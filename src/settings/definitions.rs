@@ -18,10 +18,11 @@ use super::frame_rate::FrameRate;
 use super::setting_type::SettingType;
 use super::table::{default_texts, settings, value_of, value_type};
 use super::types::{
-    Aovs, ApertureType, CameraType, Clips, Crop, Degrees, Elevation, EnvSamplesType, ExposureType,
+    Aovs, ApertureType, CameraType, Clips, Crop, Degrees, Direction, Elevation, EnvSamplesType, ExposureType,
     ExrEncoding, Factor, FieldOfView, Flag, FocalLength, FocusType, Frames, GroundType, LookAtType,
-    MemorySize, NameOrIndexType, Names, OneOf, OrbitType, Point, Rate, ReferenceBudget, RefitType,
-    Resolution, SampleRangeType, Scale, Share, ShutterFrames, Simd, SplitType, SunAngle, TimeSpan, Whole,
+    MemorySize, NameOrIndexType, Names, OneOf, OrbitType, Point, PositiveNumber, Rate, ReferenceBudget,
+    RefitType, Resolution, SampleRangeType, Scale, Share, ShutterFrames, Simd, SplitType, SunAngle, TimeSpan,
+    Whole,
 };
 
 /// One setting.
@@ -177,7 +178,7 @@ settings! {
     oidn: FilePath, Run { value_name: "PATH", requires: Some("denoise") }
     /// Largest radiance that a path brings from beyond its first surface
     /// . Removes fireflies, and with them light: off by default
-    clamp_indirect: Factor, Image { value_name: "RADIANCE" }
+    clamp_indirect: PositiveNumber, Image { value_name: "RADIANCE" }
     /// Roughens mirrors and glass that paths reach after a rough surface
     /// . Caustics become soft and much less noisy, but biased: off by default
     regularize: Flag = false, Image {}
@@ -217,7 +218,7 @@ settings! {
     look_at: LookAtType, Camera { value_name: "X,Y,Z|NODE", hidden_aliases: &["target"], is_common: true }
     /// Direction that points up in the image
     /// . 0,0,1 suits scenes whose vertical axis is Z
-    up: Point, Camera { value_name: "X,Y,Z", default_help: "0,1,0" }
+    up: Direction, Camera { value_name: "X,Y,Z", default_help: "0,1,0" }
     /// Node that is framed instead of the whole scene
     /// : a name, or '#0' for the first
     frame_node: NameOrIndexType, Camera { value_name: "NAME|#I" }
@@ -241,7 +242,7 @@ settings! {
     /// . The loop is seamless: frame N equals frame 0. Clips play on; `animation` none stops them
     turntable: Whole<u32, 1, 1000000>, Camera { value_name: "N", hidden_aliases: &["spin"], is_common: true }
     /// Elevation of the turntable's camera in degrees
-    elevation: Elevation = 20.0, Camera { value_name: "DEG", excludes: &["orbit", "view"], requires: Some("turntable") }
+    elevation: Elevation = 20.0, Camera { value_name: "DEG", excludes: &["orbit", "view", "camera_position"], requires: Some("turntable") }
 
     /// Clip: a name, '#0' for the first, all, none or each
     /// . Several, separated by commas, play together. each renders a sequence of every clip, all with one automatic exposure and camera

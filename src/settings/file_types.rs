@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::camera_path_source::CameraPathSource;
 use super::environment_source::{BackgroundSource, EnvironmentSource};
+use super::home_folder::check_expanded;
 use super::output_pattern::OutputPattern;
 use super::placeholder::{check_placeholders, escaped_folder};
 use super::plate_pattern;
@@ -12,7 +13,11 @@ use super::setting_type::{SettingType, ValueForm};
 
 /// A path of at least one character.
 fn path(text: &OsStr) -> Result<PathBuf, String> {
-    if text.is_empty() { Err("is empty; write a path".to_owned()) } else { Ok(PathBuf::from(text)) }
+    if text.is_empty() {
+        return Err("is empty; write a path".to_owned());
+    }
+    check_expanded(Path::new(text))?;
+    Ok(PathBuf::from(text))
 }
 
 /// File.
@@ -79,11 +84,7 @@ impl SettingType for NamedFile {
     }
 
     fn rebase(text: OsString, folder: &Path) -> OsString {
-        if text.is_empty() || Path::new(&text).is_absolute() {
-            text
-        } else {
-            joined(&escaped_folder(folder), text)
-        }
+        if Path::new(&text).is_absolute() { text } else { joined(&escaped_folder(folder), text) }
     }
 }
 
@@ -104,10 +105,10 @@ impl SettingType for Pattern {
     }
 
     fn rebase(text: OsString, folder: &Path) -> OsString {
-        if text.is_empty() || Path::new(&text).is_absolute() {
+        if Path::new(&text).is_absolute() {
             return text;
         }
-        Path::new(&OutputPattern::escaped(folder)).join(text).into_os_string()
+        joined(Path::new(&OutputPattern::escaped(folder)), text)
     }
 }
 
@@ -174,8 +175,10 @@ impl SettingType for CameraPathType {
     }
 }
 
+/// The path below `folder`, unless parsing refuses it.
 fn joined(folder: &Path, text: OsString) -> OsString {
-    if text.is_empty() { text } else { folder.join(text).into_os_string() }
+    let is_refused = text.is_empty() || Path::new(&text).starts_with("~");
+    if is_refused { text } else { folder.join(text).into_os_string() }
 }
 
 fn rebased_source(text: OsString, folder: &Path) -> OsString {

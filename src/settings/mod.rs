@@ -16,6 +16,7 @@ mod exposure;
 mod file_types;
 mod frame_rate;
 mod frame_spec;
+mod home_folder;
 mod image_size;
 mod keys;
 mod layers;

@@ -3,6 +3,7 @@
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
+use super::home_folder::check_expanded;
 use super::name_parts::{Part, filled, parse_parts};
 use super::placeholder::{OutputNames, Placeholder, os_string};
 use crate::image_file::{MOVIE_ENDINGS, MovieFormat};
@@ -34,6 +35,7 @@ impl OutputPattern {
     /// # Errors
     /// One line: an unknown extension, a folder, an unknown placeholder, or a place for the frame that is not valid.
     pub fn parse(text: &OsStr) -> Result<Self, String> {
+        check_expanded(Path::new(text))?;
         let parts = parse_parts(text)?;
         let format = format_of(Path::new(text))?;
         let pattern = Self { parts, format };

@@ -185,6 +185,14 @@ pub fn factor(text: &str) -> Result<f32, String> {
     }
 }
 
+/// A number above 0.
+pub fn positive(text: &str) -> Result<f32, String> {
+    match finite(text) {
+        Ok(value) if value > 0.0 => Ok(value),
+        _ => Err("write a number above 0, or leave it out".to_owned()),
+    }
+}
+
 /// A number from 0 to 1.
 pub fn share(text: &str) -> Result<f32, String> {
     match finite(text) {

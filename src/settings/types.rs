@@ -50,6 +50,8 @@ setting_types! {
     Flag: bool, ValueForm::FLAG, |text| text.parse().map_err(|_| "write true or false".to_owned()), bool::to_string;
     /// Number from 0.
     Factor: f32, ValueForm::NUMBER, parse::factor, f32::to_string;
+    /// Number above 0.
+    PositiveNumber: f32, ValueForm::NUMBER, parse::positive, f32::to_string;
     /// Number from 0 to 1.
     Share: f32, ValueForm::NUMBER, parse::share, f32::to_string;
     /// Degrees.
@@ -67,6 +69,8 @@ setting_types! {
     };
     /// Point or direction.
     Point: Vec3, ValueForm::TEXT.or_list(","), camera_values::point, point_text;
+    /// Direction.
+    Direction: Vec3, ValueForm::TEXT.or_list(","), camera_values::direction, point_text;
     /// Point or node.
     LookAtType: LookAt, ValueForm::TEXT.or_list(","), camera_values::look_at, |target| match target {
         LookAt::Point(point) => point_text(point),

@@ -141,6 +141,10 @@ fn a_broken_scene_stops_all_or_only_itself() {
     let told = assert_code(&rayframe(folder, &scenes), 65);
     assert!(told.contains("b.gltf: ") && told.lines().count() == 1, "{told}");
     assert_eq!(names(folder), ["a.gltf", "b.gltf", "c.gltf"]);
+    let stopped = rayframe(folder, &crate::both(&scenes, &["--progress", "json"]));
+    let told = String::from_utf8_lossy(&stopped.stdout).into_owned();
+    let events: Vec<Value> = told.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(events.iter().map(|event| &event["event"]).collect::<Vec<_>>(), ["scene_failed", "total"]);
     let schema = Schema::read("progress");
     let output = rayframe(folder, &crate::both(&scenes, &["--keep-going", "--progress", "json"]));
     let told = assert_code(&output, 65);

@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::process::Command;
 
+use serde_json::Value;
+
 use crate::names;
 
 /// A triangle with everything that a file may hold apart.
@@ -104,8 +106,12 @@ fn what_can_be_known_to_fail_fails_before_the_first_frame() {
         let errors: Vec<_> = said.lines().filter(|line| line.starts_with("rayframe: error: ")).collect();
         assert_eq!(errors.len(), 1, "{arguments:?}: {said}");
         assert!(errors[0].contains(word), "{arguments:?}: \"{word}\" is not in: {said}");
-        // No event was told, so no frame was begun; and nothing was left.
-        assert!(output.stdout.is_empty(), "{arguments:?}");
+        // The failure is the only event, so no frame was begun; and nothing was left.
+        let told = String::from_utf8_lossy(&output.stdout);
+        let events: Vec<Value> = told.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        let is_failure = |event: &Value| event["event"] == "scene_failed" && event["code"] == code;
+        assert!(events.len() <= 1 && events.iter().all(is_failure), "{arguments:?}: {told}");
+        assert!(!events.is_empty() || code == 2, "{arguments:?}");
         assert_eq!(names(&folder), before, "{arguments:?}");
     }
 }

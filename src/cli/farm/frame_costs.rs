@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use rayframe::error::{Error, Result};
+use rayframe::error::{Error, Result, json_error_text};
 use rayframe::image_file::read_regular_file;
 
 /// Largest file of statistics: those of a million frames are smaller.
@@ -61,8 +61,9 @@ impl FrameCosts {
         let text = read_regular_file(path, MAX_BYTES)?;
         let invalid =
             |why: String| Error::invalid(path, "", format!("{why}; name a file of rayframe render --stats"));
-        let statistics: Statistics = serde_json::from_slice(&text)
-            .map_err(|error| invalid(format!("holds no statistics of frames ({error})")))?;
+        let statistics: Statistics = serde_json::from_slice(&text).map_err(|error| {
+            invalid(format!("holds no statistics of frames ({})", json_error_text(&error)))
+        })?;
         let Statistics { resolution, samples, threads, frames } = statistics;
         let scale =
             workload.samples_a_thread() / Workload { resolution, samples, threads }.samples_a_thread();

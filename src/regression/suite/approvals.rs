@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::names::reference_path;
 use super::{Pending, PendingKind, Suite};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, json_error_text};
 use crate::image_file::read_regular_file;
 use crate::regression::{Image, pixel_hash};
 
@@ -78,8 +78,9 @@ pub fn read_approvals(path: &Path) -> Result<Vec<Approval>> {
         ));
     }
     let bytes = read_regular_file(path, MAX_BYTES)?;
-    let text: ApprovalsText = serde_json::from_slice(&bytes)
-        .map_err(|error| Error::invalid(path, "", format!("is not an approvals file: {error}")))?;
+    let text: ApprovalsText = serde_json::from_slice(&bytes).map_err(|error| {
+        Error::invalid(path, "", format!("is not an approvals file: {}", json_error_text(&error)))
+    })?;
     if text.schema != SCHEMA {
         let message = format!("has schema {}; this version supports {SCHEMA}", text.schema);
         return Err(Error::invalid(path, "/schema", message));

@@ -12,7 +12,7 @@ use super::renamed::name_renamed;
 use super::rendered_images::{check_names, image_path, reference_hash, remove_rendered, write_list};
 use super::test_shot::{FrameId, TestedFrame, keep_rendered, test_frame};
 use super::{RunOptions, Shard, Suite, discover};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, json_error_text};
 use crate::image_file::{OutputKind, check_output};
 use crate::regression::comparison::Comparison;
 use crate::regression::report_page::ImageBudget;
@@ -120,8 +120,9 @@ pub fn merge_reports(suite: &Suite, folders: &[PathBuf], options: &RunOptions) -
 fn read_report(folder: &Path) -> Result<ShardReport> {
     let file = folder.join(RESULT_FILE);
     let text = read_text(&file)?;
-    let report: ShardReport = serde_json::from_str(&text)
-        .map_err(|error| Error::invalid(&file, "", format!("no report of this version: {error}")))?;
+    let report: ShardReport = serde_json::from_str(&text).map_err(|error| {
+        Error::invalid(&file, "", format!("no report of this version: {}", json_error_text(&error)))
+    })?;
     let frames = report.shots.iter().flat_map(|shot| &shot.frames);
     check_names(&file, "/shots", frames.map(|frame| &frame.name))?;
     check_names(&file, "/dangling", report.dangling.iter())?;

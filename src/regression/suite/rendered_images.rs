@@ -9,7 +9,7 @@ use sha2::{Digest as _, Sha256};
 
 use super::Suite;
 use super::names::{IMAGES, LIST, reference_path};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, json_error_text};
 use crate::image_file::{
     probe_folder, read_regular_file, remove_stale_temporaries, write_atomically, write_single_file,
 };
@@ -105,8 +105,9 @@ pub(super) fn file_hash(bytes: &[u8]) -> String {
 /// # Errors
 /// [`Error::Invalid`] for a malformed list.
 pub(super) fn parse_list(file: &Path, bytes: &[u8]) -> Result<Vec<RenderedImage>> {
-    let list: ImageList = serde_json::from_slice(bytes)
-        .map_err(|error| Error::invalid(file, "", format!("is not a list of rendered images: {error}")))?;
+    let list: ImageList = serde_json::from_slice(bytes).map_err(|error| {
+        Error::invalid(file, "", format!("is not a list of rendered images: {}", json_error_text(&error)))
+    })?;
     if list.schema != SCHEMA {
         let message = format!("has schema {}; this version supports {SCHEMA}", list.schema);
         return Err(Error::invalid(file, "/schema", message));

@@ -23,6 +23,16 @@ fn chunks_with_a_wrong_length_fail() {
     }
 }
 
+/// `output` is a setting, too, and the program shows settings as its options.
+#[test]
+fn fields_of_the_file_are_not_shown_as_options() {
+    let mut document = triangle();
+    let channel = json!({ "sampler": 0, "target": { "node": 0, "path": "translation" } });
+    document["animations"] = json!([{ "channels": [channel], "samplers": [{ "input": 0 }] }]);
+    let expected = (65, ["/animations/0", "\"output\""].as_slice());
+    Stage::with(&document).assert_fails("bad.gltf", expected);
+}
+
 #[test]
 fn a_missing_buffer_is_named_with_its_json_pointer() {
     let stage = Stage::with(&document(Some("gone.bin")));

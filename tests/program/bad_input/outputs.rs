@@ -18,6 +18,35 @@ fn outputs_that_cannot_be_created_fail_before_the_first_frame() {
     }
 }
 
+#[test]
+fn a_home_folder_that_no_shell_expanded_is_refused() {
+    let stage = Stage::with(&triangle());
+    for option in ["--output=~/a.exr", "--manifest=~/a.json", "--stats=~/a.json"] {
+        stage.assert_fails_with("bad.gltf", &[option], (2, &["~/a", "./~/a"]));
+    }
+    let shot = stage.folder.path().join("scene/shot.toml");
+    std::fs::write(&shot, "scene = \"bad.gltf\"\noutput = \"~/a.exr\"\n").unwrap();
+    stage.assert_fails_with("shot.toml", &[], (2, &["shot.toml:2:", "./~/a.exr"]));
+    let run = stage.render("bad.gltf", &["-o", "./~/a.exr"]);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert!(stage.folder.path().join("~/a.exr").is_file());
+}
+
+#[test]
+fn cameras_without_direction_are_refused() {
+    let stage = Stage::with(&triangle());
+    let same = ["--camera-position", "1,2,3", "--look-at", "1,2,3"];
+    stage.assert_fails_with("bad.gltf", &same, (2, &["--look-at", "move one of the two"]));
+    stage.assert_fails_with("bad.gltf", &["--up", "0,0,0"], (2, &["--up", "no direction"]));
+}
+
+#[test]
+fn a_clamp_of_all_light_is_refused() {
+    let stage = Stage::with(&triangle());
+    let options = ["--integrator", "path", "--clamp-indirect", "0"];
+    stage.assert_fails_with("bad.gltf", &options, (2, &["--clamp-indirect", "leave it out"]));
+}
+
 #[cfg(unix)]
 #[test]
 fn a_folder_without_write_permission_fails_before_the_first_frame() {

@@ -1,0 +1,16 @@
+//! Paths of the home folder, which shells expand and this program does not.
+
+use std::path::Path;
+
+/// Refuses a path that starts with `~/`. Shells expand it at the start of a word alone, and files not at all.
+pub(super) fn check_expanded(path: &Path) -> Result<(), String> {
+    match path.strip_prefix("~") {
+        Ok(rest) => {
+            let rest = rest.display();
+            Err(format!(
+                "\"~/{rest}\": no shell has expanded ~; write the full path, or ./~/{rest} for a folder of this name"
+            ))
+        }
+        Err(_) => Ok(()),
+    }
+}

@@ -87,7 +87,7 @@ settings! {
     /// Keep finished passes of the path integrator beside a frame until it is done, and continue from them
     checkpoint: Flag = false, Output { is_for_runs: true }
     /// Write a frame while the next one is rendered; never changes the image
-    /// . off: a frame is on the disk before the next one begins, so that a killed run loses one frame at most
+    /// . off: write a frame before the next one begins, so that a killed run loses one frame at most
     write_behind: OneOf<Switch> = Switch::On, Output { value_name: "on|off", is_for_runs: true }
     /// Render every frame and replace existing files
     overwrite: Flag = false, Output { is_common: true, is_for_runs: true }
@@ -186,7 +186,7 @@ settings! {
     /// . 0 looks up the prefiltered environment; even then one ray a sample follows frosted glass (not with --env-samples 0 under an environment), and one follows rough metals in scenes without an environment
     glossy: Whole<u32, 0, 4096> = 0, Image { value_name: "N" }
     /// Shadow rays of the whitted integrator towards the environment
-    /// for each lookup at the first visible surface; surfaces seen in mirrors and through glass send one. Where a ray of the first surface hits something, that point is lit, so that light of the environment bounces once. 0: no shadows of the environment. auto: 1, and 4 on shadow catchers and the ground, unless what casts shadows covers a small part of the sky. Inside closed spaces auto fades
+    /// , per sample at the first visible surface; surfaces seen in mirrors and through glass send one. A ray that hits something reflects light of the environment from there, once. 0: no shadows of the environment. auto: 1, and 4 on shadow catchers and the ground, unless what casts shadows covers a small part of the sky. Inside closed spaces auto fades
     /// the shadows out, with fewer rays: without more bounces the space would be black
     env_samples: EnvSamplesType = EnvSamples::Auto, Image { value_name: "N|auto" }
     /// Shadows of glass
@@ -205,7 +205,7 @@ settings! {
         value_name: "CAMERA", short: Some('c'), default_help: "the first, else auto", is_common: true,
     }
     /// View of the framed scene: azimuth and elevation in degrees
-    /// around its bounds, and the distance as a multiple of the fitting one. 0,0 is the front, seen from +Z; azimuth 90 is
+    /// around its bounds, and the distance as a multiple of the one that fits (with --ortho, the height). 0,0 is the front, seen from +Z; azimuth 90 is
     /// the side of +X; a positive elevation looks down
     orbit: OrbitType, Camera { value_name: "AZ,EL[,DIST]", excludes: &["view", "camera_position"], is_common: true }
     /// View of the framed scene by name

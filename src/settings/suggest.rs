@@ -15,12 +15,12 @@ pub(crate) fn choices<'a>(asked: &str, names: impl Iterator<Item = &'a str>) -> 
     let Some(&(nearest, name)) = names.first() else {
         return "the file names none".to_owned();
     };
+    // As it is typed: apostrophes need no escape between double quotes.
+    let quoted = |name: &str| format!("\"{}\"", name.escape_debug().to_string().replace("\\'", "'"));
     // Half of the letters may be wrong, or fewer.
     let is_near = nearest * 2 <= asked.chars().count().max(1);
-    let suggestion =
-        if is_near { format!("did you mean \"{}\"? ", name.escape_debug()) } else { String::new() };
-    let listed: Vec<_> =
-        names.iter().take(MOST_LISTED).map(|(_, name)| format!("\"{}\"", name.escape_debug())).collect();
+    let suggestion = if is_near { format!("did you mean {}? ", quoted(name)) } else { String::new() };
+    let listed: Vec<_> = names.iter().take(MOST_LISTED).map(|(_, name)| quoted(name)).collect();
     let more = match names.len() - listed.len() {
         0 => String::new(),
         more => format!(" and {more} more, which rayframe info --json lists"),
@@ -41,6 +41,7 @@ mod tests {
         );
         assert!(choices("xyzxyz", names.into_iter()).starts_with("there are "));
         assert_eq!(choices("a", [].into_iter()), "the file names none");
+        assert_eq!(choices("\n", ["l'été\n"].into_iter()), "there are \"l'été\\n\"");
         let many: Vec<String> = (10..40).map(|i| format!("n{i}")).collect();
         assert!(choices("n", many.iter().map(String::as_str)).contains("and 10 more"));
     }

@@ -72,13 +72,13 @@ pub(super) fn path_settings(args: &SettingValues) -> Result<PathSettings> {
 fn check_path_settings(args: &SettingValues) -> Result<()> {
     let has_aovs_of_paths = exr_output(args).aovs.as_slice().iter().any(|aov| aov.is_of_paths());
     if args.integrator == Integrator::Whitted && has_aovs_of_paths {
-        let why = "the groups noise and denoising need `integrator = \"path\"`";
+        let why = "the groups noise and denoising need `integrator` path";
         return Err(Error::setting("aovs", why));
     }
     let is_of_another =
         |setting: &&OfIntegrator| setting.integrator != args.integrator && (setting.is_set)(args);
     OF_INTEGRATORS.iter().find(is_of_another).map_or(Ok(()), |OfIntegrator { name, integrator, .. }| {
-        let why = format!("applies to `integrator = \"{}\"` only", integrator.choice_name());
+        let why = format!("has an effect with `integrator` {} only", integrator.choice_name());
         Err(Error::setting(name, why))
     })
 }

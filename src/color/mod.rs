@@ -3,34 +3,15 @@
 //! Sources: ITU-R BT.709-6 (primaries, luminance), IEC 61966-2-1:1999 (sRGB transfer function).
 //! EXR pixels are scene-linear and use none of these transforms.
 
+mod chromaticities;
 mod tone;
 
 use std::sync::OnceLock;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
+pub(crate) use chromaticities::{Chromaticities, REC709};
 pub use tone::ToneCurve;
-
-/// CIE xy chromaticities of three primaries and a white point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Chromaticities {
-    /// Red primary.
-    pub(crate) red: Vec2,
-    /// Green primary.
-    pub(crate) green: Vec2,
-    /// Blue primary.
-    pub(crate) blue: Vec2,
-    /// White point.
-    pub(crate) white: Vec2,
-}
-
-/// Rec.709 primaries with white point D65: the colour space of all radiance.
-pub(crate) const REC709: Chromaticities = Chromaticities {
-    red: Vec2::new(0.64, 0.33),
-    green: Vec2::new(0.30, 0.60),
-    blue: Vec2::new(0.15, 0.06),
-    white: Vec2::new(0.3127, 0.3290),
-};
 
 /// Weights of the linear Rec.709 channels in luminance; their sum is one.
 const LUMINANCE_WEIGHTS: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);

@@ -6,23 +6,27 @@ use std::path::Path;
 use exr::compression::Compression;
 use exr::image::read::read;
 use exr::image::{AnyChannels, FlatSamples, Image as ExrImage, Layer};
+use exr::meta::attribute::Chromaticities as ExrChromaticities;
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels as _, ReadLayers as _};
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
 
 use super::exr_chunks::check_chunks;
 use super::isolated::isolated;
+use crate::color::Chromaticities;
 use crate::error::{Error, over_limit};
 use crate::image::RgbaImage;
 
-/// Decodes the data window of the first flat part of `bytes`, the content of the file `path`. The part must have the
-/// channels R, G and B, or Y, of any numeric type. Alpha is 1 without a channel A.
+/// Decodes the data window of the first flat part of `bytes`, the content of the file `path`, as linear Rec.709. The part must have
+/// the channels R, G and B, or Y, of any numeric type. Alpha is 1 without a channel A. Colours of other `chromaticities` are converted,
+/// those of a file without the attribute are Rec.709.
 ///
 /// # Errors
-/// [`Error::Invalid`] when there is no such part; [`Error::Refused`] when the pixels would take more than
-/// `max_memory_bytes`.
+/// [`Error::Invalid`] when there is no such part, or its chromaticities are malformed; [`Error::Refused`] when the pixels would take
+/// more than `max_memory_bytes`.
 pub fn decode_exr_rgba(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<RgbaImage, Error> {
-    check_memory(path, bytes, max_memory_bytes)?;
-    isolated(|| decode(bytes)).map_err(|why| Error::invalid(path, "", why))
+    Ok(decode_exr_window(path, bytes, max_memory_bytes)?.image)
 }
 
 /// Pixels of a data window and its place in the display window.
@@ -42,11 +46,15 @@ pub(super) fn decode_exr_window(
     check_memory(path, bytes, max_memory_bytes)?;
     let decoded = || {
         let part = read_first_part(bytes)?;
-        let (display, layer) = (part.attributes.display_window, part.layer_data);
+        let (attributes, layer) = (part.attributes, part.layer_data);
         let size = (layer.size.0 as u32, layer.size.1 as u32);
-        let (start, origin) = (layer.attributes.layer_position, display.position);
+        let (start, origin) = (layer.attributes.layer_position, attributes.display_window.position);
         let offset = |start: i32, origin: i32| i64::from(start) - i64::from(origin);
-        let image = RgbaImage { size, pixels: rgba(&layer)? };
+        let mut pixels = rgba(&layer)?;
+        if let Some(matrix) = attributes.chromaticities.map_or(Ok(None), to_rec709)? {
+            pixels.par_iter_mut().for_each(|pixel| *pixel = converted(*pixel, &matrix));
+        }
+        let image = RgbaImage { size, pixels };
         Ok(WindowedRgba { image, position: (offset(start.0, origin.0), offset(start.1, origin.1)) })
     };
     isolated(decoded).map_err(|why| Error::invalid(path, "", why))
@@ -76,9 +84,30 @@ pub(super) fn check_memory(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> 
     check_chunks(&mut Cursor::new(bytes)).map_err(damaged)
 }
 
-fn decode(bytes: &[u8]) -> Result<RgbaImage, String> {
-    let layer = &read_first_part(bytes)?.layer_data;
-    Ok(RgbaImage { size: (layer.size.0 as u32, layer.size.1 as u32), pixels: rgba(layer)? })
+/// The matrix from colours of `chromaticities` to Rec.709, unless they are Rec.709.
+fn to_rec709(chromaticities: ExrChromaticities) -> Result<Option<DMat3>, String> {
+    let ExrChromaticities { red, green, blue, white } = chromaticities;
+    let [red, green, blue, white] = [red, green, blue, white].map(|xy| glam::Vec2::new(xy.0, xy.1));
+    let chromaticities = Chromaticities { red, green, blue, white };
+    if chromaticities.is_rec709() {
+        return Ok(None);
+    }
+    let malformed = || {
+        format!(
+            "has `chromaticities` that no colours have: red {red}, green {green}, blue {blue}, white {white}"
+        )
+    };
+    chromaticities.to_rec709().map(Some).ok_or_else(malformed)
+}
+
+/// A pixel in other primaries. One that is not finite is kept: sums of its channels are not a number.
+fn converted([r, g, b, a]: [f32; 4], matrix: &DMat3) -> [f32; 4] {
+    let color = DVec3::new(r.into(), g.into(), b.into());
+    if !color.is_finite() {
+        return [r, g, b, a];
+    }
+    let [r, g, b] = (*matrix * color).as_vec3().to_array();
+    [r, g, b, a]
 }
 
 /// The first flat part with all its channels and attributes.
@@ -147,4 +176,72 @@ fn rgba(layer: &Layer<AnyChannels<FlatSamples>>) -> Result<Vec<[f32; 4]>, String
         }
     }
     Ok(pixels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::{ColorEncoding, Image};
+    use crate::image_file::{ExrCompression, FrameAttributes, encode_exr, read_environment, read_plate};
+
+    /// Red, green, blue and white of ACES2065-1.
+    const AP0: [f32; 8] = [0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, 0.32168, 0.33767];
+
+    /// A file of one row with `chromaticities`.
+    fn file(pixels: &[[f32; 4]], chromaticities: [f32; 8]) -> Vec<u8> {
+        let image = Image::from_rgba((pixels.len() as u32, 1), ColorEncoding::Linear, pixels);
+        let mut bytes = encode_exr(image, ExrCompression::None, &FrameAttributes::unknown()).unwrap();
+        let name = b"chromaticities\0chromaticities\0";
+        let found = bytes.windows(name.len()).position(|found| found == name).unwrap();
+        // After the length of the value.
+        let start = found + name.len() + 4;
+        for (index, value) in chromaticities.into_iter().enumerate() {
+            bytes[start + 4 * index..start + 4 * index + 4].copy_from_slice(&value.to_le_bytes());
+        }
+        bytes
+    }
+
+    fn assert_near(pixel: [f32; 4], expected: [f32; 4]) {
+        let is_near = |channel: usize| (pixel[channel] - expected[channel]).abs() < 1e-5;
+        assert!((0..4).all(is_near), "{pixel:?} is not {expected:?}");
+    }
+
+    #[test]
+    fn plates_and_environments_of_other_primaries_become_rec709() {
+        let path = Path::new("aces.exr");
+        let bytes = file(&[[1.0; 4], [0.2, 0.4, 0.6, 0.5], [f32::INFINITY, 1.0, 1.0, 1.0]], AP0);
+        let plate = read_plate(path, &bytes, 1 << 20).unwrap().image.pixels;
+        assert_near(plate[0], [1.0; 4]);
+        // The published matrix gives 2.521686 · 0.2 − 1.134131 · 0.4 − 0.387555 · 0.6 in red, and so on.
+        assert_near(plate[1], [-0.181_848, 0.436_048, 0.636_746, 0.5]);
+        // Infinity is no colour.
+        assert_eq!(plate[2], [65504.0, 1.0, 1.0, 1.0]);
+        let environment = read_environment(path, &bytes, 1 << 20).unwrap();
+        // Radiance is not negative.
+        let [r, g, b] = environment.pixels[1];
+        assert_near([r, g, b, 0.0], [0.0, 0.436_048, 0.636_746, 0.0]);
+        assert!(environment.warnings[0].message.starts_with("2 values"), "{:?}", environment.warnings);
+    }
+
+    #[test]
+    fn rec709_is_read_to_the_bit() {
+        let pixels = [[0.2, 0.4, 0.6, 0.5], [-0.1, 70000.0, 1e-9, 1.0]];
+        let rounded = [0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.31271, 0.32902];
+        let plate = read_plate(Path::new("a.exr"), &file(&pixels, rounded), 1 << 20).unwrap();
+        assert_eq!(plate.image.pixels, pixels);
+    }
+
+    #[test]
+    fn malformed_chromaticities_are_errors() {
+        let path = Path::new("a.exr");
+        for malformed in [[0.0; 8], [f32::NAN; 8], [0.64, 0.33, 0.64, 0.33, 0.15, 0.06, 0.3127, 0.329]] {
+            let bytes = file(&[[1.0; 4]], malformed);
+            let of_plate = read_plate(path, &bytes, 1 << 20).unwrap_err();
+            let of_environment = read_environment(path, &bytes, 1 << 20).unwrap_err();
+            for error in [of_plate, of_environment] {
+                assert_eq!(error.exit_code(), 65);
+                assert!(error.to_string().contains("chromaticities"), "{error}");
+            }
+        }
+    }
 }

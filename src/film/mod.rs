@@ -10,7 +10,7 @@ mod sample_sums;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use crate::image::{ColorEncoding, Image, Plate};
+use crate::image::{ColorEncoding, Image, Plate, over};
 
 pub use crate::image::PixelWindow;
 pub use aovs::{
@@ -69,6 +69,18 @@ impl Film {
             Some(plate) => Cow::Owned(plate.under(&self.pixels)),
             None => Cow::Borrowed(&self.pixels),
         }
+    }
+
+    /// The colours before they were denoised, with the plate behind them as in [`Film::pixels_over_plate`].
+    pub fn noisy_over_plate(&self) -> Option<Vec<[f32; 3]>> {
+        let noisy = self.noisy.as_ref()?;
+        let Some(plate) = &self.plate else { return Some(noisy.clone()) };
+        let pixels = noisy.iter().zip(&self.pixels).zip(&plate.pixels);
+        let over_plate = pixels.map(|((&[r, g, b], pixel), plate)| {
+            let [r, g, b, _] = over([r, g, b, pixel[3]], *plate);
+            [r, g, b]
+        });
+        Some(over_plate.collect())
     }
 
     /// The colours as an image of the channels A, B, G and R.

@@ -42,9 +42,9 @@ pub(super) fn aov_channels(
             if film.plate.as_ref().is_some_and(|plate| plate.is_display_referred) {
                 channels.extend(rgba_channels(SCENE_CHANNELS, samples, &film.pixels));
             }
-            for (c, name) in NOISY_CHANNELS.into_iter().enumerate() {
-                let noisy = film.noisy.as_deref();
-                channels.extend(noisy.map(|noisy| light(name.to_owned(), samples, noisy, |color| color[c])));
+            if let Some(noisy) = film.noisy_over_plate() {
+                let channel = |(c, name): (usize, &str)| light(name.to_owned(), samples, &noisy, |p| p[c]);
+                channels.extend(NOISY_CHANNELS.into_iter().enumerate().map(channel));
             }
             channels
         }
@@ -222,7 +222,9 @@ fn unrecorded(aov: Aov) -> Error {
 mod tests {
     use super::*;
     use crate::film::{AovFlags, PixelWindow};
+    use crate::image::Plate;
     use glam::Vec2;
+    use std::sync::Arc;
 
     /// Two pixels: the first hits instance 0, the second nothing.
     fn film() -> Film {
@@ -266,6 +268,25 @@ mod tests {
         let expected =
             named(&[("direct.R", [0.25, 0.0]), ("direct.G", [0.5, 0.0]), ("direct.B", [0.75, 0.0])]);
         assert_eq!(direct, expected);
+    }
+
+    #[test]
+    fn noisy_colours_lie_over_the_plate_as_denoised_ones_do() {
+        let mut film = film();
+        film.pixels[1] = [0.5, 0.25, 0.0, 0.75];
+        // A denoiser that changes nothing.
+        film.noisy = Some(film.pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect());
+        for is_display_referred in [false, true] {
+            let pixels = vec![[0.5, 1.0, 2.0, 1.0]; 2];
+            film.plate = Some(Arc::new(Plate { pixels, is_display_referred }));
+            let ids = InstanceIds::default();
+            let channels = aov_channels(Aov::Beauty, &film, LightSamples::Float, &ids).unwrap();
+            let samples = |name: &str| &channels.iter().find(|channel| channel.name == name).unwrap().samples;
+            assert_eq!(samples("noisy.R"), &Samples::Float(vec![1.0, 0.625]));
+            for name in ["R", "G", "B"] {
+                assert_eq!(samples(&format!("noisy.{name}")), samples(name), "{name}");
+            }
+        }
     }
 
     #[test]

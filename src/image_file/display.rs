@@ -1,10 +1,10 @@
 //! Images of 8 bits a channel for displays, and decoding of PNG files.
 
 use std::io::Cursor;
+use std::ops::Range;
 use std::path::Path;
 
-use image::imageops::thumbnail;
-use image::{ImageBuffer, ImageFormat, ImageReader, Rgba};
+use image::{ImageFormat, ImageReader};
 
 use super::isolated::isolated;
 use crate::error::{Error, Result, over_limit};
@@ -20,16 +20,42 @@ pub struct DisplayImage {
 }
 
 impl DisplayImage {
-    /// The image in `size`, which is at most its own. Each new pixel is the mean of those that it covers.
+    /// The image in `size`, which is at most its own. Each new pixel is the mean of those that it covers, whose colours count by their
+    /// alpha.
     #[must_use]
     pub fn reduced(&self, size: (u32, u32)) -> Self {
-        let bytes = self.pixels.as_flattened().to_vec();
-        let Some(image) = ImageBuffer::<Rgba<u8>, _>::from_raw(self.size.0, self.size.1, bytes) else {
-            return Self { size: (0, 0), pixels: Vec::new() };
-        };
-        let reduced = thumbnail(&image, size.0.max(1), size.1.max(1));
-        Self { size: reduced.dimensions(), pixels: reduced.as_raw().as_chunks::<4>().0.to_vec() }
+        let size = (size.0.max(1), size.1.max(1));
+        let rows = (0..size.1).map(|row| covered(row, size.1, self.size.1));
+        let columns: Vec<_> = (0..size.0).map(|column| covered(column, size.0, self.size.0)).collect();
+        let pixels =
+            rows.flat_map(|rows| columns.iter().map(move |columns| self.mean(columns.clone(), rows.clone())));
+        Self { size, pixels: pixels.collect() }
     }
+
+    /// The mean of the pixels in `columns` and `rows`, rounded.
+    fn mean(&self, columns: Range<usize>, rows: Range<usize>) -> [u8; 4] {
+        let (mut colors, mut alphas, mut count) = ([0_u64; 3], 0_u64, 0_u64);
+        for row in rows {
+            let start = row * self.size.0 as usize;
+            let pixels = self.pixels.get(start + columns.start..start + columns.end).unwrap_or_default();
+            for &[r, g, b, alpha] in pixels {
+                let alpha = u64::from(alpha);
+                colors.iter_mut().zip([r, g, b]).for_each(|(sum, value)| *sum += u64::from(value) * alpha);
+                alphas += alpha;
+            }
+            count += pixels.len() as u64;
+        }
+        let rounded = |sum: u64, weight: u64| ((sum + weight / 2) / weight.max(1)) as u8;
+        let [r, g, b] = colors.map(|sum| rounded(sum, alphas));
+        [r, g, b, rounded(alphas, count)]
+    }
+}
+
+/// The rows or columns of `length` that row or column `index` of `count` covers: those that begin in it, and one at least.
+fn covered(index: u32, count: u32, length: u32) -> Range<usize> {
+    let edge = |index: u64| (index * u64::from(length)).div_ceil(u64::from(count)) as usize;
+    let first = edge(index.into()).min((length as usize).saturating_sub(1));
+    first..edge(u64::from(index) + 1).max(first + 1)
 }
 
 /// Decodes a PNG file of any kind to 8 bits a channel.
@@ -83,5 +109,23 @@ mod tests {
         // 0, 16, 64, 80 have the mean 40; two columns on, 32 more; two rows down, 128 more.
         assert_eq!(reduced.pixels.iter().map(|pixel| pixel[0]).collect::<Vec<_>>(), [40, 72, 168, 200]);
         assert_eq!(image.reduced((4, 4)), image);
+        // Five columns in two: three and two.
+        let pixels = [10, 20, 60, 100, 101].map(|value| [value, 0, 0, 255]).to_vec();
+        let uneven = DisplayImage { size: (5, 1), pixels }.reduced((2, 1));
+        assert_eq!(uneven.pixels, [[30, 0, 0, 255], [101, 0, 0, 255]]);
+    }
+
+    #[test]
+    fn colours_of_transparent_pixels_do_not_count() {
+        let reduced = |pixels: &[[u8; 4]]| {
+            let size = (pixels.len() as u32, 1);
+            DisplayImage { size, pixels: pixels.to_vec() }.reduced((1, 1)).pixels[0]
+        };
+        // The edge of a white object is white.
+        assert_eq!(reduced(&[[255; 4], [0; 4]]), [255, 255, 255, 128]);
+        // (200 · 255 + 80 · 51) / (255 + 51) = 180, and the alpha is the mean of 255 and 51.
+        assert_eq!(reduced(&[[200, 0, 7, 255], [80, 0, 7, 51]]), [180, 0, 7, 153]);
+        assert_eq!(reduced(&[[9, 9, 9, 0], [8, 8, 8, 0]]), [0; 4]);
+        assert_eq!(reduced(&[[9, 99, 199, 1]]), [9, 99, 199, 1]);
     }
 }

@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 
 use crate::error::{Error, Result};
-use crate::image_file::{ExrHeader, ExrTile, SharedAttributes};
+use crate::image_file::{ExrHeader, ExrSampleType, ExrTile, SharedAttributes};
+
+/// Channels that an error lists: as many as a file of colours has.
+const LISTED_CHANNELS: usize = 4;
 
 /// Refuses the first tile whose attributes differ from those of most tiles. `is_one_image` says that all tiles are merged into
 /// one image, whatever their frame numbers.
@@ -48,9 +51,10 @@ fn difference(foreign: &ExrHeader, usual: &ExrHeader) -> String {
         });
         return format!("is part of an image of {theirs} pixels, not {ours} as ");
     }
-    if differs("channels") {
-        let [theirs, ours] = [foreign, usual].map(channels_text);
-        return format!("has the channels {theirs}, not {ours} as ");
+    if differs("channels")
+        && let Some(difference) = difference_of_channels(foreign, usual)
+    {
+        return difference;
     }
     if differs("compression") {
         let [theirs, ours] = [foreign, usual].map(ExrHeader::compression_name);
@@ -67,7 +71,26 @@ fn difference(foreign: &ExrHeader, usual: &ExrHeader) -> String {
     format!("has another attribute \"{name}\" than ")
 }
 
-fn channels_text(header: &ExrHeader) -> String {
-    let channel = |(name, kind): &(String, _)| format!("{name} {}", format!("{kind:?}").to_lowercase());
-    header.channels.iter().map(channel).collect::<Vec<_>>().join(", ")
+/// The channels that only one of the files has, in that type. `None` where they differ in other ways.
+fn difference_of_channels(foreign: &ExrHeader, usual: &ExrHeader) -> Option<String> {
+    let only_in = |header: &ExrHeader, other: &ExrHeader| {
+        let only = header.channels.iter().filter(|channel| !other.channels.contains(channel));
+        channels_text(&only.collect::<Vec<_>>())
+    };
+    match (only_in(foreign, usual), only_in(usual, foreign)) {
+        (Some(theirs), Some(ours)) => Some(format!("has the channels {theirs}, not {ours} as ")),
+        (Some(theirs), None) => Some(format!("has the channels {theirs} besides those of ")),
+        (None, Some(ours)) => Some(format!("lacks the channels {ours} of ")),
+        (None, None) => None,
+    }
+}
+
+/// The first channels with their types, and the number of others. `None` without channels.
+fn channels_text(channels: &[&(String, ExrSampleType)]) -> Option<String> {
+    let channel =
+        |(name, kind): &&(String, ExrSampleType)| format!("{name} {}", format!("{kind:?}").to_lowercase());
+    let listed: Vec<_> = channels.iter().take(LISTED_CHANNELS).map(channel).collect();
+    let more = channels.len() - listed.len();
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    (!listed.is_empty()).then(|| listed.join(", ") + &more)
 }

@@ -22,7 +22,7 @@ use crate::sequence::{OutputFormat, OutputPattern};
 
 use coverage::{CoverageError, first_error};
 use foreign::refuse_foreign_tiles;
-use sample_ranges::{are_sample_ranges, join_sample_ranges};
+use sample_ranges::{are_sample_ranges, check_sample_ranges, join_sample_ranges};
 
 /// Copies of an image's pixels in memory: the tiles, the whole image, and the data being compressed.
 const COPIES: u64 = 3;
@@ -72,9 +72,12 @@ impl MergePlan {
         let mut frames = Vec::new();
         for (frame, tiles) in by_frame(tiles, output)? {
             let path = output.path(frame);
-            refuse_foreign_tiles(&tiles, !output.is_numbered())?;
+            // A mixture differs in its channels, too, which would tell less.
             let are_sample_ranges = are_sample_ranges(&tiles)?;
-            if !are_sample_ranges {
+            refuse_foreign_tiles(&tiles, !output.is_numbered())?;
+            if are_sample_ranges {
+                check_sample_ranges(&tiles)?;
+            } else {
                 check_coverage(&tiles, &path)?;
             }
             check_memory(&tiles, are_sample_ranges, max_memory_bytes)?;

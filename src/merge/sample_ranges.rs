@@ -8,6 +8,9 @@ use crate::image::{Image, Samples};
 use crate::image_file::{ExrTile, SAMPLE_RANGE, SUM_LAYER, decode_exr, encode_exr_like};
 use crate::output::{LightSamples, sum_flags, summed_channels, sums_of_image};
 
+/// What to do with sample ranges of several crops.
+const MERGE_ORDER: &str = "merge the sample ranges of each crop first, and then the crops";
+
 /// The samples that a file holds.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Part {
@@ -15,28 +18,41 @@ struct Part {
     of: u32,
 }
 
-/// Whether the files are sample ranges of one image, each sample once. Files without ranges are not.
+/// Whether the files are sample ranges. Files of crops are not.
 ///
 /// # Errors
-/// [`Error::Invalid`], which names the file: one without a range or of another crop among others, samples that are missing or
-/// there twice.
+/// [`Error::Invalid`], which names the file: one with all samples among sample ranges, or a sample range among files of all samples.
 pub(super) fn are_sample_ranges(tiles: &[ExrTile]) -> Result<bool> {
+    let is_range = |tile: &&ExrTile| tile.header.text(SAMPLE_RANGE).is_some();
+    let (ranges, whole): (Vec<&ExrTile>, Vec<&ExrTile>) = tiles.iter().partition(is_range);
+    let (Some(range), Some(other)) = (ranges.first(), whole.first()) else {
+        return Ok(whole.is_empty() && !ranges.is_empty());
+    };
+    if whole.len() > ranges.len() {
+        let why = format!("holds only some samples, but {} has all; {MERGE_ORDER}", other.path.display());
+        return Err(invalid(range, why));
+    }
+    Err(invalid(
+        other,
+        format!("has all samples, but {} holds only some; {MERGE_ORDER}", range.path.display()),
+    ))
+}
+
+/// Checks that sample ranges are of one crop, each sample once.
+///
+/// # Errors
+/// [`Error::Invalid`], which names the file: one of another crop, samples that are missing or there twice.
+pub(super) fn check_sample_ranges(tiles: &[ExrTile]) -> Result<()> {
     let mut parts = Vec::new();
     for tile in tiles {
-        match tile.header.text(SAMPLE_RANGE) {
-            Some(text) => parts.push((parse(tile, &text)?, tile)),
-            None if parts.is_empty() => {}
-            None => return Err(invalid(tile, "has all samples, but others hold only some".to_owned())),
+        if let Some(text) = tile.header.text(SAMPLE_RANGE) {
+            parts.push((parse(tile, &text)?, tile));
         }
     }
-    let Some((_, first)) = parts.first() else { return Ok(false) };
-    if parts.len() < tiles.len() {
-        return Err(invalid(first, "holds only some samples, but others have all".to_owned()));
-    }
+    let Some((_, first)) = parts.first() else { return Ok(()) };
     let window = first.header.data_window;
     if let Some((_, other)) = parts.iter().find(|(_, tile)| tile.header.data_window != window) {
-        let why = "is another crop; merge the sample ranges of each crop first, and then the crops";
-        return Err(invalid(other, why.to_owned()));
+        return Err(invalid(other, format!("is another crop; {MERGE_ORDER}")));
     }
 
     // Every sample once
@@ -60,7 +76,7 @@ pub(super) fn are_sample_ranges(tiles: &[ExrTile]) -> Result<bool> {
                 format!("no file has the samples {next} to {}; --sample-range renders them", part.of - 1);
             Err(invalid(tile, format!("cannot be merged: {missing}")))
         }
-        _ => Ok(true),
+        _ => Ok(()),
     }
 }
 

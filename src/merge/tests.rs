@@ -87,3 +87,71 @@ fn sample_ranges_of_a_crop_need_the_memory_of_the_crop() {
     assert!(message(true).contains("merging 5x4 pixels"), "{}", message(true));
     assert!(message(false).contains("merging 4000x3000 pixels"), "{}", message(false));
 }
+
+/// Writes 5x4 pixels of halves in the channels `names` and in `further` others, as a sample range if it has one.
+fn write_tile(path: &Path, names: &[&str], further: usize, range: Option<&str>) {
+    let names = names.iter().map(|&name| name.to_owned());
+    let names = names.chain((0..further).map(|index| format!("further.{index:03}")));
+    let samples = Samples::Half(vec![half::f16::ONE; 20]);
+    let image = Image {
+        display_window: PixelWindow::full(5, 4),
+        data_window: PixelWindow::full(5, 4),
+        encoding: ColorEncoding::Linear,
+        scene: RenderedScene::default(),
+        channels: names.map(|name| Channel { name, samples: samples.clone() }).collect(),
+    };
+    let texts = range.map(|range| (SAMPLE_RANGE.to_owned(), range.to_owned())).into_iter().collect();
+    let attributes = FrameAttributes { texts, ..FrameAttributes::unknown() };
+    std::fs::write(path, encode_exr(image, ExrCompression::Zip, &attributes).unwrap()).unwrap();
+}
+
+/// The error of merging `tiles`.
+fn refusal(tiles: &[PathBuf]) -> String {
+    let output = OutputPattern::parse("whole.exr".as_ref()).unwrap();
+    let error = MergePlan::new(tiles, &output, true, 1 << 20).unwrap_err();
+    assert_eq!(error.exit_code(), 65);
+    error.to_string()
+}
+
+#[test]
+fn mixtures_of_crops_and_sample_ranges_are_told_as_such() {
+    let folder = tempfile::tempdir().unwrap();
+    let [crop, other, range] = ["crop.exr", "other.exr", "range.exr"].map(|name| folder.path().join(name));
+    write_tile(&crop, &["B", "G", "R"], 0, None);
+    write_tile(&other, &["B", "G", "R"], 0, None);
+    write_tile(&range, &["B", "G", "R"], 200, Some("0-1/4"));
+    let hint = "merge the sample ranges of each crop first, and then the crops";
+    let message = refusal(&[crop.clone(), range.clone()]);
+    assert!(message.contains("crop.exr: has all samples, but ") && message.ends_with(hint), "{message}");
+    let message = refusal(&[crop, range, other]);
+    assert!(message.contains("range.exr: holds only some samples, but "), "{message}");
+    assert!(message.ends_with(hint), "{message}");
+}
+
+#[test]
+fn only_channels_that_differ_are_listed() {
+    let folder = tempfile::tempdir().unwrap();
+    let [usual, same, foreign] =
+        ["usual.exr", "same.exr", "foreign.exr"].map(|name| folder.path().join(name));
+    for path in [&usual, &same] {
+        write_tile(path, &["B", "G", "R"], 0, None);
+    }
+    let message = |names: &[&str], further| {
+        write_tile(&foreign, names, further, None);
+        refusal(&[usual.clone(), same.clone(), foreign.clone()])
+    };
+    for (names, further, words) in [
+        (&["B", "G", "Y"][..], 0, "foreign.exr: has the channels Y half, not R half as "),
+        (&["B", "R"], 0, "foreign.exr: lacks the channels G half of "),
+        (&["A", "B", "G", "R"], 0, "foreign.exr: has the channels A half besides those of "),
+        (
+            &["B", "G", "R"],
+            200,
+            "foreign.exr: has the channels further.000 half, further.001 half, further.002 half, further.003 half and 196 more \
+             besides those of ",
+        ),
+    ] {
+        let message = message(names, further);
+        assert!(message.contains(words) && message.ends_with("usual.exr"), "{message}");
+    }
+}

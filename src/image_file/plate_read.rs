@@ -6,7 +6,8 @@ use super::environment_read::{hdr_bytes, read_environment};
 use super::exr_rgba::{WindowedRgba, check_memory, decode_exr_window, exr_display_size};
 use super::regular_file::check_fetched;
 use super::texture_decode::{
-    DecodedTexels, decode_texels, decompression_bomb, image_header, png_decompression_bomb,
+    DecodedTexels, decode_upright_texels, decompression_bomb, image_header, png_decompression_bomb,
+    upright_size,
 };
 use super::texture_format::{ImageFormat, image_format};
 use crate::color::{srgb8_to_linear, srgb16_to_linear};
@@ -53,7 +54,7 @@ pub fn plate_header(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<
                 return Err(Error::refused(path, "", why));
             }
             // Decoders keep the texels of the file besides those that they return.
-            let size = (header.width, header.height);
+            let size = upright_size(bytes, &header).map_err(invalid)?;
             (size, true, pixels(size).saturating_mul(2 * header.texel_bytes + BYTES_A_PIXEL))
         }
         _ if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) => {
@@ -83,14 +84,14 @@ pub fn plate_header(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<
 }
 
 /// Decodes `bytes`, the content of `path`. Of an OpenEXR file the display window counts: what reaches beyond is cut off, what is missing
-/// is transparent.
+/// is transparent. PNG, JPEG and WebP files are turned upright by their EXIF orientation.
 ///
 /// # Errors
 /// Those of [`plate_header`], and [`Error::Invalid`] for damaged files.
 pub fn read_plate(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<PlateImage> {
     let PlateHeader { size, is_display_referred, .. } = plate_header(path, bytes, max_memory_bytes)?;
     let mut pixels = if is_display_referred {
-        let texels = decode_texels(bytes).map_err(|why| Error::invalid(path, "", why))?;
+        let texels = decode_upright_texels(bytes).map_err(|why| Error::invalid(path, "", why))?;
         linear_pixels(&texels)
     } else if bytes.starts_with(b"#?") {
         let environment = read_environment(path, bytes, max_memory_bytes)?;
@@ -169,6 +170,45 @@ mod tests {
         let error = plate_header(Path::new("a.png"), &png, u64::MAX).unwrap_err();
         assert_eq!(error.exit_code(), 77);
         assert!(error.to_string().contains("decompression bomb"), "{error}");
+    }
+
+    /// A JPEG of red over blue with an EXIF orientation.
+    fn jpeg(size: (u32, u32), orientation: u8) -> Vec<u8> {
+        let is_red = |index: u32| index < size.0 * size.1 / 2;
+        let rgb =
+            (0..size.0 * size.1).flat_map(|index| if is_red(index) { [255, 0, 0] } else { [0, 0, 255] });
+        let (rgb, mut file) = (rgb.collect::<Vec<u8>>(), Vec::new());
+        let mut encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut file, 100);
+        encoder.encode(&rgb, size.0, size.1, image::ExtendedColorType::Rgb8).unwrap();
+        // APP1: a TIFF header, and a directory of one entry: tag 0x0112, type short, one value.
+        let mut exif = b"Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0".to_vec();
+        exif.extend([orientation, 0, 0, 0, 0, 0, 0]);
+        let mut segment = vec![0xff, 0xe1, 0, exif.len() as u8 + 2];
+        segment.extend(exif);
+        file.splice(2..2, segment);
+        file
+    }
+
+    #[test]
+    fn photos_stand_upright_and_textures_stay_as_stored() {
+        let path = Path::new("photo.jpg");
+        // Orientations 6 and 8: clockwise by a quarter turn and by three. 3: upside down.
+        for (orientation, size, red, blue) in [
+            (1, (16, 32), (8, 2), (8, 29)),
+            (3, (16, 32), (8, 29), (8, 2)),
+            (6, (32, 16), (29, 8), (2, 8)),
+            (8, (32, 16), (2, 8), (29, 8)),
+        ] {
+            let file = jpeg((16, 32), orientation);
+            assert_eq!(plate_header(path, &file, 1 << 20).unwrap().size, size, "{orientation}");
+            let image = read_plate(path, &file, 1 << 20).unwrap().image;
+            assert_eq!(image.size, size, "{orientation}");
+            let at = |(x, y): (usize, usize)| image.pixels[y * size.0 as usize + x];
+            assert!(at(red)[0] > 0.9 && at(red)[2] < 0.1, "{orientation}: {:?}", at(red));
+            assert!(at(blue)[2] > 0.9 && at(blue)[0] < 0.1, "{orientation}: {:?}", at(blue));
+            let stored = crate::image_file::decode_texels(&file);
+            assert_eq!(stored, crate::image_file::decode_texels(&jpeg((16, 32), 1)), "{orientation}");
+        }
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use image::codecs::{jpeg::JpegDecoder, png::PngDecoder, webp::WebPDecoder};
+use image::metadata::Orientation;
 use image::{ColorType, DynamicImage, ImageDecoder, ImageError, Limits};
 
 use super::ktx2;
@@ -72,11 +73,42 @@ pub(crate) fn decompression_bomb(header: &ImageHeader, file_bytes: usize) -> Opt
     })
 }
 
-/// Decodes a PNG, JPEG, WebP or KTX2. A truncated file is an error.
+/// Decodes a PNG, JPEG, WebP or KTX2 as stored, whatever its EXIF orientation, which glTF ignores. A truncated file is an error.
 pub(crate) fn decode_texels(bytes: &[u8]) -> Result<DecodedTexels, String> {
     if image_format(bytes) == ImageFormat::Ktx2 {
         return ktx2::decode(bytes).map(DecodedTexels::Rgba8);
     }
+    decode_image(bytes).map(into_decoded)
+}
+
+/// Decodes a PNG, JPEG or WebP as viewers show it: upright by its EXIF orientation. A truncated file is an error.
+pub(crate) fn decode_upright_texels(bytes: &[u8]) -> Result<DecodedTexels, String> {
+    let mut image = decode_image(bytes)?;
+    image.apply_orientation(orientation(bytes)?);
+    Ok(into_decoded(image))
+}
+
+/// Columns and rows of what [`decode_upright_texels`] decodes from a file with `header`.
+pub(crate) fn upright_size(bytes: &[u8], header: &ImageHeader) -> Result<(u32, u32), String> {
+    Ok(match orientation(bytes)? {
+        Orientation::Rotate90
+        | Orientation::Rotate270
+        | Orientation::Rotate90FlipH
+        | Orientation::Rotate270FlipH => (header.height, header.width),
+        _ => (header.width, header.height),
+    })
+}
+
+/// The EXIF orientation of a PNG, JPEG or WebP. A file without one is upright.
+fn orientation(bytes: &[u8]) -> Result<Orientation, String> {
+    with_decoder(bytes, |decoder| match decoder {
+        Decoder::Png(mut png) => png.orientation(),
+        Decoder::Jpeg(mut jpeg) => jpeg.orientation(),
+        Decoder::WebP(mut webp) => webp.orientation(),
+    })
+}
+
+fn decode_image(bytes: &[u8]) -> Result<DynamicImage, String> {
     let is_complete = match image_format(bytes) {
         ImageFormat::Jpeg => jpeg_is_complete(bytes),
         ImageFormat::WebP => webp_is_complete(bytes),
@@ -85,16 +117,19 @@ pub(crate) fn decode_texels(bytes: &[u8]) -> Result<DecodedTexels, String> {
     if !is_complete {
         return Err("ends early; the file is truncated".to_owned());
     }
-    let image = with_decoder(bytes, |decoder| match decoder {
+    with_decoder(bytes, |decoder| match decoder {
         Decoder::Png(png) => DynamicImage::from_decoder(*png),
         Decoder::Jpeg(jpeg) => DynamicImage::from_decoder(*jpeg),
         Decoder::WebP(webp) => DynamicImage::from_decoder(*webp),
-    })?;
-    Ok(if is_deep(image.color()) {
+    })
+}
+
+fn into_decoded(image: DynamicImage) -> DecodedTexels {
+    if is_deep(image.color()) {
         DecodedTexels::Rgba16(into_texels(&image.into_rgba16()))
     } else {
         DecodedTexels::Rgba8(into_texels(&image.into_rgba8()))
-    })
+    }
 }
 
 fn into_texels<T: Copy>(channels: &[T]) -> Vec<[T; 4]> {

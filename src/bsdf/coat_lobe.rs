@@ -2,7 +2,7 @@
 
 use glam::{Mat3, Vec3};
 
-use super::scattering::SmoothLobes;
+use super::smooth_lobes::SmoothLobes;
 use super::{Coat, ggx};
 use crate::geometry::normalized_or;
 

@@ -34,6 +34,7 @@ mod scattering;
 mod scattering_lanes;
 mod scattering_sampling;
 mod sheen;
+mod smooth_lobes;
 mod specular_lobe;
 mod specular_sampling;
 mod stored_values;

@@ -15,6 +15,7 @@ use super::lobe_probabilities::LobeProbabilities;
 use super::multiple_scattering::Compensation;
 use super::rough_transmission::{self, RefractingFacet};
 use super::rough_volume_albedo;
+use super::smooth_lobes::SmoothLobes;
 use super::thin_film::FilmReflectances;
 use super::{AlbedoTerms, Albedos, Bsdf, fresnel, ggx, isotropic_albedo, share_below};
 use crate::color::luminance;
@@ -56,13 +57,6 @@ pub(super) enum TransmissionLobe {
     Refracted {
         scale: Vec3,
     },
-}
-
-/// Whether smooth reflection and smooth thin walls count as the sharpest rough lobes.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum SmoothLobes {
-    Without,
-    Sharpest,
 }
 
 impl Scattering {

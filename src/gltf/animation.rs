@@ -13,7 +13,7 @@ use super::accessor::Data;
 use super::attributes::Reference;
 use super::context::Context;
 use super::document::NO_NODE;
-use super::extensions::ANIMATION_POINTER;
+use super::extension_names::ANIMATION_POINTER;
 use super::formats::{self, AllowedFormats};
 use super::pointer::{self, Property};
 use super::raw::{ANY, Raw, TOLERANCE, UNIT, check_range, without_rounding_below};

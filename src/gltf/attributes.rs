@@ -2,7 +2,7 @@
 
 use super::accessor::Data;
 use super::context::Context;
-use super::extensions::QUANTIZATION;
+use super::extension_names::QUANTIZATION;
 use super::formats::{self, AllowedFormats};
 use super::raw::Raw;
 use crate::error::Result;

@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Number, Value};
 
 use super::context::Context;
-use super::extensions::is_supported;
+use super::extension_names::is_supported;
 use super::raw::{Raw, escape};
 use crate::error::{Result, json_error_text};
 

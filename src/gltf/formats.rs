@@ -10,7 +10,7 @@ use gltf::json::validation::Checked;
 use ComponentType::{F32, I8, I16, U8, U16, U32};
 
 use super::context::Context;
-use super::extensions::QUANTIZATION;
+use super::extension_names::QUANTIZATION;
 use crate::error::Result;
 
 /// Element type and component encoding of an accessor.

@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 
 use super::accessor::Data;
 use super::context::Context;
-use super::extensions::IMAGE_LIGHTS;
+use super::extension_names::IMAGE_LIGHTS;
 use super::image;
 use super::raw::{ANY, NOT_NEGATIVE, Raw};
 use super::resources::Resources;

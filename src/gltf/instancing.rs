@@ -7,7 +7,7 @@ use glam::{Mat4, Quat, Vec3};
 use super::accessor::Data;
 use super::attributes::{Attributes, Reference};
 use super::context::Context;
-use super::extensions::INSTANCING;
+use super::extension_names::INSTANCING;
 use super::formats;
 use super::raw::Raw;
 use crate::error::Result;

@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use super::context::Context;
 use super::document::Document;
-use super::extensions::LIGHTS;
+use super::extension_names::LIGHTS;
 use super::raw::{ANY, NOT_NEGATIVE, Raw, TOLERANCE, without_rounding_below};
 use crate::error::Result;
 use crate::scene::{Light, LightIndex, LightKind};

@@ -7,7 +7,7 @@
 //!
 //! Each step has its own file:
 //!
-//! - Reading: `container` splits the file, `document` parses and repairs the JSON, `extensions` checks the extensions,
+//! - Reading: `container` splits the file, `document` parses and repairs the JSON, `extensions` checks the extensions (with `extension_names`),
 //!   `resources` and `uri` load external files.
 //! - Data: `bounds` checks accessors, `accessor` reads them, `meshopt` and `draco` decompress.
 //! - Scene: `mesh`, `material`, `variants`, `image` (with `encoded_image` and `image_budget`), `mip_maps`, `node`, `skin`,
@@ -34,6 +34,7 @@ mod draco;
 #[path = "draco_missing.rs"]
 mod draco;
 mod encoded_image;
+mod extension_names;
 mod extensions;
 mod extremes;
 mod file_storage;

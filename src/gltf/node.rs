@@ -8,7 +8,7 @@ use gltf::json;
 use super::accessor::Data;
 use super::context::Context;
 use super::document::Document;
-use super::extensions::VISIBILITY;
+use super::extension_names::VISIBILITY;
 use super::hierarchy::{check_size, import_scenes, set_parents, sort_parents_first};
 use super::raw::{ANY, Raw, check_range};
 use super::skin::{check_joints, is_affine};

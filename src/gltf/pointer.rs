@@ -5,7 +5,7 @@
 use std::ops::RangeInclusive;
 
 use super::document::Document;
-use super::extensions::{EMISSIVE_STRENGTH, IMAGE_LIGHTS, IOR, LIGHTS, SPECULAR, SPECULAR_GLOSSINESS};
+use super::extension_names::{EMISSIVE_STRENGTH, IMAGE_LIGHTS, IOR, LIGHTS, SPECULAR, SPECULAR_GLOSSINESS};
 use super::raw::{ANY, Raw};
 use crate::scene::{
     AnimationTarget, CameraIndex, CameraProperty, ImageLightIndex, ImageLightProperty, LightIndex,

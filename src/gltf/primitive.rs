@@ -10,7 +10,7 @@ use gltf::json::validation::Checked;
 use super::accessor::Data;
 use super::attributes::{Attributes, Reference, missing_set};
 use super::context::Context;
-use super::extensions::DRACO;
+use super::extension_names::DRACO;
 use super::raw::Raw;
 use super::tangents::{gather_vertices, generate};
 use super::{draco, formats, influences, morph, normals, topology, variants};

@@ -11,7 +11,7 @@ use gltf::json::validation::Checked;
 
 use super::context::Context;
 use super::document::Document;
-use super::extensions::{TEXTURE_BASISU, TEXTURE_TRANSFORM, TEXTURE_WEBP};
+use super::extension_names::{TEXTURE_BASISU, TEXTURE_TRANSFORM, TEXTURE_WEBP};
 use super::raw::{ANY, Raw};
 use crate::error::Result;
 use crate::scene::{

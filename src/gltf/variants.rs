@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use super::context::Context;
 use super::document::Document;
-use super::extensions::VARIANTS;
+use super::extension_names::VARIANTS;
 use super::raw::Raw;
 use crate::error::Result;
 use crate::scene::{MaterialIndex, Variant, VariantIndex};

@@ -6,7 +6,7 @@
 
 use std::cell::LazyCell;
 
-use super::compare::is_light;
+use super::common_form::is_light;
 use super::comparison::{Check, Comparison};
 use super::flip::{
     Exposures, FlipMap, LEAST_LUMINANCE, PIXELS_PER_DEGREE, flip_display, flip_light_at, has_light,

@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
-use super::compare::is_light;
 use super::{Channel, Image, Samples};
-use crate::image::layer_of;
+use crate::image::{is_cryptomatte, layer_of};
+use crate::output::Aov;
 
 /// The image as `other` holds it: without the alpha of a layer whose every pixel is opaque, where the other has that layer without alpha, and
 /// with ids in place of whole numbers where the other has ids.
@@ -36,6 +36,13 @@ fn ids_of(channel: &Channel, other: &Image) -> Option<Vec<u32>> {
     let Samples::Uint(_) = other.channel(&channel.name)?.samples else { return None };
     let id = |value: &f32| Some(*value as u32).filter(|id| *id as f32 == *value);
     channel.samples.floats()?.iter().map(id).collect()
+}
+
+/// Whether a layer holds light, which an observer sees. Rayframe's own AOVs are known by name; any other layer with colours counts
+/// as light, but for Cryptomattes.
+pub(super) fn is_light(layer: &str, image: &Image) -> bool {
+    let known = Aov::ALL.into_iter().find(|known| known.name() == layer);
+    known.is_none_or(Aov::is_light) && image.has_colors(layer) && !is_cryptomatte(layer)
 }
 
 #[cfg(test)]

@@ -3,15 +3,13 @@
 use super::cause::likely_cause;
 use super::channel_difference::{LayerDifference, ValueLimits, channel_difference};
 use super::color_checks::check_colors;
-use super::common_form::in_form_of;
+use super::common_form::{in_form_of, is_light};
 use super::comparison::{Check, Comparison, Mismatch};
 use super::exact::are_identical;
 use super::non_finite::non_finite;
 use super::presets::Limits;
 use super::verdict::Verdict;
 use super::{Channel, Image, Samples};
-use crate::image::is_cryptomatte;
-use crate::output::Aov;
 
 /// Compares an image with its reference.
 ///
@@ -187,13 +185,6 @@ fn layer_difference(
     }
     let different_pixels = is_beyond.iter().filter(|beyond| **beyond).count();
     LayerDifference { layer: layer.to_owned(), different_pixels, channels }
-}
-
-/// Whether a layer holds light, which an observer sees. Rayframe's own AOVs are known by name; any other layer with colours counts
-/// as light, but for Cryptomattes.
-pub(super) fn is_light(layer: &str, image: &Image) -> bool {
-    let known = Aov::ALL.into_iter().find(|known| known.name() == layer);
-    known.is_none_or(Aov::is_light) && image.has_colors(layer) && !is_cryptomatte(layer)
 }
 
 #[cfg(test)]

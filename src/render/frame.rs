@@ -4,8 +4,9 @@ use std::sync::{Mutex, PoisonError};
 
 use super::path_frame::PathFrame;
 use super::pixel_centers::{AdjacentFrames, render_pixel_centers};
-use super::sample_plan::{SamplePlan, ShutterSample};
+use super::sample_plan::SamplePlan;
 use super::settings::RenderSettings;
+use super::shutter_sample::ShutterSample;
 use super::statistics::RenderStatistics;
 use super::tile::TileRenderer;
 use super::tile_loop::render_tiles;

@@ -4,8 +4,9 @@ use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use super::pixel_noise::display_error;
-use super::sample_plan::{ShutterSample, path_samples};
+use super::sample_plan::path_samples;
 use super::settings::RenderSettings;
+use super::shutter_sample::ShutterSample;
 use super::statistics::RenderStatistics;
 use super::tile_loop::render_tiles;
 use crate::cancel::{CancelFlag, Cancelled};

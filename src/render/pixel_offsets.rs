@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::Vec2;
 
-use super::sample_plan::ShutterSample;
+use super::shutter_sample::ShutterSample;
 use crate::integrator::R2;
 
 /// `count` positions in the unit square, the same in every pixel and every frame: a Hammersley set, with one position in each of

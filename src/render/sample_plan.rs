@@ -7,28 +7,10 @@ use std::ops::Range;
 use super::filter::PixelSample;
 use super::pixel_offsets::{pixel_offsets, progressive_offsets};
 use super::settings::RenderSettings;
+use super::shutter_sample::ShutterSample;
 
 /// Index of the set of extra samples in [`pixel_offsets`]; that of base samples is 0.
 const EXTRA_SET: u32 = 1 << 16;
-
-/// One of several renders of a frame, at different times, whose mean is the frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ShutterSample {
-    /// From 0.
-    pub index: u32,
-    /// Number of shutter samples of the frame.
-    pub count: u32,
-}
-
-impl ShutterSample {
-    /// The only shutter sample of a frame without motion blur.
-    pub const ONLY: Self = Self { index: 0, count: 1 };
-
-    /// Samples of this shutter sample, at least one, where the frame has `samples` of them.
-    pub(super) fn share_of(self, samples: u32) -> u32 {
-        samples.div_ceil(self.count)
-    }
-}
 
 /// Some of the samples of every pixel that paths have in one shutter sample. The first of any number fill the pixel evenly.
 pub(super) fn path_samples(

@@ -1,6 +1,7 @@
-//! Kinds of things that requests name, and the warning about a name that several have.
+//! Kinds of things that requests name, how they are found, and the warning about a name that several have.
 
-use crate::error::Warning;
+use super::NameOrIndex;
+use crate::error::{Error, Result, Warning};
 
 /// What a name of a request may refer to.
 pub(crate) struct NamedKind {
@@ -26,4 +27,42 @@ impl NamedKind {
             ),
         })
     }
+}
+
+/// The index among `names` that `selected` refers to, with a warning if others have its name.
+pub(super) fn find<'a>(
+    kind: &NamedKind,
+    selected: &NameOrIndex,
+    names: impl ExactSizeIterator<Item = Option<&'a str>> + Clone,
+    warnings: &mut Vec<Warning>,
+) -> Result<usize> {
+    let (found, label_of_request) = match selected {
+        NameOrIndex::Name(name) => {
+            // A number that is no name is an index, because shells take # for a comment.
+            let as_index = || name.parse().ok().filter(|&i: &usize| i < names.len());
+            let mut named =
+                names.clone().enumerate().filter(|(_, other)| *other == Some(name)).map(|(i, _)| i);
+            warnings.extend(kind.ambiguity(name, named.clone()));
+            let found = named.next().or_else(as_index);
+            (found, format!("\"{name}\""))
+        }
+        NameOrIndex::Index(index) => (Some(*index).filter(|&i| i < names.len()), format!("#{index}")),
+    };
+    found.ok_or_else(|| {
+        let choices: Vec<String> = names.enumerate().map(|(i, name)| label(i, name)).collect();
+        let choices = if choices.is_empty() {
+            "the file has none".to_owned()
+        } else {
+            format!("choose one of: {}", choices.join(", "))
+        };
+        Error::setting(kind.setting, format!("there is no {} {label_of_request}; {choices}", kind.noun))
+    })
+}
+
+pub(super) fn label(index: usize, name: Option<&str>) -> String {
+    name.map_or_else(|| format!("#{index}"), |name| format!("#{index} \"{name}\""))
+}
+
+pub(super) fn index_u32(index: usize) -> u32 {
+    u32::try_from(index).unwrap_or(u32::MAX)
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::resolve_selection::{find, index_u32, label};
+use super::named_kind::{find, index_u32, label};
 use super::{AnimationIndex, AnimationTarget, NameOrIndex, NamedKind, NodeIndex, Scene};
 use crate::error::{Error, Result, Warning};
 

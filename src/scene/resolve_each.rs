@@ -1,6 +1,7 @@
 //! Resolves a selection request that may name each clip and each camera: one selection for each sequence.
 
-use super::resolve_selection::{index_u32, selected_cameras};
+use super::named_kind::index_u32;
+use super::resolve_selection::selected_cameras;
 use super::{
     AnimationIndex, CameraIndex, CameraRequest, ClipSelection, NameOrIndex, NodeIndex, Scene, SelectedCamera,
     Selection, SelectionRequest, make_unique_for_files,

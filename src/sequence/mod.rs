@@ -55,9 +55,10 @@ pub use manifest::{ListedFile, Manifest};
 pub use memory::{
     PixelMemory, check_framing_memory, check_image_memory, check_whole_frames, estimated_bytes,
 };
-pub use plan::{Plan, PlannedFrame, ReplacedFile};
+pub use plan::{Plan, PlannedFrame};
 pub use plates::Plates;
 pub use render_hash::render_hash;
+pub use resume::ReplacedFile;
 pub use run_lock::RunLock;
 pub use sequence_outputs::SequenceOutputs;
 pub use shared_exposure::SharedExposure;

@@ -13,7 +13,7 @@ use crate::settings::PlatePattern;
 
 use super::file_stamp::FileStamp;
 use super::movie_settings::check_movie;
-use super::resume::{Decision, decide, preview_in_the_way};
+use super::resume::{Decision, ReplacedFile, decide, preview_in_the_way};
 use super::{ExistingFiles, OutputFormat, SequenceJob, memory, render_hash};
 
 /// A frame to render, and its files.
@@ -67,17 +67,6 @@ pub struct Plan {
     pub(super) plates: Option<PlatePattern>,
     /// The file of each frame as it was before it was looked at.
     stamps: Vec<Option<FileStamp>>,
-}
-
-/// An existing file that the run replaces by other content.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ReplacedFile {
-    /// Path of the file.
-    pub path: PathBuf,
-    /// What it is now, to be read after "is".
-    pub why: String,
-    /// Whether it is a link or no frame of this program. [`ExistingFiles::Resume`] replaces none of these.
-    pub is_foreign: bool,
 }
 
 impl Plan {

@@ -1,12 +1,23 @@
 //! Inspection of files that exist before a run: kept, replaced, or in the way.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::image_file::{
     StoredFrame, inspect_exr, inspect_png, is_empty_file, may_be_damaged_exr, may_be_damaged_png,
 };
 
-use super::{ExistingFiles, OutputFormat, ReplacedFile, SequenceJob};
+use super::{ExistingFiles, OutputFormat, SequenceJob};
+
+/// An existing file that the run replaces by other content.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReplacedFile {
+    /// Path of the file.
+    pub path: PathBuf,
+    /// What it is now, to be read after "is".
+    pub why: String,
+    /// Whether it is a link or no frame of this program. [`ExistingFiles::Resume`] replaces none of these.
+    pub is_foreign: bool,
+}
 
 /// Decision about one existing or missing file.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -8,6 +8,7 @@
 mod camera_path;
 pub(crate) mod default_views;
 pub mod environment;
+mod import_options;
 mod ineffective;
 mod job;
 pub mod memory_limit;

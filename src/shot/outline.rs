@@ -17,8 +17,8 @@ use crate::settings::{BackgroundSource, OutputNames, Placeholder, SettingValues}
 
 use super::camera_path::{self, LoadedPath};
 use super::environment::environment_request;
+use super::import_options::import_options;
 use super::render_settings::render_settings;
-use super::resolve::import_options;
 use super::shot_settings::{ShotSettings, refusal};
 use super::view::{ambiguous_nodes, last_frame, resolve_frames, view_request};
 

@@ -9,7 +9,7 @@ use crate::denoise::Denoiser;
 use crate::error::{Error, Result, Warning};
 use crate::film::AovFlags;
 use crate::framing::{CameraRule, ResolvedCamera, ground_below, resolve_camera_with_pose};
-use crate::gltf::{self, ImageLoading, ImportOptions};
+use crate::gltf::{self, ImageLoading};
 use crate::output::{Aov, AovSet, matte_collisions};
 use crate::render::{PathFrame, RenderSettings};
 use crate::scene::{
@@ -23,6 +23,7 @@ use crate::sequence::{
 use crate::settings::{BackgroundSource, DenoiserKind, GroundKind, SettingValues, Switch, suggest};
 
 use super::environment::{LoadedEnvironment, LoadedEnvironments, environment_request};
+use super::import_options::import_options;
 use super::ineffective::{ineffective_settings, moves};
 use super::memory_limit::max_memory_bytes;
 use super::outline::{SequenceOutline, ShotOutline, plate_files};
@@ -108,12 +109,6 @@ pub(crate) fn load_scene(shot: &ShotSettings, images: ImageLoading) -> Result<Sc
     let folder = values.asset_cache.as_deref().filter(|_| images == ImageLoading::Texels);
     let cache = folder.map(|folder| AssetCache::open(folder, values.asset_cache_size));
     gltf::import_with_cache(&shot.scene, &import_options(values, images), cache.as_ref())
-}
-
-/// The options for importing the scene and what settings name beside it.
-pub(super) fn import_options(values: &SettingValues, images: ImageLoading) -> ImportOptions {
-    let allowed_folders = values.allow_dir.clone();
-    ImportOptions { max_memory_bytes: max_memory_bytes(values), images, allowed_folders }
 }
 
 /// Refuses an image that needs too much memory even in bands of rows, where its size does not depend on the scene.

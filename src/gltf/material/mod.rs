@@ -16,7 +16,7 @@ use gltf::json::validation::Checked;
 
 use super::context::Context;
 use super::document::Document;
-use super::extensions::{EMISSIVE_STRENGTH, UNLIT};
+use super::extension_names::{EMISSIVE_STRENGTH, UNLIT};
 use super::raw::{NOT_NEGATIVE, Raw, TOLERANCE};
 use super::texture::TextureTable;
 use crate::error::Result;

@@ -7,7 +7,7 @@ use glam::{Vec3, Vec4};
 
 use crate::error::Result;
 use crate::gltf::context::Context;
-use crate::gltf::extensions::{IOR, SPECULAR, SPECULAR_GLOSSINESS};
+use crate::gltf::extension_names::{IOR, SPECULAR, SPECULAR_GLOSSINESS};
 use crate::gltf::raw::{NOT_NEGATIVE, Raw};
 use crate::gltf::texture::TextureTable;
 use crate::scene::{Glossiness, Material, Specular};

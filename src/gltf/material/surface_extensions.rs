@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::texture_info::normal_texture;
 use crate::error::Result;
 use crate::gltf::context::Context;
-use crate::gltf::extensions::{ANISOTROPY, CLEAR_COAT, IRIDESCENCE, SHEEN};
+use crate::gltf::extension_names::{ANISOTROPY, CLEAR_COAT, IRIDESCENCE, SHEEN};
 use crate::gltf::raw::{ANY, NOT_NEGATIVE, Raw};
 use crate::gltf::texture::TextureTable;
 use crate::scene::{Anisotropy, ClearCoat, Iridescence, Material, Sheen};

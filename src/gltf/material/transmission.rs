@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use crate::error::Result;
 use crate::gltf::context::Context;
-use crate::gltf::extensions::{DIFFUSE_TRANSMISSION, DISPERSION, IOR, TRANSMISSION, VOLUME};
+use crate::gltf::extension_names::{DIFFUSE_TRANSMISSION, DISPERSION, IOR, TRANSMISSION, VOLUME};
 use crate::gltf::raw::{NOT_NEGATIVE, Raw};
 use crate::gltf::texture::TextureTable;
 use crate::scene::{DiffuseTransmission, Material, Transmission, Volume};

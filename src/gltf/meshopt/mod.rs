@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 use super::context::Context;
 use super::document::Document;
-use super::extensions::{EXT_MESHOPT, KHR_MESHOPT};
+use super::extension_names::{EXT_MESHOPT, KHR_MESHOPT};
 use super::raw::Raw;
 use crate::error::{Error, Result};
 

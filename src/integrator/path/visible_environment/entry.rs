@@ -4,6 +4,9 @@ use glam::Vec2;
 
 use crate::scene::{SECTOR_COLUMNS, SECTOR_ROWS, SECTORS, interval, prefix_sums};
 
+/// Index of an entry.
+pub(in crate::integrator) type VisibleEntry = u16;
+
 /// Probabilities of all sectors, as seen from a group of points.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Entry {

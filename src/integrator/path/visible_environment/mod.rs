@@ -15,6 +15,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use self::entry::Entry;
+pub(in crate::integrator) use self::entry::VisibleEntry;
 use self::point_grid::PointGrid;
 use self::probes::Probes;
 pub(super) use self::reached_points::random_point;
@@ -24,9 +25,6 @@ use crate::scene_view::SceneView;
 
 /// Where more of the environment's light arrives than this share, samples by radiance alone serve as well.
 const OPEN_SHARE: f32 = 0.1;
-
-/// Index of an entry.
-pub(in crate::integrator) type VisibleEntry = u16;
 
 /// What is seen of the environment of a frame.
 #[derive(Clone, Debug)]

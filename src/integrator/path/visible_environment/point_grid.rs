@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::VisibleEntry;
+use super::entry::VisibleEntry;
 use super::reached_points::ReachedPoint;
 use crate::geometry::Aabb;
 use crate::integrator::path::normal_axis::{AXES, nearest_axis};

@@ -1,11 +1,12 @@
 //! Light of an environment by cells of directions, to choose directions of shadow rays by.
 
 use std::f32::consts::TAU;
-use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
-use super::{Environment, LuminanceImage};
+use super::LuminanceImage;
+use super::lookup_lanes::LookupLanes;
+use crate::geometry::{F32Lanes, Vec3Lanes};
 
 /// Cells along an edge of the square of directions: 6° to 9° each.
 const CELLS: usize = 32;
@@ -31,24 +32,10 @@ pub(crate) struct LightGrid {
     row_ends: Vec<f32>,
 }
 
-impl Environment {
-    /// The grid of a lit environment. Images and built-in lights keep it, unless a clip rotates them or a factor scales them.
-    pub(crate) fn light_grid(&self) -> Arc<LightGrid> {
-        match self {
-            Self::BuiltIn(light) => light.light_grid(),
-            Self::Map(map) if !map.is_animated() => map.light_grid(),
-            Self::Composed(composed) if composed.intensity == 1.0 => composed.light.light_grid(),
-            Self::None | Self::Constant(_) | Self::Map(_) | Self::Composed(_) => {
-                Arc::new(LightGrid::new(self))
-            }
-        }
-    }
-}
-
 impl LightGrid {
-    /// The grid of an environment that is lit.
-    pub(super) fn new(environment: &Environment) -> Self {
-        let luminance = LuminanceImage::new(environment);
+    /// The grid of an environment that is lit, by its prefiltered radiance; see [`LuminanceImage::new`].
+    pub(super) fn new(prefiltered: impl Fn(&LookupLanes<'_>, &F32Lanes, &mut Vec3Lanes) + Sync) -> Self {
+        let luminance = LuminanceImage::new(prefiltered);
         let mut solid_angles = 0.0;
         // Light of the parts, and the sum of their directions by their light
         let (cells, lights): (Vec<CellLight>, Vec<Vec3>) = (0..CELLS * CELLS)

@@ -4,10 +4,10 @@ use fearless_simd::Level;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::lookup_lanes::LookupLanes;
 use super::octahedral::{OctahedralImage, direction_from_uv, node_directions, uv_from_direction};
-use super::{Environment, LookupLanes};
 use crate::color::luminance;
-use crate::geometry::{ActiveLanes, LANES, Vec3Lanes};
+use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec3Lanes};
 
 /// Roughness of the lobe that the radiance is averaged over: the first step, whose width is about that of a cell, so that no lamp falls between.
 const ROUGHNESS: f32 = 0.125;
@@ -20,8 +20,8 @@ impl LuminanceImage {
     /// Cells along an edge of the grid: 1.4° to 2.4° each.
     pub(crate) const CELLS: usize = 128;
 
-    /// The luminance of an environment.
-    pub(crate) fn new(environment: &Environment) -> Self {
+    /// The luminance of an environment by its prefiltered radiance: `prefiltered` is [`super::Environment::prefiltered_lanes`].
+    pub(super) fn new(prefiltered: impl Fn(&LookupLanes<'_>, &F32Lanes, &mut Vec3Lanes) + Sync) -> Self {
         let level = Level::new();
         let luminances = |block: &[Vec3]| {
             let (mut directions, mut radiances) = (Vec3Lanes::default(), Vec3Lanes::default());
@@ -30,7 +30,7 @@ impl LuminanceImage {
             }
             let lookups =
                 LookupLanes { level, directions: &directions, lanes: ActiveLanes::first(block.len()) };
-            environment.prefiltered_lanes(&lookups, &[ROUGHNESS; LANES], &mut radiances);
+            prefiltered(&lookups, &[ROUGHNESS; LANES], &mut radiances);
             (0..block.len()).map(move |lane| luminance(radiances.get(lane)))
         };
         let directions: Vec<Vec3> = node_directions(Self::CELLS).collect();

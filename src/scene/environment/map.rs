@@ -8,6 +8,7 @@ use std::sync::{Arc, OnceLock};
 use glam::{Quat, Vec2, Vec3};
 
 use self::checks::{check_size, check_values};
+use super::KeyLight;
 use super::bordered_image::BorderedImage;
 use super::distribution::EnvironmentDistribution;
 use super::equirect::{EquirectImage, uv_from_direction, uvs_from_directions};
@@ -15,10 +16,10 @@ use super::filtered_image::FilteredImage;
 use super::irradiance::irradiance_image;
 use super::light_grid::LightGrid;
 use super::lookup_lanes::LookupLanes;
+use super::map_rotation::MapRotation;
 use super::peaks::take_peaks;
 use super::prefilter::{Pyramid, STEPS, prefiltered_images};
 use super::sectors::{SECTOR_ROWS, SectorTables};
-use super::{Environment, KeyLight};
 use crate::color::luminance;
 use crate::error::{Error, Result};
 use crate::geometry::{F32Lanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
@@ -50,10 +51,7 @@ pub struct EnvironmentImage {
 #[derive(Clone, Debug)]
 pub struct EnvironmentMap {
     tables: Arc<Tables>,
-    cos_rotation: f32,
-    sin_rotation: f32,
-    /// Rotation of an image-based light that clips animate; `None` for any other map.
-    animated_rotation: Option<Quat>,
+    rotation: MapRotation,
 }
 
 #[derive(Debug)]
@@ -81,19 +79,6 @@ impl Tables {
     /// The image without its peaks.
     fn open(&self) -> &FilteredImage {
         self.without_peaks.as_ref().unwrap_or(&self.filtered)
-    }
-}
-
-impl Environment {
-    /// Pixels of all images.
-    pub(crate) fn pixel_count(&self) -> usize {
-        match self {
-            Self::None | Self::Constant(_) | Self::BuiltIn(_) => 0,
-            Self::Map(map) => map.pixel_count(),
-            Self::Composed(composed) => {
-                composed.light.pixel_count() + composed.background.as_ref().map_or(0, Self::pixel_count)
-            }
-        }
     }
 }
 
@@ -134,8 +119,9 @@ impl EnvironmentMap {
         // Whole revolutions are removed in degrees, where that is exact: the same turn has the same bits.
         let turn = rotation_degrees % 360.0;
         let turn = if turn < 0.0 { turn + 360.0 } else { turn };
-        let (sin_rotation, cos_rotation) = libm::sincosf(turn.to_radians());
-        Ok(Self { tables: Arc::new(tables), cos_rotation, sin_rotation, animated_rotation: None })
+        let (sin, cos) = libm::sincosf(turn.to_radians());
+        let rotation = MapRotation { cos, sin, animated: None };
+        Ok(Self { tables: Arc::new(tables), rotation })
     }
 
     /// A map of the image-based light `index` from prepared images: radiance, irradiance, and means under lobes of roughness
@@ -163,12 +149,13 @@ impl EnvironmentMap {
             is_lit,
             content_key,
         };
-        Self { tables: Arc::new(tables), cos_rotation: 1.0, sin_rotation: 0.0, animated_rotation: None }
+        Self { tables: Arc::new(tables), rotation: MapRotation::NONE }
     }
 
     /// The map with the animated rotation set to `rotation`.
     pub(super) fn rotated(&self, rotation: Quat) -> Self {
-        Self { animated_rotation: Some(rotation), ..self.clone() }
+        let rotation = MapRotation { animated: Some(rotation), ..self.rotation };
+        Self { rotation, ..self.clone() }
     }
 
     /// Pixels of the image.
@@ -178,7 +165,12 @@ impl EnvironmentMap {
 
     /// Whether clips animate the rotation.
     pub(super) fn is_animated(&self) -> bool {
-        self.animated_rotation.is_some()
+        self.rotation.animated.is_some()
+    }
+
+    /// How the map lies in the world.
+    pub(super) fn rotation(&self) -> &MapRotation {
+        &self.rotation
     }
 
     /// See [`super::Environment::content_key`].
@@ -199,7 +191,7 @@ impl EnvironmentMap {
     /// See [`super::Environment::peaks`].
     pub(super) fn peaks(&self) -> Vec<KeyLight> {
         let turned = |peak: &KeyLight| {
-            let direction_to_light = self.world_from_map(peak.direction_to_light);
+            let direction_to_light = self.rotation.world_from_map(peak.direction_to_light);
             KeyLight { direction_to_light, ..*peak }
         };
         self.tables.peaks.iter().map(turned).collect()
@@ -208,12 +200,12 @@ impl EnvironmentMap {
     /// See [`super::Environment::sample`].
     pub(super) fn sample(&self, u: Vec2) -> Option<(Vec3, f32)> {
         let (direction, pdf) = self.tables.distribution.sample(u)?;
-        Some((self.world_from_map(direction), pdf))
+        Some((self.rotation.world_from_map(direction), pdf))
     }
 
     /// See [`super::Environment::pdf`].
     pub(super) fn pdf(&self, direction: Vec3) -> f32 {
-        self.tables.distribution.pdf(self.map_from_world(direction))
+        self.tables.distribution.pdf(self.rotation.map_from_world(direction))
     }
 
     /// See [`super::Environment::sectors`].
@@ -231,34 +223,38 @@ impl EnvironmentMap {
     pub(super) fn light_grid(&self) -> Arc<LightGrid> {
         let kept = &self.tables.light_grid;
         // Made outside of the lock, as the sectors are.
-        let made = || Arc::new(LightGrid::new(&Environment::Map(self.clone())));
+        let made = || {
+            Arc::new(LightGrid::new(|lookups, roughness, out| {
+                self.prefiltered_lanes(lookups, roughness, out);
+            }))
+        };
         let grid = kept.get().cloned().unwrap_or_else(made);
         Arc::clone(kept.get_or_init(|| grid))
     }
 
     pub(super) fn radiance(&self, direction: Vec3) -> Vec3 {
-        let uv = uv_from_direction(self.map_from_world(direction));
+        let uv = uv_from_direction(self.rotation.map_from_world(direction));
         self.tables.filtered.image().bilinear(uv)
     }
 
     pub(super) fn radiance_over(&self, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
-        let differentials = differentials.map(|differential| self.map_from_world(differential));
-        self.tables.filtered.radiance(self.map_from_world(direction), differentials)
+        let differentials = differentials.map(|differential| self.rotation.map_from_world(differential));
+        self.tables.filtered.radiance(self.rotation.map_from_world(direction), differentials)
     }
 
     /// See [`super::Environment::open_radiance_over`].
     pub(super) fn open_radiance_over(&self, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
-        let differentials = differentials.map(|differential| self.map_from_world(differential));
-        self.tables.open().radiance(self.map_from_world(direction), differentials)
+        let differentials = differentials.map(|differential| self.rotation.map_from_world(differential));
+        self.tables.open().radiance(self.rotation.map_from_world(direction), differentials)
     }
 
     pub(super) fn irradiance(&self, normal: Vec3) -> Vec3 {
-        let uv = uv_from_direction(self.map_from_world(normal));
+        let uv = uv_from_direction(self.rotation.map_from_world(normal));
         self.tables.irradiance.bilinear(uv)
     }
 
     pub(super) fn prefiltered(&self, direction: Vec3, roughness: f32) -> Vec3 {
-        self.prefiltered_at(uv_from_direction(self.map_from_world(direction)), roughness)
+        self.prefiltered_at(uv_from_direction(self.rotation.map_from_world(direction)), roughness)
     }
 
     #[inline]
@@ -303,7 +299,8 @@ impl EnvironmentMap {
     ) {
         let (directions, uvs) = self.positions(lookups);
         for lane in lookups.lanes {
-            let differentials = [0, 1].map(|axis| self.map_from_world(differentials[axis].get(lane)));
+            let differentials =
+                [0, 1].map(|axis| self.rotation.map_from_world(differentials[axis].get(lane)));
             let (uv, direction) = (uvs.get(lane), directions.get(lane));
             out.set(lane, self.tables.filtered.radiance_around(uv, direction, differentials));
         }
@@ -316,34 +313,11 @@ impl EnvironmentMap {
         let (mut in_map, mut uvs) = (Vec3Lanes::default(), Vec2Lanes::default());
         vectorized!(level, {
             for lane in 0..LANES {
-                in_map.set(lane, self.map_from_world(directions.get(lane)));
+                in_map.set(lane, self.rotation.map_from_world(directions.get(lane)));
             }
         });
         uvs_from_directions(level, &in_map, lanes, &mut uvs);
         (in_map, uvs)
-    }
-
-    /// Rotates a direction of the map into the world.
-    pub(super) fn world_from_map(&self, direction: Vec3) -> Vec3 {
-        let Vec3 { x, y, z } = direction;
-        let turned = Vec3::new(
-            self.cos_rotation * x + self.sin_rotation * z,
-            y,
-            self.cos_rotation * z - self.sin_rotation * x,
-        );
-        self.animated_rotation.map_or(turned, |rotation| rotation * turned)
-    }
-
-    /// Rotates a world direction into the map.
-    #[inline(always)]
-    pub(super) fn map_from_world(&self, direction: Vec3) -> Vec3 {
-        let direction = self.animated_rotation.map_or(direction, |rotation| rotation.inverse() * direction);
-        let Vec3 { x, y, z } = direction;
-        Vec3::new(
-            self.cos_rotation * x - self.sin_rotation * z,
-            y,
-            self.sin_rotation * x + self.cos_rotation * z,
-        )
     }
 }
 

@@ -20,12 +20,14 @@ mod lobe_level;
 mod lookup_lanes;
 mod luminance_image;
 mod map;
+mod map_rotation;
 mod octahedral;
 mod peaks;
 mod prefilter;
 mod sectors;
 
 use std::f32::consts::PI;
+use std::sync::Arc;
 
 use glam::{Quat, Vec2, Vec3};
 
@@ -161,9 +163,25 @@ impl Environment {
         match self {
             Self::Constant(radiance) if luminance(*radiance) > 0.0 => SectorTables::uniform().map(in_world),
             Self::BuiltIn(light) => light.sectors().map(in_world),
-            Self::Map(map) => map.sectors().map(|tables| EnvironmentSectors::new(tables, Some(map))),
+            Self::Map(map) => {
+                map.sectors().map(|tables| EnvironmentSectors::new(tables, Some(map.rotation())))
+            }
             Self::Composed(composed) if composed.intensity > 0.0 => composed.light.sectors(),
             Self::None | Self::Constant(_) | Self::Composed(_) => None,
+        }
+    }
+
+    /// The grid of a lit environment. Images and built-in lights keep it, unless a clip rotates them or a factor scales them.
+    pub(crate) fn light_grid(&self) -> Arc<LightGrid> {
+        match self {
+            Self::BuiltIn(light) => light.light_grid(),
+            Self::Map(map) if !map.is_animated() => map.light_grid(),
+            Self::Composed(composed) if composed.intensity == 1.0 => composed.light.light_grid(),
+            Self::None | Self::Constant(_) | Self::Map(_) | Self::Composed(_) => {
+                Arc::new(LightGrid::new(|lookups, roughness, out| {
+                    self.prefiltered_lanes(lookups, roughness, out);
+                }))
+            }
         }
     }
 
@@ -269,6 +287,17 @@ impl Environment {
             Self::None | Self::Constant(_) => true,
             Self::BuiltIn(_) | Self::Map(_) => false,
             Self::Composed(composed) => composed.light.is_uniform(),
+        }
+    }
+
+    /// Pixels of all images.
+    pub(crate) fn pixel_count(&self) -> usize {
+        match self {
+            Self::None | Self::Constant(_) | Self::BuiltIn(_) => 0,
+            Self::Map(map) => map.pixel_count(),
+            Self::Composed(composed) => {
+                composed.light.pixel_count() + composed.background.as_ref().map_or(0, Self::pixel_count)
+            }
         }
     }
 

@@ -5,9 +5,9 @@ use std::sync::OnceLock;
 
 use glam::{Vec2, Vec3};
 
-use super::EnvironmentMap;
 use super::cell_grid::CellGrid;
 use super::distribution::{mean_radiances, prefix_sums};
+use super::map_rotation::MapRotation;
 
 /// Rows of sectors, of equal polar angles: 11.25° each.
 pub(crate) const SECTOR_ROWS: usize = 16;
@@ -20,12 +20,12 @@ pub(crate) const SECTORS: usize = SECTOR_ROWS * SECTOR_COLUMNS;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EnvironmentSectors<'a> {
     tables: &'a SectorTables,
-    /// The image whose space they are in, unless that is the world's.
-    map: Option<&'a EnvironmentMap>,
+    /// The rotation of the image whose space they are in, unless that is the world's.
+    map: Option<&'a MapRotation>,
 }
 
 impl<'a> EnvironmentSectors<'a> {
-    pub(super) fn new(tables: &'a SectorTables, map: Option<&'a EnvironmentMap>) -> Self {
+    pub(super) fn new(tables: &'a SectorTables, map: Option<&'a MapRotation>) -> Self {
         Self { tables, map }
     }
 

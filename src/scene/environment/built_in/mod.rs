@@ -76,7 +76,11 @@ impl BuiltInLight {
     pub(super) fn light_grid(self) -> Arc<LightGrid> {
         let kept = &self.prepared().light_grid;
         // Made outside of the lock: on a thread that makes it, rayon may run a task that needs it, too.
-        let made = || Arc::new(LightGrid::new(&super::Environment::BuiltIn(self)));
+        let made = || {
+            Arc::new(LightGrid::new(|lookups, roughness, out| {
+                self.prefiltered_lanes(lookups, roughness, out);
+            }))
+        };
         let grid = kept.get().cloned().unwrap_or_else(made);
         Arc::clone(kept.get_or_init(|| grid))
     }

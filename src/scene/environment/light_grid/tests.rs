@@ -1,7 +1,9 @@
 //! Positions in cells, searches, and grids that are kept.
 
+use std::sync::Arc;
+
 use super::*;
-use crate::scene::{BuiltInLight, ComposedEnvironment};
+use crate::scene::{BuiltInLight, ComposedEnvironment, Environment};
 
 fn points(count: u32) -> impl Iterator<Item = Vec2> {
     let fraction = |x: f32| x - x.floor();

@@ -1,6 +1,6 @@
 use super::*;
 use crate::geometry::spiral_direction;
-use crate::scene::{BuiltInLight, Environment, EnvironmentImage};
+use crate::scene::{BuiltInLight, Environment, EnvironmentImage, EnvironmentMap};
 
 fn points(count: u32) -> impl Iterator<Item = Vec2> {
     (0..count).map(move |i| {

@@ -1,6 +1,5 @@
 //! One frame prepared for an integrator: the view, its lights and its volumes.
 
-use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
@@ -8,31 +7,16 @@ use glam::{Vec2, Vec3};
 use super::environment_directions::EnvironmentDirections;
 use super::glass_passage::GlassPassage;
 use super::interiors::Interiors;
-use super::lights::{self, PreparedLight};
+use super::lights::PreparedLight;
 use super::media::{MediaStack, Medium, VolumeId};
 use super::occluders::OccluderSphere;
-use super::opaque_materials::{OpaqueAlbedos, is_opaque};
+use super::opaque_materials::OpaqueAlbedos;
 use super::path::{EmissiveTriangles, PathGuide, VisibleEntry, VisibleEnvironment};
-use super::random::hash;
-use super::settings::{EnvSamples, Integrator, IntegratorSettings, LightSize, PathSettings};
-use super::walls::is_wall;
+use super::settings::{EnvSamples, IntegratorSettings};
 use super::zsobol::ZSobol;
-use crate::bvh::{Hit, TraversalCounters};
-use crate::color::luminance;
-use crate::frame::{Frame, transmits};
-use crate::geometry::{Aabb, Ray, spiral_direction};
-use crate::interaction::is_constant;
-use crate::scene::{Environment, KeyLight, Projection};
+use crate::geometry::{Aabb, Ray};
+use crate::scene::{KeyLight, Projection};
 use crate::scene_view::SceneView;
-
-/// Automatic shadows of the environment begin where a camera sees it in this share of all directions, and are full at the second share.
-const OPEN_SHARES: [f32; 2] = [0.05, 0.15];
-/// Their occluders reflect light from the first of these shares on, and all of it at the second.
-const BOUNCE_SHARES: [f32; 2] = [0.15, 0.25];
-/// Rays that find how much of the environment a camera sees.
-const OPENNESS_RAYS: u32 = 2048;
-/// Normals whose irradiances tell the mean radiance of the environment.
-const MEAN_NORMALS: u32 = 64;
 
 /// Everything that light interacts with in one frame.
 #[derive(Clone, Debug)]
@@ -49,11 +33,11 @@ pub struct IntegratorContext<'a> {
     /// Whether a material has the same values at all points without vertex colours, by its index.
     pub(super) constant_materials: Vec<bool>,
     /// Bounds of the surfaces of all volumes.
-    volume_bounds: Aabb,
+    pub(super) volume_bounds: Aabb,
     /// The volumes that contain the camera, outermost first.
-    camera_media: Vec<Medium>,
+    pub(super) camera_media: Vec<Medium>,
     /// The volumes that lamps are in, by light; none for distant lights.
-    lamp_volumes: Vec<Option<VolumeId>>,
+    pub(super) lamp_volumes: Vec<Option<VolumeId>>,
     /// For [`Integrator::Path`].
     pub(super) emissive_triangles: Option<EmissiveTriangles>,
     /// Directions of the shadow rays to the environment from the surfaces of [`Integrator::Whitted`], and from shadow catchers and the ground; `None` where its
@@ -62,9 +46,9 @@ pub struct IntegratorContext<'a> {
     /// What can hide the environment from shadow catchers and the ground, where shadow rays decide about it.
     pub(super) occluders: Option<OccluderSphere>,
     /// The environment's peaks as lights of shadow catchers and the ground, where they are not among all lights.
-    receiver_peaks: Vec<PreparedLight>,
+    pub(super) receiver_peaks: Vec<PreparedLight>,
     /// Whether shadow rays of paths sample the environment by its radiance.
-    samples_environment: bool,
+    pub(super) samples_environment: bool,
     /// For [`Integrator::Path`], where walls hide most of the environment.
     pub(super) visible_environment: Option<Arc<VisibleEnvironment<'a>>>,
     /// For [`Integrator::Path`], where smooth surfaces focus the light of emissive triangles.
@@ -91,77 +75,7 @@ pub struct IntegratorContext<'a> {
     pub settings: IntegratorSettings,
 }
 
-impl<'a> IntegratorContext<'a> {
-    /// Prepares lights and volumes, and finds the volumes that contain the camera.
-    pub fn new(view: SceneView<'a>, settings: IntegratorSettings) -> Self {
-        let camera_position = view.frame.camera.world_from_camera.w_axis.truncate();
-        let interiors = Interiors::of(&view.frame.materials);
-        let volume_bounds = interiors.bounds(view.frame);
-        let camera_media = interiors.media_around(view, &volume_bounds, camera_position);
-        let is_path = settings.integrator == Integrator::Path;
-        let lights = lights::gather(view.frame, view.environment, &settings);
-        let volume_around =
-            |position| Some(interiors.media_around(view, &volume_bounds, position).pop()?.volume);
-        let lamp_volume =
-            |light: &PreparedLight| light.position().filter(|_| !is_path).and_then(volume_around);
-        let lamp_volumes = lights.iter().map(lamp_volume).collect();
-        let [occluded_share, bounce_share] = match settings.integrator {
-            Integrator::Path => [1.0, 0.0],
-            Integrator::Whitted if view.environment.is_lit() => traced_shares(view, settings.env_samples),
-            Integrator::Whitted => [0.0; 2],
-        };
-        let traces_environment = !is_path && occluded_share > 0.0;
-        let follows_rough_lobes = !is_path
-            && (follows_rough_reflection(view, &settings)
-                || follows_frosted_glass(view, &settings) && view.frame.materials.iter().any(transmits));
-        // Shadow rays find the rest of the light of the environment on the ground.
-        let on_ground =
-            settings.ground.map_or(0.0, |ground| luminance(view.environment.irradiance(ground.up)));
-        let ground_irradiance = on_ground * (1.0 - occluded_share);
-        let has_receivers = has_receivers(view.frame, &settings);
-        let shades_receivers = has_receivers && occluded_share > 0.0 && view.environment.is_lit();
-        let opaque_materials = view.frame.materials.iter().map(is_opaque).collect();
-        let opaque_albedos = OpaqueAlbedos::of(&view.frame.materials);
-        let mut context = Self {
-            view,
-            lights,
-            interiors,
-            opaque_materials,
-            opaque_albedos,
-            constant_materials: view.frame.materials.iter().map(is_constant).collect(),
-            volume_bounds,
-            camera_media,
-            lamp_volumes,
-            emissive_triangles: is_path.then(|| EmissiveTriangles::new(view)),
-            occluders: shades_receivers.then(|| OccluderSphere::of(view.frame)),
-            environment_directions: (traces_environment || shades_receivers)
-                .then(|| EnvironmentDirections::new(view.environment)),
-            receiver_peaks: if is_path && shades_receivers {
-                lights::peak_lights(view.environment, &settings)
-            } else {
-                Vec::new()
-            },
-            samples_environment: is_path && view.environment.sample(Vec2::splat(0.5)).is_some(),
-            visible_environment: if is_path { VisibleEnvironment::new(view).map(Arc::new) } else { None },
-            path_guide: None,
-            occluded_share,
-            traced_samples: traced_samples(occluded_share, &settings),
-            bounce_share,
-            sample_points: (is_path || traces_environment || follows_rough_lobes)
-                .then(|| sample_points(view.frame, &settings)),
-            uses_seeds: uses_seeds(view.frame, &settings),
-            peaks: view.environment.peaks(),
-            mean_radiance: if traces_environment { mean_radiance(view.environment) } else { Vec3::ZERO },
-            ground_irradiance,
-            has_receivers,
-            settings,
-        };
-        if is_path {
-            context.path_guide = PathGuide::new(&context).map(Arc::new);
-        }
-        context
-    }
-
+impl IntegratorContext<'_> {
     /// Kinds of shadow rays, by how light passes glass: one kind for each light, then one to the environment, then for paths one to
     /// emissive triangles.
     pub(super) fn shadow_passages(&self) -> Vec<GlassPassage> {
@@ -254,77 +168,13 @@ impl<'a> IntegratorContext<'a> {
     }
 }
 
-/// Share of the environment's light that shadow rays decide about, and of what their occluders reflect that is traced. Automatic ones fade out as the
-/// camera enters a closed space: by the share of directions in which nothing is between camera and environment.
-fn traced_shares(view: SceneView<'_>, env_samples: EnvSamples) -> [f32; 2] {
-    match env_samples {
-        EnvSamples::Fixed(rays) => [f32::from(rays > 0); 2],
-        EnvSamples::Auto => {
-            let open_share = open_share(view);
-            [OPEN_SHARES, BOUNCE_SHARES].map(|[closed, open]| {
-                let share = ((open_share - closed) / (open - closed)).clamp(0.0, 1.0);
-                share * share * (3.0 - 2.0 * share)
-            })
-        }
-    }
-}
-
 /// See [`IntegratorContext::follows_rough_reflection`].
-fn follows_rough_reflection(view: SceneView<'_>, settings: &IntegratorSettings) -> bool {
+pub(super) fn follows_rough_reflection(view: SceneView<'_>, settings: &IntegratorSettings) -> bool {
     !view.environment.is_lit() && settings.glossy_samples == 0
 }
 
 /// See [`IntegratorContext::follows_frosted_glass`].
-fn follows_frosted_glass(view: SceneView<'_>, settings: &IntegratorSettings) -> bool {
+pub(super) fn follows_frosted_glass(view: SceneView<'_>, settings: &IntegratorSettings) -> bool {
     let is_looked_up = view.environment.is_lit() && settings.env_samples == EnvSamples::Fixed(0);
     settings.glossy_samples == 0 && !is_looked_up
-}
-
-/// The share of the samples that trace shadow rays to the environment where these decide about a share of its light: 1/4, 1/2 or all. They are as few only
-/// where each pixel takes its part of them, and no pixel takes more samples where they differ.
-pub(super) fn traced_samples(occluded_share: f32, settings: &IntegratorSettings) -> f32 {
-    let IntegratorSettings { samples, max_samples, .. } = *settings;
-    let divisors = [4, 2].into_iter().filter(|divisor| samples == max_samples && samples % divisor == 0);
-    let mut shares = divisors.map(|divisor: u32| 1.0 / divisor as f32);
-    shares.find(|share| occluded_share <= *share).unwrap_or(1.0)
-}
-
-/// Share of all directions in which the camera sees the environment, past glass and surfaces that are more than half transparent.
-fn open_share(view: SceneView<'_>) -> f32 {
-    let origin = view.frame.camera.world_from_camera.w_axis.truncate();
-    let mut counters = TraversalCounters::default();
-    let directions = (0..OPENNESS_RAYS).map(|index| spiral_direction(index, OPENNESS_RAYS));
-    let hides = |hit: &Hit| is_wall(view, hit, |_| true);
-    let is_open = |direction| !view.bvh.occluded(&Ray::new(origin, direction), hides, &mut counters);
-    directions.map(is_open).filter(|is_open| *is_open).count() as f32 / OPENNESS_RAYS as f32
-}
-
-/// Mean radiance of the environment without its peaks.
-fn mean_radiance(environment: &Environment) -> Vec3 {
-    // The mean irradiance over all normals is π times the mean radiance.
-    let normals = (0..MEAN_NORMALS).map(|index| spiral_direction(index, MEAN_NORMALS));
-    let sum: Vec3 = normals.map(|normal| environment.irradiance(normal)).sum();
-    sum * (FRAC_1_PI / MEAN_NORMALS as f32)
-}
-
-/// Whether anything only receives shadows.
-fn has_receivers(frame: &Frame, settings: &IntegratorSettings) -> bool {
-    settings.ground.is_some() || frame.materials.iter().any(|material| material.is_shadow_catcher)
-}
-
-/// Whether shadow rays to sized lights, glossy rays, shadow catchers or the ground use the seeds of ray states.
-fn uses_seeds(frame: &Frame, settings: &IntegratorSettings) -> bool {
-    settings.light_size != LightSize::default()
-        || settings.glossy_samples > 0
-        || has_receivers(frame, settings)
-}
-
-/// The sample points of a frame.
-fn sample_points(frame: &Frame, settings: &IntegratorSettings) -> ZSobol {
-    // Whitted's tree has no seed.
-    let is_path = settings.integrator == Integrator::Path;
-    let PathSettings { seed, seed_per_frame, .. } =
-        if is_path { settings.path } else { PathSettings::default() };
-    let time = if seed_per_frame { frame.time_seconds.to_bits() } else { 0 };
-    ZSobol::new(settings.max_samples, seed ^ hash(hash(time as u32) ^ (time >> 32) as u32))
 }

@@ -9,6 +9,7 @@ mod camera;
 mod camera_samples;
 mod color_channels;
 mod context;
+mod context_build;
 mod environment_directions;
 mod glass_passage;
 mod guide_sample;

@@ -6,9 +6,10 @@ use glam::Vec3;
 
 use super::frosted_glass::UnbentLightLobes;
 use super::lamps_through_glass::TransmittedLampLight;
+use super::least_weights::MIN_SCATTERED;
 use super::shading::Shading;
 use super::shadow_queue::{ShadowQueue, ShadowRay, ShadowTask};
-use super::tracer::{MIN_SCATTERED, Tracer, seconds_since};
+use super::tracer::{Tracer, seconds_since};
 use crate::integrator::LightPass;
 use crate::integrator::media::SurfaceMedia;
 use crate::integrator::path::clamped;

@@ -5,8 +5,10 @@
 //! dark as on a diffuse floor. The mirror image lies over the shadow: it adds F times the premultiplied colour and coverage of the objects that the
 //! mirror ray sees, and nothing of the environment.
 
-use super::receivers::{ReceivedLight, Receiver};
-use super::tracer::{MIN_WEIGHT, Tracer};
+use super::least_weights::MIN_WEIGHT;
+use super::receiver_shadows::ReceivedLight;
+use super::receivers::Receiver;
+use super::tracer::Tracer;
 use super::wavefront::RaySlot;
 use crate::bsdf::dielectric_reflectance;
 use crate::geometry::Ray;

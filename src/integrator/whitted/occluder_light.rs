@@ -8,62 +8,22 @@
 use std::f32::consts::FRAC_1_PI;
 use std::time::Instant;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use super::environment_shadows::on_side;
+use super::occluder_buffers::{LitOccluder, OccluderBuffers, StoppedTask};
 use super::shadow_queue::ShadowTask;
 use super::tracer::{Tracer, seconds_since};
 use crate::bvh::{Hit, TriangleFlags};
 use crate::color::luminance;
 use crate::frame::transmits;
 use crate::geometry::{Facing, Ray};
+use crate::integrator::IntegratorContext;
 use crate::integrator::glass_passage::GlassPassage;
 use crate::integrator::media::SurfaceMedia;
-use crate::integrator::shadow::{ShadowBatch, stops_light};
-use crate::integrator::{IntegratorContext, LightPass};
+use crate::integrator::shadow::stops_light;
 use crate::interaction::{SurfacePoint, blurred_color_at, transmits_at};
 use crate::scene::{AlphaMode, Material};
-
-/// A shadow ray of a lookup whose occluder is lit, if there is one.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct OccluderTask {
-    /// Index of the ray's task.
-    pub(super) task: u32,
-    /// Number of the sample points, as for lookups.
-    pub(super) lookup: u32,
-    /// Number of the ray among those of its lookup.
-    pub(super) ray: u32,
-    /// What the lookup scatters of light of radiance 1 from everywhere: the share of it about which the ray decides.
-    pub(super) albedo: Vec3,
-    /// What was added for an occluder that is not known.
-    pub(super) reflected: Vec3,
-}
-
-/// Stopped rays and their occluders, for one wavefront. Keeps its memory.
-#[derive(Debug, Default)]
-pub(super) struct OccluderBuffers {
-    /// The stopped rays.
-    rays: Vec<Ray>,
-    /// Their tasks.
-    tasks: Vec<StoppedTask>,
-    /// What stops them.
-    occluders: Vec<Option<Hit>>,
-    /// The rays as far as their occluders, where something may dim these.
-    segments: ShadowBatch,
-    /// A ray for each light of an occluder.
-    shadows: ShadowBatch,
-    lit: Vec<LitOccluder>,
-}
-
-/// The task of a stopped ray, and random numbers in [0, 1) that direct the ray to its occluder's light.
-#[derive(Clone, Copy, Debug)]
-struct StoppedTask {
-    task: OccluderTask,
-    /// Selects one of the environment's lights.
-    light: f32,
-    /// Selects a direction, with a random number.
-    direction: (Vec2, f32),
-}
 
 /// What stops a shadow ray.
 struct FoundOccluder<'o> {
@@ -71,16 +31,6 @@ struct FoundOccluder<'o> {
     hit: &'o Hit,
     /// Share of its light that transparent surfaces before it let through.
     transmittance: Vec3,
-}
-
-/// An occluder that a lookup sees, in one light.
-#[derive(Clone, Copy, Debug)]
-struct LitOccluder {
-    sample: u32,
-    light_pass: LightPass,
-    /// What is scattered towards the camera where the light reaches the occluder, and where it does not; both less what was already added.
-    open: Vec3,
-    shadowed: Vec3,
 }
 
 /// Light of the environment's own lights on an occluder.

@@ -8,12 +8,12 @@ use std::f32::consts::FRAC_1_PI;
 use fearless_simd::Level;
 use glam::{Mat3, Vec3};
 
+use super::least_weights::MIN_SCATTERED;
 use super::local_frame::{local_frame, mirror_direction};
 use super::prefiltered_lobe::PrefilteredLobe;
-use super::rough_reflection::ReflectedLobe;
+use super::reflected_lobe::ReflectedLobe;
 use super::surface_hit::SurfaceHit;
 use super::traced_share::traced_share;
-use super::tracer::MIN_SCATTERED;
 use super::wavefront::Wavefront;
 use crate::bsdf::{AlbedoSlice, AlbedoTable, AlbedoTermLanes, Bsdf};
 use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec3Lanes, vectorized};

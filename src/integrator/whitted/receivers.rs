@@ -7,19 +7,17 @@ use std::time::Instant;
 
 use glam::{Vec2, Vec3};
 
+use super::receiver_shadows::{QueuedReceiver, ReceivedLight, ReceiverRay, ReceiverShadows};
 use super::tracer::{Tracer, seconds_since};
 use super::wavefront::{RaySlot, Wavefront};
 use crate::bvh::Hit;
 use crate::color::luminance;
 use crate::geometry::Ray;
-use crate::integrator::environment_directions::{EnvironmentDirections, GOLDEN_SHARE};
-use crate::integrator::media::SurfaceMedia;
+use crate::integrator::environment_directions::GOLDEN_SHARE;
 use crate::integrator::random::{Purpose, r2_moved};
-use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{EnvSamples, Integrator, RayState, Seed};
 use crate::interaction::catches_shadows;
-use crate::scene::Environment;
 
 /// Shadow rays after which queued receivers are traced: enough for full packets, and little memory.
 const RAYS_TOGETHER: usize = 4096;
@@ -54,80 +52,6 @@ impl Receiver {
             Some((sequence, first_dimension)) => sequence.point(first_dimension + number),
             None => self.seed.point(Purpose::Light(lights as u32 + number)),
         }
-    }
-}
-
-/// Luminance of the direct light on a receiver.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct ReceivedLight {
-    pub(super) unoccluded: f32,
-    pub(super) arriving: f32,
-}
-
-/// The shadow rays of receivers. Keeps its memory.
-#[derive(Debug, Default)]
-pub(super) struct ReceiverShadows {
-    /// For each light, then for the environment.
-    batches: Vec<ShadowBatch>,
-    rays: Vec<ReceiverRay>,
-    receivers: Vec<QueuedReceiver>,
-    /// The last normal, and the irradiance of the environment on a surface of it: the ground has only one.
-    irradiance: Option<(Vec3, EnvironmentIrradiance)>,
-}
-
-/// The irradiance of the environment on a surface.
-#[derive(Clone, Copy, Debug)]
-struct EnvironmentIrradiance {
-    exact: Vec3,
-    /// That of the grid of directions.
-    of_grid: f32,
-}
-
-/// The end of a receiver's rays, and the luminance of light that arrives without any.
-#[derive(Clone, Copy, Debug)]
-struct QueuedReceiver {
-    end: usize,
-    certain: f32,
-}
-
-/// A shadow ray, and the irradiance that it decides about.
-#[derive(Clone, Copy, Debug)]
-struct ReceiverRay {
-    batch: usize,
-    /// Index in its batch.
-    index: u32,
-    irradiance: Vec3,
-}
-
-impl ReceiverShadows {
-    fn clear(&mut self) {
-        self.batches.iter_mut().for_each(ShadowBatch::clear);
-        self.rays.clear();
-        self.receivers.clear();
-    }
-
-    /// The irradiance of `environment` on a surface of this normal.
-    fn irradiance(
-        &mut self,
-        (environment, directions): (&Environment, &EnvironmentDirections),
-        normal: Vec3,
-    ) -> EnvironmentIrradiance {
-        if let Some((known, irradiance)) = self.irradiance
-            && known == normal
-        {
-            return irradiance;
-        }
-        let (exact, of_grid) = (environment.irradiance(normal), directions.grid.irradiance(normal));
-        let irradiance = EnvironmentIrradiance { exact, of_grid };
-        self.irradiance.insert((normal, irradiance)).1
-    }
-
-    fn push(&mut self, batch: usize, ray: Ray, irradiance: Vec3) {
-        if batch >= self.batches.len() {
-            self.batches.resize_with(batch + 1, ShadowBatch::default);
-        }
-        let index = self.batches[batch].push(ray, SurfaceMedia::default());
-        self.rays.push(ReceiverRay { batch, index, irradiance });
     }
 }
 

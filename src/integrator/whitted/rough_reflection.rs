@@ -1,30 +1,18 @@
 //! Rough reflection without an environment. There is no light to look up, so one sampled ray follows a bright lobe: rough metals would be black but for highlights.
 
-use glam::{Mat3, Vec3};
+use glam::Vec3;
 
+use super::reflected_lobe::ReflectedLobe;
 use super::secondary_rays::ChildRay;
 use super::shading::Arrival;
 use super::traced_share::smoothstep;
 use super::tracer::Tracer;
-use crate::bsdf::{AlbedoTerms, Bsdf};
 use crate::geometry::Ray;
 use crate::integrator::RayKind;
 use crate::integrator::random::Purpose;
 
 /// Between these albedos of a lobe the followed share rises from 0 to 1. Dielectrics reflect less, but at grazing angles and totally.
 const FOLLOWED_ALBEDO: [f32; 2] = [0.3, 0.5];
-
-/// The specular lobe of a surface.
-pub(super) struct ReflectedLobe<'b> {
-    pub(super) bsdf: &'b Bsdf,
-    pub(super) terms: AlbedoTerms,
-    /// Columns are tangent, bitangent and normal.
-    pub(super) world_from_local: Mat3,
-    /// Local direction to the viewer.
-    pub(super) wo: Vec3,
-    /// Directional albedo.
-    pub(super) albedo: Vec3,
-}
 
 impl Tracer<'_, '_> {
     /// Share of a specular lobe that a sampled ray follows instead of a mirror ray, by the share that the latter has where lobes are looked up.

@@ -2,11 +2,12 @@
 
 use glam::Vec3;
 
+use super::least_weights::MIN_WEIGHT;
 use super::local_frame::mirror_direction;
 use super::prefiltered_lobe::PrefilteredLobe;
-use super::rough_reflection::ReflectedLobe;
+use super::reflected_lobe::ReflectedLobe;
 use super::shading::{Arrival, Shading};
-use super::tracer::{MIN_WEIGHT, Tracer};
+use super::tracer::Tracer;
 use crate::geometry::Ray;
 use crate::integrator::light_set::LightSet;
 use crate::integrator::random::Purpose;

@@ -3,7 +3,8 @@
 //! The opacity of a catcher is the occluded share of its direct light, by luminance; its colour is black. Light of the environment counts where
 //! shadow rays find what occludes it. Catchers occlude nothing.
 
-use super::receivers::{ReceivedLight, Receiver};
+use super::receiver_shadows::ReceivedLight;
+use super::receivers::Receiver;
 use super::tracer::Tracer;
 use crate::bvh::Hit;
 use crate::geometry::Ray;

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::occluder_light::OccluderTask;
+use super::occluder_buffers::OccluderTask;
 use super::wavefront::RaySignature;
 use crate::geometry::Ray;
 use crate::integrator::LightPass;

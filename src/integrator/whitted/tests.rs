@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::frame::Frame;
 use crate::framing::resolve_camera;
 use crate::gltf::{ImportOptions, import};
-use crate::integrator::context::traced_samples;
+use crate::integrator::context_build::traced_samples;
 use crate::integrator::{
     CameraRays, CameraSamples, EnvSamples, Integrator, IntegratorContext, IntegratorSettings, LightSize, Seed,
 };

@@ -5,10 +5,10 @@ use std::time::Instant;
 
 use glam::Vec3;
 
-use super::environment_shadows::LookupKeys;
-use super::occluder_light::OccluderBuffers;
+use super::lookup_keys::LookupKeys;
+use super::occluder_buffers::OccluderBuffers;
 use super::opaque_block::OpaqueBlock;
-use super::receivers::{ReceivedLight, ReceiverShadows};
+use super::receiver_shadows::{ReceivedLight, ReceiverShadows};
 use super::sample_aovs::{InstanceCoverage, SampleAovFlags, SampleAovs};
 use super::shading_order::ShadingOrder;
 use super::shadow_queue::ShadowQueue;
@@ -26,13 +26,6 @@ use crate::integrator::{
     CameraRays, CameraSamples, GuideSample, IntegratorContext, IntegratorStatistics, LightPass, LightPasses,
 };
 use crate::interaction::{MaterialSample, SurfaceBlock};
-
-/// Rays of a lower weight are not followed and count as black.
-pub(in crate::integrator) const MIN_WEIGHT: f32 = 1.0 / 1024.0;
-
-/// Where no more than this share of a light's irradiance, by steradian, would reach the camera from a surface, it gets no shadow ray and the light counts
-/// as black: a hundred-thousandth of a white surface. Clear glass and mirrors scatter less nearly everywhere.
-pub(super) const MIN_SCATTERED: f32 = 1.0 / 262_144.0;
 
 /// Value of one sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -3,9 +3,10 @@
 use std::time::Instant;
 
 use super::ground::GroundHit;
-use super::receivers::ReceivedLight;
+use super::least_weights::MIN_WEIGHT;
+use super::receiver_shadows::ReceivedLight;
 use super::surface_hit::SurfaceHit;
-use super::tracer::{MIN_WEIGHT, Tracer, seconds_since};
+use super::tracer::{Tracer, seconds_since};
 use super::wavefront::{RaySlot, Wavefront};
 use crate::bvh::{Hit, TriangleFlags};
 use crate::geometry::Ray;

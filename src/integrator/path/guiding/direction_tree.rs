@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{Photon, PhotonPath};
+use super::photon::{Photon, PhotonPath};
 use crate::scene::LuminanceImage;
 
 /// Levels of squares; those of the last have 1.4° to 2.4°.

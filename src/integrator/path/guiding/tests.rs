@@ -1,12 +1,14 @@
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
+use super::guide_build::LARGEST_SHARE;
 use super::photon_sources::PhotonSources;
-use super::*;
+use super::photons::PhotonTracing;
+use super::{PathGuide, Photon, PhotonPath};
 use crate::bvh::{Hit, TraversalCounters};
 use crate::geometry::Ray;
 use crate::integrator::whitted::tests::with_context;
 use crate::integrator::whitted::{SampleValue, Tracer};
-use crate::integrator::{CameraRays, CameraSamples, Integrator, IntegratorSettings};
+use crate::integrator::{CameraRays, CameraSamples, Integrator, IntegratorContext, IntegratorSettings};
 use crate::scene::{Environment, KeyLight};
 
 /// Calls `check` with a scene for paths. A box with a panel that shines on a mirror and a glass ball is `path/box`.

@@ -5,6 +5,7 @@
 
 mod aovs;
 mod exact_sum;
+mod resolve_sums;
 mod sample_sums;
 
 use std::borrow::Cow;

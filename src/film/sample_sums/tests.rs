@@ -1,5 +1,5 @@
 use super::*;
-use crate::film::AovFlags;
+use crate::film::{AovFlags, Film};
 
 const ALL: SumFlags = SumFlags { moments: true, light: true, coverage: true, guides: true };
 

@@ -1,16 +1,18 @@
 #!/usr/bin/env python3
-"""Lists import cycles between the source files of a crate.
+"""Checks that no two source files import each other, also through others, and that modules are in the order of docs/architecture.md.
 
 A file imports another when it names an item that the other defines: in a `use` tree, or in a path that starts with `crate::`,
-`super::` or `self::`. Re-exports are followed to the file that defines the item; `mod` declarations and re-exports
-are not imports. Code below `#[cfg(test)] mod tests` at a file's end is left out.
+`rayframe::`, `super::` or `self::`. Re-exports are followed to the file that defines the item; `mod` declarations, and re-exports that
+the file itself does not use, are not imports, nor are methods, which may be defined anywhere. Code below `#[cfg(test)] mod tests` at a
+file's end is left out.
 
-usage: import_cycles.py [SRC]
+usage: import_cycles.py
 """
 import os, re, sys
 from collections import defaultdict
 
-src = sys.argv[1] if len(sys.argv) > 1 else "src"
+os.chdir(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+src, page = "src", "docs/architecture.md"
 files = {}  # module path tuple -> file
 for root, _, names in os.walk(src):
     for name in names:
@@ -24,15 +26,16 @@ for root, _, names in os.walk(src):
         if rel == ["main"]: continue
         files[mod] = path
 
+# In this order at each place: comments, raw strings, strings, characters. A quote in one of them begins none of the others.
+SKIPPED = re.compile(
+    r'//[^\n]*|/\*.*?\*/|\bb?r(#*)".*?"\1|b?"(?:\\.|[^"\\])*"|b?' + r"'(?:\\(?:u\{\w+\}|x\w\w|.)|[^'\\])'", re.S)
+
 def strip(text):
-    text = re.sub(r'/\*.*?\*/', '', text, flags=re.S)
-    text = re.sub(r'//[^\n]*', '', text)
-    text = re.sub(r'b?r#"(?:.|\n)*?"#', '""', text)
-    text = re.sub(r'"(?:\\.|[^"\\])*"', '""', text)
-    i = re.search(r'#\[cfg\(test\)\]\s*mod \w+ \{', text)
+    text = SKIPPED.sub(lambda m: '' if m.group().startswith('/') else '""', text)
+    i = re.search(r'#\[cfg\(test\)\]\s*(?:pub(?:\([^)]*\))?\s+)?mod \w+ \{', text)
     return text[:i.start()] if i else text
 
-texts = {m: strip(open(p).read()) for m, p in files.items()}
+texts = {m: strip(open(p, encoding='utf-8').read()) for m, p in files.items()}
 
 def expand(tree):
     """Flattens a use tree into (path, alias) pairs."""
@@ -67,9 +70,12 @@ for mod, text in texts.items():
             if m.group(1): reexports[mod][name] = path
             else: uses[mod].append(path)
     body = re.sub(r'(pub(?:\([^)]*\))?\s+)?use\s+[^;]+;', '', text)
-    for m in re.finditer(r'\b((?:crate|super|self)(?:::\w+)+)', body):
+    for m in re.finditer(r'\b((?:crate|rayframe|super|self)(?:::\w+)+)', body):
         if 'pub(in ' + m.group(1) in body: continue
         uses[mod].append(m.group(1).split('::'))
+    body = re.sub(r'\bmod \w+;', '', body)
+    # re-exported items that the file uses itself
+    uses[mod] += [path for name, path in reexports[mod].items() if re.search(r'(?<![:\w.])' + name + r'\b', body)]
     # paths through a module that is in scope: `use super::options;` then `options::count`
     scope = {}
     for path in uses[mod]:
@@ -84,7 +90,7 @@ for mod, text in texts.items():
 def absolute(mod, path):
     cur = list(mod)
     i = 0
-    if path[0] == 'crate' or path[0] == 'rayframe': cur = []; i = 1
+    if path[0] in ('crate', 'rayframe'): cur = []; i = 1
     elif path[0] == 'self': i = 1
     elif path[0] == 'super':
         while i < len(path) and path[i] == 'super':
@@ -139,5 +145,19 @@ for comp in sorted(comps, key=len):
     inside = set(comp)
     for v in sorted(comp):
         print("  %s -> %s" % (files[v], ", ".join(sorted(files[w] for w in edges[v] & inside))))
-print("%d files, %d import cycles" % (len(files), len(comps)))
-sys.exit(1 if comps else 0)
+
+# The table of modules: each uses only modules above it, and those before it in its row.
+with open(page, encoding="utf-8") as text:
+    table = text.read().split("## Modules\n", 1)[1].split("\n## ", 1)[0]
+rows = re.findall(r"^\| (`\w+`(?:, `\w+`)*) \|", table, re.M)
+order = {name: i for i, name in enumerate(re.findall(r"\w+", " ".join(rows)))}
+modules = {m[0] for m in files if m} | {"main"}
+wrong = [f"{page}: the table of modules lacks `{name}`" for name in sorted(modules - order.keys())]
+wrong += [f"{page}: the table of modules names `{name}`, which is none" for name in sorted(order.keys() - modules)]
+for v in sorted(files):
+    for w in sorted(edges[v]):
+        if v and v[0] in order and w[0] in order and order[v[0]] < order[w[0]]:
+            wrong.append(f"{files[v]} uses {files[w]}, whose module is below its own in {page}")
+for line in wrong: print(line)
+print("%d files, %d import cycles, %d modules, %d against their order" % (len(files), len(comps), len(modules), len(wrong)))
+sys.exit(1 if comps or wrong else 0)

@@ -20,22 +20,40 @@ use crate::color::{linear_to_srgb16, luminance};
 /// The layer of the ids of objects.
 pub(super) const OBJECT_IDS: &str = "object_id";
 
-/// Adds the checks of colours and coverage, and the measures of the layer that the image shows.
-pub(super) fn check_colors(comparison: &mut Comparison, images: [&Image; 2], limits: &Limits) {
+/// A measure of colours or coverage, before it has a limit.
+pub(super) struct ColorMeasure {
+    measure: String,
+    measured: f64,
+    limit: fn(&Limits) -> f64,
+    at: Option<(u32, u32)>,
+}
+
+impl ColorMeasure {
+    /// The check by its limit of `limits`.
+    pub(super) fn check(&self, limits: &Limits) -> Check {
+        let limit = (self.limit)(limits);
+        let (measure, measured) = (self.measure.clone(), self.measured);
+        Check { measure, measured, limit, at: self.at, passes: measured <= limit }
+    }
+}
+
+/// Measures colours and coverage; sets the measures of the layer that the image shows.
+pub(super) fn measure_colors(comparison: &mut Comparison, images: [&Image; 2]) -> Vec<ColorMeasure> {
     let [actual, reference] = images;
+    let mut measures = Vec::new();
     let layers: Vec<_> = reference.layers().into_iter().filter(|layer| is_light(layer, reference)).collect();
     let shown = reference.color_layer().filter(|layer| layers.contains(layer));
-    let Some(shown) = shown.or(layers.first().copied()) else { return };
+    let Some(shown) = shown.or(layers.first().copied()) else { return measures };
     let colors_of = |layer: &str| Some([actual.colors_of(layer)?, reference.colors_of(layer)?]);
-    let Some([ours, theirs]) = &colors_of(shown) else { return };
+    let Some([ours, theirs]) = &colors_of(shown) else { return measures };
     let is_display = reference.encoding == ColorEncoding::Srgb;
     let exposures = LazyCell::new(|| (!is_display).then(|| Exposures::of_pair(theirs, ours)));
     let light = LazyCell::new(|| light_of_reference(theirs, is_display));
 
     // The layer that the image shows
     let map = flip_map(ours, theirs, images, || exposures.clone());
-    let pooled = add_flip_checks(&mut comparison.checks, &map, (images, ""), limits);
-    comparison.checks.push(brightness_check(ours, theirs, (|| *light, ""), limits));
+    let pooled = add_flip(&mut measures, &map, (images, ""));
+    measures.push(brightness(ours, theirs, (|| *light, "")));
     comparison.root_mean_square = Some(root_mean_square(ours, theirs, is_display.then_some(1.0)));
     comparison.flip = Some(pooled);
     comparison.exposures.clone_from(&map.exposures);
@@ -47,8 +65,8 @@ pub(super) fn check_colors(comparison: &mut Comparison, images: [&Image; 2], lim
         let Some([ours, theirs]) = colors_of(layer).filter(|[ours, theirs]| ours != theirs) else { continue };
         let map = flip_map(&ours, &theirs, images, with_curve);
         let of_layer = format!(" of {layer}");
-        add_flip_checks(&mut comparison.checks, &map, (images, &of_layer), limits);
-        comparison.checks.push(brightness_check(&ours, &theirs, (|| *light, &of_layer), limits));
+        add_flip(&mut measures, &map, (images, &of_layer));
+        measures.push(brightness(&ours, &theirs, (|| *light, &of_layer)));
     }
 
     // Coverage, which colours over black do not show
@@ -60,14 +78,10 @@ pub(super) fn check_colors(comparison: &mut Comparison, images: [&Image; 2], lim
             let grey = |coverage: &[f32]| coverage.iter().map(|&share| [share; 3]).collect::<Vec<_>>();
             let map = flip_map(&grey(&ours), &grey(&theirs), images, || None);
             let of_layer = if layer == shown { String::new() } else { format!(" of {layer}") };
-            add_flip_checks(
-                &mut comparison.checks,
-                &map,
-                (images, &format!(" of coverage{of_layer}")),
-                limits,
-            );
+            add_flip(&mut measures, &map, (images, &format!(" of coverage{of_layer}")));
         }
     }
+    measures
 }
 
 /// FLIP of light at `exposures`, or of display values without any.
@@ -88,29 +102,23 @@ fn flip_map(
     }
 }
 
-/// Adds the checks of a FLIP map, and returns its pooled errors.
-fn add_flip_checks(
-    checks: &mut Vec<Check>,
+/// Adds the measures of a FLIP map, and returns its pooled errors.
+fn add_flip(
+    measures: &mut Vec<ColorMeasure>,
     map: &FlipMap,
     (images, of_layer): ([&Image; 2], &str),
-    limits: &Limits,
 ) -> PooledErrors {
     let mut pooled = pool(map);
     pooled.object = worst_object(map, images);
-    let of_object = pooled
-        .object
-        .map(|object| ("FLIP of the worst object", object.mean, limits.object_flip, Some(object.at)));
-    let measures = [
-        ("mean FLIP", pooled.mean, limits.mean_flip, None),
-        ("FLIP of the worst tile", pooled.tile, limits.tile_flip, Some(pooled.tile_at)),
-    ];
-    checks.extend(measures.into_iter().chain(of_object).map(|(measure, measured, limit, at)| Check {
-        measure: format!("{measure}{of_layer}"),
-        measured,
-        limit,
-        at: at.filter(|_| measured > 0.0),
-        passes: measured <= limit,
-    }));
+    let mut add = |measure: &str, measured: f64, limit: fn(&Limits) -> f64, at: Option<(u32, u32)>| {
+        let measure = format!("{measure}{of_layer}");
+        measures.push(ColorMeasure { measure, measured, limit, at: at.filter(|_| measured > 0.0) });
+    };
+    add("mean FLIP", pooled.mean, |limits| limits.mean_flip, None);
+    add("FLIP of the worst tile", pooled.tile, |limits| limits.tile_flip, Some(pooled.tile_at));
+    if let Some(object) = pooled.object {
+        add("FLIP of the worst object", object.mean, |limits| limits.object_flip, Some(object.at));
+    }
     pooled
 }
 
@@ -125,25 +133,23 @@ fn worst_object(map: &FlipMap, [actual, reference]: [&Image; 2]) -> Option<Objec
     worst.into_iter().flatten().reduce(|a, b| if b.mean > a.mean { b } else { a })
 }
 
-/// The check of mean luminance: the absolute difference as a share of `whole`, the light of what the reference shows.
-fn brightness_check(
+/// The measure of mean luminance: the absolute difference as a share of `whole`, the light of what the reference shows.
+fn brightness(
     actual: &[[f32; 3]],
     reference: &[[f32; 3]],
     (whole, of_layer): (impl FnOnce() -> f64, &str),
-    limits: &Limits,
-) -> Check {
+) -> ColorMeasure {
     let measured = if actual == reference {
         0.0
     } else {
         let difference = total_light(actual) - total_light(reference);
         if difference == 0.0 { 0.0 } else { (difference / whole()).abs() }
     };
-    Check {
+    ColorMeasure {
         measure: format!("difference of mean brightness{of_layer}"),
         measured,
-        limit: limits.brightness,
+        limit: |limits| limits.brightness,
         at: None,
-        passes: measured <= limits.brightness,
     }
 }
 

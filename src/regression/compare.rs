@@ -2,7 +2,7 @@
 
 use super::cause::likely_cause;
 use super::channel_difference::{LayerDifference, ValueLimits, channel_difference};
-use super::color_checks::check_colors;
+use super::color_checks::{ColorMeasure, measure_colors};
 use super::common_form::{in_form_of, is_light};
 use super::comparison::{Check, Comparison, Mismatch};
 use super::exact::are_identical;
@@ -16,20 +16,42 @@ use super::{Channel, Image, Samples};
 /// Where one image holds linear light and the other display values, both are compared in linear light. Alpha that is 1 everywhere equals
 /// none, and whole numbers equal ids. Images whose sizes or windows differ are not compared further.
 pub fn compare(actual: &Image, reference: &Image, limits: &Limits) -> Comparison {
+    let [comparison] = compare_with_each(actual, reference, [limits]);
+    comparison
+}
+
+/// [`compare`] with each of several limits; what does not depend on them, such as FLIP, is measured once.
+pub fn compare_with_each<const N: usize>(
+    actual: &Image,
+    reference: &Image,
+    limits: [&Limits; N],
+) -> [Comparison; N] {
     if actual.encoding != reference.encoding {
         let [actual, reference] = [actual, reference].map(|image| image.clone().into_linear());
-        return compare(&actual, &reference, limits);
+        return compare_with_each(&actual, &reference, limits);
     }
     let [ours, theirs] = [in_form_of(reference, actual), in_form_of(actual, reference)];
     let (actual, reference) = (&*ours, &*theirs);
-    let mut comparison = Comparison { mismatches: mismatches(actual, reference), ..Comparison::default() };
-    compare_content(&mut comparison, actual, reference);
-    if comparison.mismatches.iter().any(|mismatch| matches!(mismatch, Mismatch::Size { .. })) {
-        return comparison;
+    let mut measured = Comparison { mismatches: mismatches(actual, reference), ..Comparison::default() };
+    compare_content(&mut measured, actual, reference);
+    if measured.mismatches.iter().any(|mismatch| matches!(mismatch, Mismatch::Size { .. })) {
+        return limits.map(|_| measured.clone());
     }
-    comparison.is_identical = are_identical(actual, reference);
+    measured.is_identical = are_identical(actual, reference);
+    let colors = measure_colors(&mut measured, [actual, reference]);
+    limits.map(|limits| limited(&measured, &colors, [actual, reference], limits))
+}
+
+/// The comparison of what was measured with its limits, and the cause of what is beyond them.
+fn limited(
+    measured: &Comparison,
+    colors: &[ColorMeasure],
+    [actual, reference]: [&Image; 2],
+    limits: &Limits,
+) -> Comparison {
+    let mut comparison = measured.clone();
     compare_layers(&mut comparison, actual, reference, limits);
-    check_colors(&mut comparison, [actual, reference], limits);
+    comparison.checks.extend(colors.iter().map(|measure| measure.check(limits)));
     comparison.cause = match comparison.verdict() {
         Verdict::Identical => None,
         // No layer is beyond its limit.

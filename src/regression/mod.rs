@@ -36,7 +36,7 @@ mod verdict;
 pub use crate::image::{BEAUTY, Channel, ColorEncoding, Image, Samples, layer_of};
 pub use cause::{Cause, likely_cause};
 pub use channel_difference::{ChannelDifference, LayerDifference, ValueLimits, channel_difference};
-pub use compare::compare;
+pub use compare::{compare, compare_with_each};
 pub use comparison::{Check, Comparison, Mismatch};
 pub use encoded_image::EncodedImage;
 pub use exact::{are_identical, pixel_hash};

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use rayframe::error::Result;
-use rayframe::regression::{Comparison, Image, Preset, Samples, compare};
+use rayframe::regression::{Comparison, Image, Preset, Samples, compare_with_each};
 
 use super::corruption::{Corruption, all};
 use super::images::display;
@@ -45,12 +45,13 @@ pub(crate) fn rows(scenes: &Path) -> Result<Vec<Row>> {
 
 fn row(corruption: &Corruption, kind: &'static str, images: &[Image; 2], idiff_share: f64) -> Row {
     let [corrupted, intact] = images;
+    let limits = Preset::ALL.map(Preset::limits);
     Row {
         corruption: corruption.name,
         scene: corruption.scene,
         kind,
         is_small: corruption.is_small,
-        comparisons: Preset::ALL.map(|preset| compare(corrupted, intact, &preset.limits())),
+        comparisons: compare_with_each(corrupted, intact, limits.each_ref()),
         is_caught_by_idiff: idiff_share > IDIFF_SHARE,
         idiff_share,
     }

@@ -126,9 +126,9 @@ pub(super) fn view_of(own: usize, roughness: f32) -> f32 {
     cosine_of(own as f32 / (COLUMNS - 1) as f32, |cosine| column(cosine, roughness))
 }
 
-/// `value(row, column)` at all grid points, row by row.
-pub(super) fn grid_points<T>(value: impl Fn(usize, usize) -> T) -> Vec<T> {
-    (0..ROWS * COLUMNS).map(|point| value(point / COLUMNS, point % COLUMNS)).collect()
+/// `value(row, column)` at every `step`th grid point, row by row.
+pub(super) fn grid_points<T>(step: usize, value: impl Fn(usize, usize) -> T) -> Vec<T> {
+    (0..ROWS * COLUMNS).step_by(step).map(|point| value(point / COLUMNS, point % COLUMNS)).collect()
 }
 
 /// The interval of `x`, from 0 to 1, between even steps, and the position in it.

@@ -10,10 +10,10 @@ use super::stored_values::stored;
 /// The reflected share without that of the mirror; [`super::albedo_tables`] says how it is made.
 pub(super) const STORED: &[u8] = include_bytes!("external_albedo.bin");
 
-/// The table's bytes, by integration: all indices of one grid point after another.
-pub(super) fn integrated() -> Vec<u8> {
+/// The bytes of every `step`th grid point, by integration: all indices of one point after another.
+pub(super) fn integrated(step: usize) -> Vec<u8> {
     let iors: [f32; PLANES] = std::array::from_fn(ior_of);
-    let points = grid_points(|row, column| {
+    let points = grid_points(step, |row, column| {
         let roughness = roughness_of(row);
         let cos_o = view_of(column, roughness);
         let facets = Microfacets::isotropic(cos_o, roughness * roughness);

@@ -49,9 +49,9 @@ fn from_edge(distance: f32, end: f32, width: f32) -> f32 {
     (root / end) * (EVEN + (1.0 - EVEN) * (end + width) / (root + width))
 }
 
-/// The table's bytes, by integration: all indices of one grid point after another.
-pub(super) fn integrated() -> Vec<u8> {
-    let points = grid_points(|row, column| {
+/// The bytes of every `step`th grid point, by integration: all indices of one point after another.
+pub(super) fn integrated(step: usize) -> Vec<u8> {
+    let points = grid_points(step, |row, column| {
         let roughness = roughness_of(row);
         std::array::from_fn::<_, PLANES, _>(|plane| {
             let ior = 1.0 / ior_of(plane);

@@ -73,9 +73,9 @@ pub(super) fn mirror_share(roughness: f32) -> f32 {
     if share > 0.0 { share * share } else { 0.0 }
 }
 
-/// The table's bytes, by integration.
-pub(super) fn integrated() -> Vec<u8> {
-    let entries = grid_points(|row, column| {
+/// The bytes of every `step`th grid point, by integration.
+pub(super) fn integrated(step: usize) -> Vec<u8> {
+    let entries = grid_points(step, |row, column| {
         let roughness = roughness_of(row);
         let cos_o = view_of(column, roughness);
         let facets = Microfacets::isotropic(cos_o, roughness * roughness);

@@ -22,7 +22,8 @@ pub(super) const STORED: &[u8] = include_bytes!("rough_volume_albedo.bin");
 const ROWS: usize = 29;
 const COLUMNS: usize = 65;
 const PLANES: usize = 18;
-const BYTES: usize = 2 * PLANES;
+/// Bytes of a grid point.
+pub(super) const BYTES: usize = 2 * PLANES;
 /// Root of √F0 at the first plane, an index of 1.02: surfaces of lower ones transmit as if they were smooth.
 const FIRST: f32 = 0.1;
 /// Step between planes; the last is at an index of 3.06 and stands for higher ones, too.
@@ -66,21 +67,20 @@ fn tabulated(cos_o: f32, roughness: f32, relative_ior: f32) -> f32 {
     1.0 - UNIT * mix(upper, lower, down)
 }
 
-/// The table's bytes, by integration: all indices of one grid point after another.
-pub(super) fn integrated() -> Vec<u8> {
+/// The bytes of every `step`th grid point of both sides, by integration: all indices of one point after another.
+pub(super) fn integrated(step: usize) -> Vec<u8> {
     let nodes = disk_spiral(NORMALS);
-    let mut bytes = Vec::with_capacity(2 * ROWS * COLUMNS * BYTES);
-    for is_denser in [false, true] {
-        for point in 0..ROWS * COLUMNS {
-            let roughness = roughness_of(point / COLUMNS);
-            for plane in 0..PLANES {
-                let ior = ior_of(plane);
-                let ior = if is_denser { 1.0 / ior } else { ior };
-                let cos_o = view_of(point % COLUMNS, roughness, ior);
-                let wo = Vec3::new((1.0 - cos_o * cos_o).sqrt(), 0.0, cos_o);
-                let lobe = SpecularLobe::new(roughness, None);
-                bytes.extend(stored(1.0 - by_summation(&lobe, wo, ior, &nodes)));
-            }
+    let mut bytes = Vec::with_capacity(2 * ROWS * COLUMNS * BYTES / step);
+    for point in (0..2 * ROWS * COLUMNS).step_by(step) {
+        let (is_denser, point) = (point >= ROWS * COLUMNS, point % (ROWS * COLUMNS));
+        let roughness = roughness_of(point / COLUMNS);
+        for plane in 0..PLANES {
+            let ior = ior_of(plane);
+            let ior = if is_denser { 1.0 / ior } else { ior };
+            let cos_o = view_of(point % COLUMNS, roughness, ior);
+            let wo = Vec3::new((1.0 - cos_o * cos_o).sqrt(), 0.0, cos_o);
+            let lobe = SpecularLobe::new(roughness, None);
+            bytes.extend(stored(1.0 - by_summation(&lobe, wo, ior, &nodes)));
         }
     }
     bytes

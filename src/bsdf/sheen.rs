@@ -115,14 +115,14 @@ fn unlimited_albedo(cosine: f32, roughness: f32) -> f32 {
     albedo
 }
 
-/// The table's bytes, by integration: little-endian `f32`, one per grid point.
-pub(super) fn integrated() -> Vec<u8> {
+/// The bytes of every `step`th grid point, by integration: little-endian `f32`.
+pub(super) fn integrated(step: usize) -> Vec<u8> {
     let cubic = CubicTable::new(ROUGHNESS_STEPS, VIEW_STEPS, |x, y| {
         // Denser towards smooth sheen
         [by_quadrature(y * y, MIN_ROUGHNESS + (1.0 - MIN_ROUGHNESS) * x * x, HEMISPHERE_STEPS)]
     });
-    let step = |index: usize, steps: usize| index as f32 / (steps - 1) as f32;
-    let points = grid_points(|row, column| cubic.at(step(row, ROWS), step(column, COLUMNS))[0]);
+    let even = |index: usize, steps: usize| index as f32 / (steps - 1) as f32;
+    let points = grid_points(step, |row, column| cubic.at(even(row, ROWS), even(column, COLUMNS))[0]);
     points.into_iter().flat_map(f32::to_le_bytes).collect()
 }
 

@@ -32,14 +32,27 @@ fn settings(builder: BuilderKind, split: Split, simd: SimdLevel) -> BuildSetting
     BuildSettings { builder, split, simd, ..BuildSettings::default() }
 }
 
+const SPLITS: [Split; 4] = [Split::Off, Split::Auto, Split::Area(1.0e-3), Split::Area(1.0e-30)];
+
 /// Both trees with every kind of splitting at every supported SIMD level, and the reference implementation of one of them.
 fn all_settings() -> Vec<BuildSettings> {
+    settings_with(|_, _| true)
+}
+
+/// [`all_settings`], but every kind of splitting at one SIMD level only, which changes from input to input.
+fn rotated_settings(input: usize) -> Vec<BuildSettings> {
+    let levels = crate::supported_simd_levels().count();
+    settings_with(|split, level| (input + split) % levels == level)
+}
+
+/// Those of [`all_settings`] whose indices of splitting and SIMD level are included.
+fn settings_with(includes: impl Fn(usize, usize) -> bool) -> Vec<BuildSettings> {
     let mut all = vec![settings(BuilderKind::Karras, Split::Auto, SimdLevel::best())];
     for builder in [BuilderKind::Lbvh, BuilderKind::Ploc] {
-        for split in [Split::Off, Split::Auto, Split::Area(1.0e-3), Split::Area(1.0e-30)] {
-            for simd in crate::supported_simd_levels() {
-                all.push(settings(builder, split, simd));
-            }
+        for (at, split) in SPLITS.into_iter().enumerate() {
+            let levels = crate::supported_simd_levels().enumerate();
+            let included = levels.filter(|(level, _)| includes(at, *level));
+            all.extend(included.map(|(_, simd)| settings(builder, split, simd)));
         }
     }
     all

@@ -164,10 +164,10 @@ fn settings_that_sample_ranges_contradict_are_refused() {
     assert_eq!(names(stage.folder.path()), [""; 0]);
 }
 
-/// Renders until a checkpoint is there, and kills the program.
+/// Renders by one thread until a checkpoint is there, and kills the program.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn kill_after_a_checkpoint(stage: &Stage, options: &[&str]) {
-    let mut run = stage.start("frame.exr", options);
+    let mut run = stage.start("frame.exr", &[options, &["-t", "1"]].concat());
     let checkpoint = stage.path("frame.exr.checkpoint");
     let started = Instant::now();
     while !checkpoint.is_file() {
@@ -195,7 +195,8 @@ fn a_killed_frame_continues_from_its_checkpoint() {
     ];
     for options in kinds {
         let stage = Stage::new(SCENE);
-        let options = [options, &["--checkpoint"]].concat();
+        // Rows of two tiles
+        let options = [options, &["--crop", "0,6,24,10", "--checkpoint"]].concat();
         kill_after_a_checkpoint(&stage, &options);
         stage.render("frame.exr", &[&options[..], &["--stats", "continued.json"]].concat());
         stage.render("expected.exr", &[&options[..], &["--stats", "whole.json"]].concat());

@@ -21,6 +21,8 @@ const SCENE: &str = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"no
         {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2"}],
     "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 24}],
     "buffers": [{"byteLength": 60, "uri": "b.bin"}]}"#;
+/// Frames of a sequence that is still rendered when it is stopped after the first.
+const FRAMES: usize = 100;
 const INPUTS: [&str; 3] = ["s.gltf", "b.bin", "t.png"];
 
 /// A folder with the scene.
@@ -44,7 +46,8 @@ fn program(folder: &Path) -> Command {
 /// The command that renders many small frames into the folder `out`.
 fn sequence(folder: &Path) -> Command {
     let mut command = program(folder);
-    command.args(["render", "s.gltf", "-r", "16x9", "--samples", "1", "-t", "1", "-f", "0-299"]);
+    let frames = format!("0-{}", FRAMES - 1);
+    command.args(["render", "s.gltf", "-r", "16x9", "--samples", "1", "-t", "1", "-f", &frames]);
     command.args(["--progress", "plain", "-o", "out/a.####.exr"]);
     command
 }
@@ -64,7 +67,7 @@ fn changed_while_stopped(folder: &Path, change: impl Fn(&Child)) -> (ExitStatus,
     let count = names(&folder.join("out")).len();
     change(&child);
     signal(&child, "-CONT");
-    assert!(count < 300, "the run ended before the change");
+    assert!(count < FRAMES, "the run ended before the change");
     let last: Vec<String> = lines.collect();
     (child.wait().unwrap(), last)
 }
@@ -79,7 +82,7 @@ fn inputs_that_change_during_a_run_do_not_reach_its_frames() {
     let whole = stage();
     assert!(sequence(whole.path()).output().unwrap().status.success());
     let expected = contents(&whole.path().join("out"));
-    assert_eq!(expected.len(), 300);
+    assert_eq!(expected.len(), FRAMES);
     let overwrite = |path: &Path| {
         let mut bytes = std::fs::read(path).unwrap();
         let middle = bytes.len() / 2;

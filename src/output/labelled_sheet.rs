@@ -179,8 +179,9 @@ mod tests {
     #[test]
     fn long_texts_are_cut_and_many_tiles_shrink() {
         let mut sheet = LabelledSheet::default();
+        let tile = LabelledTile::new("x".repeat(1000), Some(&plain((640, 360))));
         for _ in 0..400 {
-            sheet.add(LabelledTile::new("x".repeat(1000), Some(&plain((640, 360)))));
+            sheet.add(tile.clone());
         }
         let image = sheet.image();
         assert_eq!(image.size.0, 4 + 20 * (192 + 4));

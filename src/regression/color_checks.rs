@@ -221,8 +221,8 @@ mod tests {
         let lines = |x: usize, y: usize| f32::from(x.is_multiple_of(8) || y.is_multiple_of(8));
         let mut failed_on_display = 0;
         for darkening in [patch as fn(usize, usize) -> f32, shadow, lines] {
-            for wall in [0.95, 0.9, 0.8, 0.5, 0.25] {
-                for depth in [0.06, 0.12, 0.2] {
+            for wall in [0.95, 0.8, 0.25] {
+                for depth in [0.06, 0.2] {
                     let found = |to_encoding: fn(f32) -> f32, encoding: ColorEncoding| {
                         let [actual, reference] = [depth, 0.0].map(|depth| {
                             let pixels = display(wall, depth, darkening).into_iter();
@@ -243,7 +243,7 @@ mod tests {
                 }
             }
         }
-        assert!(failed_on_display > 15, "{failed_on_display}");
+        assert!(failed_on_display > 6, "{failed_on_display}");
     }
 
     #[test]

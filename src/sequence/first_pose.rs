@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn clips_that_are_measured_each_alone_leave_no_pose() {
-        let scene = loaded("scenes/demo/whitted_1980.gltf");
+        let scene = loaded("scenes/animation/hierarchy.gltf");
         let request = SelectionRequest { camera: Some(CameraRequest::Auto), ..SelectionRequest::default() };
         let (selection, _) = Selection::resolve(&request, &scene).unwrap();
         let has_pose = |view: &ViewRequest| {

@@ -73,12 +73,17 @@ impl PassClock {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::PixelWindow;
     use crate::render::{Integrator, PathFrame, RenderSettings};
 
     /// Sizes of the passes of a frame of 200 samples that has `taken` of them.
     fn passes(taken: u32, limit_seconds: Option<f64>) -> Vec<u32> {
-        let settings =
-            RenderSettings { samples: 200, integrator: Integrator::Path, ..RenderSettings::default() };
+        let settings = RenderSettings {
+            window: PixelWindow::full(1, 1),
+            samples: 200,
+            integrator: Integrator::Path,
+            ..RenderSettings::default()
+        };
         let new = PathFrame::new(&settings, 1);
         let (sums, finished) = (new.sums().clone(), new.finished().to_vec());
         let mut frame = new.resumed(sums, finished, taken).unwrap();

@@ -198,7 +198,7 @@ fn suns_behind_clear_glass_show_where_glass_stops_shadow_rays() {
     let side = TO_SUN.any_orthonormal_vector();
     let across = TO_SUN.cross(side);
     let see = |glass_shadows| {
-        let mut stage = super::path::stage(1 << 16);
+        let mut stage = super::path::stage(1 << 14);
         stage.settings.integrator = Integrator::Whitted;
         (stage.settings.glass_shadows, stage.settings.max_depth) = (glass_shadows, 12);
         stage.environment = sunny.clone();

@@ -3,20 +3,16 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 
 use crate::progress::pretty_json;
 use rayframe::error::{Error, Result};
-use rayframe::image_file::{OutputKind, check_output, read_regular_file, write_single_file};
+use rayframe::image_file::{JOB_LIST, OutputKind, check_output, job_files, write_single_file};
 use rayframe::sequence::{hex, sha256_of_file};
 
 use super::job_plan::JobPlan;
 
-/// Name of the list of job files.
-const LIST_NAME: &str = "job.json";
-/// Largest list that is read.
-const MAX_LIST_BYTES: u64 = 1 << 30;
 /// Raised when a field changes its meaning.
 const SCHEMA: u32 = 1;
 
@@ -46,22 +42,16 @@ struct JobList<'a> {
     assets: &'a [String],
 }
 
-/// The part of `job.json` that is read.
-#[derive(Debug, Default, Deserialize)]
-struct Listed {
-    job_files: BTreeMap<String, Vec<String>>,
-}
-
 /// Checks that the files may be written: nothing is there, or what an earlier run wrote and nobody has changed since.
 ///
 /// # Errors
 /// [`Error::CannotCreate`] with the first file that is in the way.
 pub(super) fn check_files(folder: &Path, files: &[JobFile], overwrites: bool) -> Result<()> {
-    check_output(&folder.join(LIST_NAME), OutputKind::JobList, overwrites)?;
+    check_output(&folder.join(JOB_LIST), OutputKind::JobList, overwrites)?;
     if overwrites {
         return Ok(());
     }
-    let listed = listed(folder);
+    let listed = job_files(folder);
     for file in files {
         let path = folder.join(file.name);
         let Ok(metadata) = path.symlink_metadata() else { continue };
@@ -85,14 +75,14 @@ pub(super) fn check_files(folder: &Path, files: &[JobFile], overwrites: bool) ->
 /// Those of writing files.
 pub(super) fn write_files(folder: &Path, engine: &str, plan: &JobPlan, files: &[JobFile]) -> Result<()> {
     // A run that ends in between leaves files of which the list knows both states. Files of other engines stay listed.
-    let mut both = listed(folder);
+    let mut both = job_files(folder);
     let mut new = both.clone();
     for file in files {
         let hash = sha256(&file.content);
         both.entry(file.name.to_owned()).or_default().push(hash.clone());
         new.insert(file.name.to_owned(), vec![hash]);
     }
-    let path = folder.join(LIST_NAME);
+    let path = folder.join(JOB_LIST);
     write_single_file(&path, &list(engine, plan, both)?)?;
     for file in files {
         write_single_file(&folder.join(file.name), file.content.as_bytes())?;
@@ -114,11 +104,6 @@ fn list(engine: &str, plan: &JobPlan, job_files: BTreeMap<String, Vec<String>>) 
         tasks: plan.tasks.iter().map(|task| &*task.name).collect(),
         assets: &plan.assets,
     })
-}
-
-fn listed(folder: &Path) -> BTreeMap<String, Vec<String>> {
-    let text = read_regular_file(&folder.join(LIST_NAME), MAX_LIST_BYTES).unwrap_or_default();
-    serde_json::from_slice::<Listed>(&text).unwrap_or_default().job_files
 }
 
 fn sha256(text: &str) -> String {

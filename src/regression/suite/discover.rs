@@ -8,6 +8,7 @@ use super::names::{files_below, name_below, possible_shots, same_file};
 use super::suite_file::SuiteToml;
 use super::{SUITE_FILE, Suite};
 use crate::error::{Error, Result};
+use crate::image_file::job_files;
 use crate::shot::scene_of_shot;
 
 /// One image or sequence of a suite.
@@ -101,7 +102,7 @@ struct OwnFiles {
     stray: Vec<PathBuf>,
 }
 
-/// Files of the suite, except those of suites below it, of its references and of its report.
+/// Files of the suite, except those of suites below it, of its references, of its report and of jobs of `rayframe farm`.
 fn own_files(suite: &Suite) -> Result<OwnFiles> {
     let (toml, mut models): (Vec<_>, Vec<_>) = files_below(&suite.scenes)?
         .into_iter()
@@ -131,7 +132,14 @@ fn own_files(suite: &Suite) -> Result<OwnFiles> {
     for files in [&mut shot_files, &mut models, &mut stray] {
         files.retain(is_own);
     }
+    shot_files.retain(|file| !is_job_file(file));
     Ok(OwnFiles { shot_files, scenes: models, stray })
+}
+
+/// Whether `rayframe farm` wrote `file` among the files of a job.
+fn is_job_file(file: &Path) -> bool {
+    let (Some(folder), Some(name)) = (file.parent(), file.file_name()) else { return false };
+    job_files(folder).contains_key(&*name.to_string_lossy())
 }
 
 fn has_extension(path: &Path, extensions: &[&str]) -> bool {

@@ -88,6 +88,22 @@ fn a_reference_without_a_shot_fails_and_its_removal_can_be_accepted() {
 }
 
 #[test]
+fn jobs_of_a_farm_are_no_shots() {
+    let stage = Stage::accepted(SUITE, &[POINT]);
+    for folder in ["job", "."] {
+        let job = ["farm", "slurm", POINT.0, "-o", "out/a.####.exr", "--out-dir", folder];
+        stage.run(&job).ends(0, &["job files in"]);
+        assert!(stage.path(folder).join("shot.toml").is_file());
+    }
+    stage.run(&["test"]).ends(0, &["1 image identical, 0 changed within limits, 0 failed"]);
+    assert_eq!(stage.references(), ["light/point.exr"]);
+    // What the list of a job does not name, and what a file of another program names.
+    stage.write("job/own.toml", "scene = '../light/point.gltf'\n");
+    stage.write("job.json", r#"{"job_files": {"shot.toml": []}}"#);
+    assert_eq!(stage.run(&["test", "--list"]).stdout, "job/own\nshot\n");
+}
+
+#[test]
 fn sizes_frames_and_broken_files_fail() {
     let stage = Stage::accepted(SUITE, &[POINT]);
     stage.write("suite.toml", &SUITE.replace("48", "32"));

@@ -1,6 +1,7 @@
 //! `rayframe check`: verifies that rendered files are whole, and that a delivery has all of them.
 
 mod checked_file;
+mod delivered;
 mod listed;
 mod verdict;
 
@@ -12,11 +13,11 @@ use serde::Serialize;
 
 use crate::progress::{one_line, print_json, print_output};
 use rayframe::error::{Error, Result};
-use rayframe::regression::{is_sequence, sequence_files};
-use rayframe::sequence::ListedFile;
+use rayframe::sequence::{ListedFile, canonical};
 
 use super::summary::counted;
 use checked_file::{CheckedFile, FileStatus};
+use delivered::{DeliveredFile, all_files, frames};
 use listed::Listed;
 use verdict::of_file;
 
@@ -48,30 +49,31 @@ struct Report {
 
 /// Verifies and prints. Returns whether all is whole.
 pub(super) fn run(args: &CheckArgs) -> Result<bool> {
+    let files_of = if args.manifest.is_some() { all_files } else { frames };
     let mut given = Vec::new();
     let mut files = Vec::new();
     for path in &args.files {
-        match if is_sequence(path) { sequence_files(path) } else { Ok(vec![path.clone()]) } {
-            Ok(paths) => given.extend(paths),
+        match files_of(path) {
+            Ok(found) => given.extend(found),
             Err(error @ Error::Missing { .. }) => {
                 files.push(CheckedFile::new(Some(path), FileStatus::Missing, error.to_string()));
             }
             Err(error) => return Err(error),
         }
     }
-    let listed = args.manifest.as_deref().map(Listed::read).transpose()?;
-    match listed {
-        None => files.par_extend(given.par_iter().map(|path| checked(path, None))),
-        Some(listed) => {
-            let folders: Vec<_> =
-                args.files.iter().filter(|path| path.is_dir()).map(PathBuf::as_path).collect();
-            let matched = listed.matched((!args.files.is_empty()).then_some(&*given), &folders);
+    match &args.manifest {
+        None => files.par_extend(given.par_iter().map(|file| checked(&file.path, None))),
+        Some(manifest) => {
+            let matched = Listed::read(manifest)?.matched((!args.files.is_empty()).then_some(&*given));
             files.extend(matched.not_rendered);
             files.par_extend(
                 matched.files.par_iter().map(|(file, path)| checked_listed(file, path.as_deref())),
             );
-            files.extend(matched.unlisted.into_iter().map(|path| {
-                CheckedFile::new(Some(path), FileStatus::Unlisted, "is not in the manifest".to_owned())
+            let itself = canonical(manifest);
+            let is_stray =
+                |file: &&&DeliveredFile| !file.is_beside_frames() && canonical(&file.path) != itself;
+            files.extend(matched.unlisted.iter().filter(is_stray).map(|file| {
+                CheckedFile::new(Some(&file.path), FileStatus::Unlisted, "is not in the manifest".to_owned())
             }));
         }
     }

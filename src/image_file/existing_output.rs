@@ -148,7 +148,7 @@ pub fn check_output(path: &Path, kind: OutputKind, overwrites: bool) -> Result<(
 }
 
 /// Whether an earlier output of a purpose is at `path`, not a link.
-pub(crate) fn is_output(path: &Path, kind: OutputKind) -> bool {
+pub fn is_output(path: &Path, kind: OutputKind) -> bool {
     let is_file = std::fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_file());
     is_file && ends_of(path).is_ok_and(|ends| kind.is_mark_of(&ends))
 }

@@ -202,6 +202,45 @@ fn a_delivery_is_compared_with_its_manifest() {
 }
 
 #[test]
+fn deliveries_with_folders_are_compared_with_their_manifest() {
+    let stage = Stage { folder: tempfile::tempdir().unwrap(), frames: "0-1" };
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/skin/two_bone_strip.gltf");
+    let outputs = ["-o", "k/{layer}/a.####.exr", "--manifest", "k/m.json", "--stats", "k/s.json"];
+    let small =
+        ["-r", "24x16", "--samples", "1", "-q", "-f", stage.frames, "--split-aovs", "--aovs", "depth"];
+    let rendered = stage.run(&[&["render", &scene.display().to_string()][..], &outputs, &small].concat());
+    assert_eq!(rendered.status.code(), Some(0), "{rendered:?}");
+    let good = (Some(0), vec!["4 whole files".to_owned()]);
+    assert_eq!(stage.check(&["k", "--manifest", "k/m.json"]), good);
+    assert_eq!(stage.check(&["k/depth", "./k/beauty/", "--manifest", "k/m.json"]), good);
+
+    // It was moved into another folder, where a hidden file is.
+    std::fs::create_dir(stage.path("d")).unwrap();
+    std::fs::rename(stage.path("k"), stage.path("d/v2")).unwrap();
+    stage.write("d/v2/depth/.a.0001.exr.tmp", b"");
+    let manifest = ["--manifest", "d/v2/m.json"];
+    assert_eq!(stage.check(&[&["d"][..], &manifest].concat()), good);
+    assert_eq!(stage.check(&[&["d/v2"][..], &manifest].concat()), good);
+
+    // Whatever else is there, at any depth.
+    std::fs::create_dir(stage.path("d/v2/old")).unwrap();
+    std::fs::copy(stage.path("d/v2/depth/a.0000.exr"), stage.path("d/v2/old/a.0000.exr")).unwrap();
+    for name in ["beauty/notes.txt", "depth/all.mp4", "one.json"] {
+        stage.write(&format!("d/v2/{name}"), b"");
+    }
+    let strays: Vec<_> = ["beauty/notes.txt", "depth/all.mp4", "old/a.0000.exr", "one.json"]
+        .map(|name| format!("FAIL d/v2/{name}: is not in the manifest"))
+        .into();
+    assert_eq!(stage.check(&[&["d/v2", "-q"][..], &manifest].concat()), (Some(1), strays.clone()));
+
+    // A file of the same name in another folder is not the one that is missing.
+    std::fs::remove_file(stage.path("d/v2/beauty/a.0000.exr")).unwrap();
+    let missing = vec!["FAIL k/beauty/a.0000.exr: is in the manifest and not there".to_owned()];
+    let (code, lines) = stage.check(&[&["d/v2", "-q"][..], &manifest].concat());
+    assert_eq!((code, lines), (Some(1), [missing, strays].concat()));
+}
+
+#[test]
 fn files_without_a_checksum_are_not_taken_for_whole() {
     let stage = Stage::new();
     let foreign = stage.path("foreign.exr");

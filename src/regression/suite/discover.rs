@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use super::names::{files_below, name_below, possible_shots, same_file};
+use super::super::folder_files::files_below;
+use super::names::{name_below, possible_shots, same_file};
 use super::suite_file::SuiteToml;
 use super::{SUITE_FILE, Suite};
 use crate::error::{Error, Result};

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::super::folder_files::files_below;
 use super::Suite;
 use crate::error::{Error, Result};
 
@@ -158,43 +159,6 @@ pub(super) fn name_below(folder: &Path, file: &Path) -> Option<String> {
 pub(super) fn same_file(path: &Path) -> PathBuf {
     let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
-}
-
-/// All files below `folder`, sorted. Hidden files and folders are skipped, links are followed.
-///
-/// # Errors
-/// [`Error::Missing`] when a folder cannot be read.
-pub(super) fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    collect(folder, &mut Vec::new(), &mut files)?;
-    files.sort();
-    Ok(files)
-}
-
-/// Adds the files below `folder`. `ancestors` are the folders above it.
-fn collect(folder: &Path, ancestors: &mut Vec<PathBuf>, files: &mut Vec<PathBuf>) -> Result<()> {
-    let directory = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let missing = Error::missing(directory);
-    let itself = directory.canonicalize().map_err(missing)?;
-    // A link to an ancestor.
-    if ancestors.contains(&itself) {
-        return Ok(());
-    }
-    ancestors.push(itself);
-    for entry in std::fs::read_dir(directory).map_err(missing)? {
-        let entry = entry.map_err(missing)?;
-        if entry.file_name().to_string_lossy().starts_with('.') {
-            continue;
-        }
-        let path = folder.join(entry.file_name());
-        if path.is_dir() {
-            collect(&path, ancestors, files)?;
-        } else {
-            files.push(path);
-        }
-    }
-    ancestors.pop();
-    Ok(())
 }
 
 #[cfg(test)]

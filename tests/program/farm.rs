@@ -1,5 +1,7 @@
 //! `rayframe farm`: the job files, what they may replace, and what is refused.
 
+mod memory;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Output;

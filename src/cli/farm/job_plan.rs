@@ -72,18 +72,16 @@ pub(super) struct Task {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Resources {
     pub(super) threads: u16,
+    /// The request.
     pub(super) memory_bytes: u64,
+    /// `--max-memory` of a task.
+    pub(super) limit_bytes: u64,
 }
 
 impl Resources {
     /// The request, rounded up.
     pub(super) fn memory_mib(self) -> u64 {
         self.memory_bytes.div_ceil(1 << 20)
-    }
-
-    /// `--max-memory` of a task: four fifths of the request, as of any machine.
-    pub(super) fn limit_bytes(self) -> u64 {
-        self.memory_bytes / 5 * 4
     }
 }
 

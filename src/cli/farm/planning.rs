@@ -31,7 +31,7 @@ const SPARE_BYTES: u64 = 128 << 20;
 pub(super) fn plan(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Result<JobPlan> {
     // Resolve the shot as `render` does.
     check_shared_files(shot)?;
-    let shot = &of_tasks(shot)?;
+    let shot = &of_tasks(shot, args.memory.map(limit_within))?;
     let job = resolve(&of_first_part(shot, args.division())?, ImageLoading::Budget)?;
     report_warnings(&job.sequence.scene.path, &job.warnings, job.sequence.strict)?;
     Plan::check(&job.sequence)?;
@@ -110,12 +110,20 @@ fn frame_tasks(args: &FarmArgs, job: &RenderJob, plan: &JobPlan) -> Result<Vec<T
 fn resources(shot: &ShotSettings, args: &FarmArgs, job: &RenderJob) -> Resources {
     let estimate = u64::try_from(estimated_bytes(&job.sequence)).unwrap_or(u64::MAX / 4);
     let request = (estimate + estimate / 2).saturating_add(SPARE_BYTES);
-    // A typed limit is four fifths of the request, as of a machine.
-    let typed = shot.values.max_memory.map(|limit| limit.saturating_add(limit / 4));
+    let limit = shot.values.max_memory;
+    // A limit alone is four fifths of the request.
+    let of_limit = limit.map(|limit| limit.saturating_add(limit / 4));
+    let memory_bytes = args.memory.or(of_limit).unwrap_or(request);
     Resources {
         threads: shot.values.threads.unwrap_or(DEFAULT_THREADS),
-        memory_bytes: args.memory.or(typed).unwrap_or(request),
+        memory_bytes,
+        limit_bytes: limit.unwrap_or_else(|| limit_within(memory_bytes)),
     }
+}
+
+/// The memory limit of a task where none is given: four fifths of its request, as of any machine.
+fn limit_within(memory_bytes: u64) -> u64 {
+    (memory_bytes / 5 * 4).max(1)
 }
 
 fn pin(job: &RenderJob) -> Pin {
@@ -141,7 +149,6 @@ fn output(job: &RenderJob) -> Result<(String, String)> {
     Ok((absolute(&folder.join("x"))?.trim_end_matches("/x").to_owned(), name.to_owned()))
 }
 
-/// The absolute path, without links as far as its folder exists.
 /// Rayframe on the workers. Tasks run in the folder of the job, so that a path is made absolute; a bare name is searched for.
 fn program(args: &FarmArgs) -> Result<String> {
     match &args.program {
@@ -155,6 +162,7 @@ fn program(args: &FarmArgs) -> Result<String> {
     }
 }
 
+/// The absolute path, without links as far as its folder exists.
 fn absolute(path: &Path) -> Result<String> {
     let path = canonical(path);
     path.to_str().map(str::to_owned).ok_or_else(|| not_unicode(&path.to_string_lossy()))

@@ -53,11 +53,15 @@ pub(super) fn check_shared_files(shot: &ShotSettings) -> Result<()> {
     Ok(())
 }
 
-/// The shot as tasks render it: without write-behind unless it is asked for, so that a killed worker loses one frame at most.
-pub(super) fn of_tasks(shot: &ShotSettings) -> Result<ShotSettings> {
+/// The shot as tasks render it: without write-behind unless it is asked for, so that a killed worker loses one frame at most, and within
+/// `limit_bytes` unless it has its own limit.
+pub(super) fn of_tasks(shot: &ShotSettings, limit_bytes: Option<u64>) -> Result<ShotSettings> {
     let mut settings = shot.settings.clone();
-    if settings.origin_of("write_behind").is_none() {
-        settings.set("write_behind", OsStr::new("off"), &Provenance::Default).map_err(Error::from)?;
+    let limit = limit_bytes.map(|limit| limit.to_string());
+    for (name, value) in [("write_behind", Some("off")), ("max_memory", limit.as_deref())] {
+        if let Some(value) = value.filter(|_| settings.origin_of(name).is_none()) {
+            settings.set(name, OsStr::new(value), &Provenance::Default).map_err(Error::from)?;
+        }
     }
     ShotSettings::merge([settings], shot.shot_file.clone())
 }

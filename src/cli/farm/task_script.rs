@@ -86,8 +86,7 @@ pub(super) fn script(plan: &JobPlan, form: ScriptForm<'_>) -> String {
     let _ = writeln!(
         text,
         "\n# Finished frames are kept, so that a repeated task continues\nexec \"$rayframe\" render \"$scene\" --config \"$shot\"{assets} \"$@\" --resume --threads \"$threads\" --max-memory {}{cache} --progress {}",
-        plan.resources.limit_bytes(),
-        form.progress
+        plan.resources.limit_bytes, form.progress
     );
     text
 }
@@ -121,7 +120,7 @@ fn merge_command(plan: &JobPlan) -> String {
         "exec \"$rayframe\" merge {} -o \"$pattern\"/{} --threads \"$threads\" --max-memory {}",
         parts.join(" "),
         quoted(&plan.output_name),
-        plan.resources.limit_bytes()
+        plan.resources.limit_bytes
     )
 }
 

@@ -28,6 +28,24 @@ pub struct Limits {
     pub brightness: f64,
 }
 
+/// A limit that any value may have: infinity is none.
+const ANY: (f64, &str) = (f64::INFINITY, "write a number from 0, or inf for no limit");
+/// A limit on FLIP or on a share of pixels, which are 1 at most: a larger one would be no limit without saying so.
+const SHARE: (f64, &str) = (1.0, "write a number from 0 to 1, or inf for no limit");
+
+impl Limits {
+    /// Checks a limit of the name that it has in the table `[test]` of a suite.
+    ///
+    /// # Errors
+    /// What to write instead.
+    pub fn check(name: &str, value: f64) -> Result<(), &'static str> {
+        let is_share = name.ends_with("_flip") || name.ends_with("_share");
+        let (largest, remedy) = if is_share { SHARE } else { ANY };
+        let is_limit = (0.0..=largest).contains(&value) || value == f64::INFINITY;
+        if is_limit { Ok(()) } else { Err(remedy) }
+    }
+}
+
 /// A named set of limits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]

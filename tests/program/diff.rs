@@ -198,6 +198,17 @@ fn exit_codes_distinguish_usage_bad_files_and_missing_files() {
     assert_eq!(output.status.code(), Some(1));
     assert_eq!(code(&[&a]), Some(2));
     assert_eq!(code(&[&a, &a, "--preset", "loose"]), Some(2));
+    for (option, value, remedy) in [
+        ("--mean-flip", "-1", "write a number from 0 to 1, or inf for no limit"),
+        ("--tile-flip", "1.5", "write a number from 0 to 1, or inf for no limit"),
+        ("--object-flip", "x", "write a number from 0 to 1, or inf for no limit"),
+        ("--brightness", "-0.5", "write a number from 0, or inf for no limit"),
+    ] {
+        let output = rayframe(&["diff", &a, &a, option, value]);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && message.contains(remedy), "{message}");
+    }
+    assert_eq!(code(&[&a, &a, "--mean-flip", "1", "--tile-flip", "inf", "--brightness", "3"]), Some(0));
     assert_eq!(code(&[&a, &a, "--layers", "depth"]), Some(2));
     assert_eq!(code(&[&a, &a, "--aovs", "depth"]), Some(2));
     assert_eq!(code(&[&a, &a, "--heat-map", "heat.exr"]), Some(2));

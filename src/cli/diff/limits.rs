@@ -8,16 +8,16 @@ use rayframe::regression::{Limits, Preset};
 #[command(next_help_heading = "Limits")]
 pub(in crate::cli) struct LimitOptions {
     /// Largest mean FLIP, from 0 to 1, in place of the preset's; inf is no limit
-    #[arg(long, value_name = "X", value_parser = limit)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = |text: &str| limit("mean_flip", text))]
     mean_flip: Option<f64>,
     /// Largest FLIP of a tile of 8x8 pixels, from 0 to 1, in place of the preset's
-    #[arg(long, value_name = "X", value_parser = limit)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = |text: &str| limit("tile_flip", text))]
     tile_flip: Option<f64>,
     /// Largest mean FLIP of an object, where both have its layer object_id, in place of the preset's
-    #[arg(long, value_name = "X", value_parser = limit)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = |text: &str| limit("object_flip", text))]
     object_flip: Option<f64>,
     /// Largest difference of mean brightness as a share of the reference's, in place of the preset's
-    #[arg(long, value_name = "X", value_parser = limit)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = |text: &str| limit("brightness", text))]
     brightness: Option<f64>,
 }
 
@@ -58,10 +58,8 @@ impl LimitOptions {
     }
 }
 
-fn limit(text: &str) -> std::result::Result<f64, String> {
-    let number: f64 = text.parse().map_err(|_| "write a number from 0, or inf for no limit".to_owned())?;
-    if number.is_nan() || number < 0.0 {
-        return Err("write a number from 0, or inf for no limit".to_owned());
-    }
-    Ok(number)
+fn limit(name: &str, text: &str) -> Result<f64, &'static str> {
+    // What is no number gets the same advice.
+    let number = text.parse().unwrap_or(f64::NAN);
+    Limits::check(name, number).map(|()| number)
 }

@@ -68,9 +68,7 @@ impl PresetLimits {
                 file.unknown_key(entry, "a key of [test]", &[&KEYS[..], &COVERAGE_KEYS].concat())
             })?;
             let value = number(entry.value).ok_or_else(|| file.wrong_kind(entry, "a number"))?;
-            if value.is_nan() || value < 0.0 {
-                return Err(file.wrong_value(entry, "write a number from 0, or inf for no limit"));
-            }
+            Limits::check(entry.key, value).map_err(|remedy| file.wrong_value(entry, remedy))?;
             *limit = value;
         }
         Ok(self)
@@ -124,8 +122,8 @@ mod tests {
     fn absent_keys_keep_their_limits() {
         let strict = PresetLimits { preset: Preset::Strict, limits: Preset::Strict.limits() };
         assert_eq!(with(strict, "").unwrap(), strict);
-        let changed = with(strict, "tile_flip = 1\nlight_absolute = 0.25").unwrap();
-        assert_eq!((changed.limits.tile_flip, changed.limits.light.absolute), (1.0, 0.25));
+        let changed = with(strict, "tile_flip = 1\nlight_absolute = 25").unwrap();
+        assert_eq!((changed.limits.tile_flip, changed.limits.light.absolute), (1.0, 25.0));
         assert_eq!(changed.limits.mean_flip, Preset::Strict.limits().mean_flip);
         assert_eq!(changed.name(), "strict with own limits");
         let noisy = with(changed, "brightness = inf\npreset = 'noisy'").unwrap();
@@ -153,8 +151,12 @@ mod tests {
                 "suite.toml:3:2: \"mean_flipp\" is not a key of [test]; did you mean \"mean_flip\"?",
             ),
             ("mean_flip = 'low'", "suite.toml:2:1: mean_flip: expected a number, found a text"),
-            ("mean_flip = -1", "suite.toml:2:1: mean_flip: write a number from 0, or inf for no limit"),
-            ("data_share = nan", "suite.toml:2:1: data_share: write a number from 0, or inf for no limit"),
+            ("brightness = -1", "suite.toml:2:1: brightness: write a number from 0, or inf for no limit"),
+            ("mean_flip = 5", "suite.toml:2:1: mean_flip: write a number from 0 to 1, or inf for no limit"),
+            (
+                "data_share = nan",
+                "suite.toml:2:1: data_share: write a number from 0 to 1, or inf for no limit",
+            ),
         ] {
             let error = with(PresetLimits::default(), text).unwrap_err();
             assert_eq!(error.to_string(), message);

@@ -55,7 +55,7 @@ pub(in crate::cli) struct FarmArgs {
     #[arg(long, value_name = "SIZE", value_parser = options::memory_size, help_heading = "Job")]
     pub(super) memory: Option<u64>,
     /// How often a task is repeated after a failure that may pass
-    #[arg(long, value_name = "N", default_value_t = 3, help_heading = "Job")]
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = |text: &str| options::whole::<u32>(text, 0, 1_000_000), help_heading = "Job")]
     pub(super) retries: u32,
     /// Most tasks that run at once [default: all]
     #[arg(long, value_name = "N", value_parser = |text: &str| options::whole::<u32>(text, 1, 1_000_000), help_heading = "Job")]

@@ -78,7 +78,7 @@ pub(super) struct TestArgs {
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["filter", "selection", "threads", "max_memory", "no_cache"])]
     merge: Vec<PathBuf>,
     /// Print the N slowest shots
-    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true, value_parser = |text: &str| options::whole::<usize>(text, 0, 1_000_000))]
     slowest: usize,
     #[command(flatten)]
     fail_on: FailOnOption,

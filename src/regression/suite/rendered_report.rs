@@ -28,10 +28,10 @@ impl RenderedReport {
     /// Opens the folder of a report, or a zip archive of it.
     ///
     /// # Errors
-    /// [`Error::Missing`] for an archive without a report, [`Error::Invalid`] for a damaged one, and [`Error::Refused`] for one with links or
+    /// [`Error::Missing`] for a path where nothing is and for an archive without a report, [`Error::Invalid`] for a damaged one, and [`Error::Refused`] for one with links or
     /// with names that lead out of it.
     pub fn open(path: &Path) -> Result<Self> {
-        let source = if path.is_file() {
+        let source = if path.metadata().map_err(Error::missing(path))?.is_file() {
             Source::Archive(ReportArchive::open(path, LIST)?)
         } else {
             Source::Folder(path.to_owned())

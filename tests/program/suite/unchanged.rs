@@ -183,6 +183,7 @@ fn changed_and_failed_shots_are_rendered_again() {
 fn slow_shots_are_listed() {
     let stage = Stage::accepted(SUITE, &[POINT, SPOT]);
     stage.write("spot.toml", "scene = 'spot.gltf'\nresolution = [1280, 720]\n");
+    stage.run(&["test", "--slowest", "x"]).ends(2, &["write a whole number from 0 to"]);
     let ran = stage.run(&["test", "--slowest", "1"]);
     ran.ends(1, &[" s  spot\n"]);
     assert!(!ran.text.contains(" s  a/point\n"), "{}", ran.text);

@@ -44,7 +44,7 @@ pub(super) struct MarkdownSummary<'a> {
     pub(super) findings: &'a [Finding<'a>],
 }
 
-/// Writes the summary to `file`, and its thumbnails to the folder `FILE.files`, whose thumbnails of earlier runs are removed.
+/// Writes the summary to `file`, and its thumbnails to the folder `FILE.md.files`, whose thumbnails of earlier runs are removed.
 ///
 /// # Errors
 /// Those of writing files.

@@ -33,7 +33,7 @@ pub(in crate::cli) struct DiffArgs {
     /// Write DIR/index.html: both images with a slider, flicker, exposure, heat map, graph and all measures, in one file
     #[arg(long, value_name = "DIR")]
     pub(super) report: Option<PathBuf>,
-    /// Write a summary in Markdown for pull requests, with thumbnails in the folder FILE.files
+    /// Write a summary in Markdown for pull requests, with thumbnails beside it in the folder FILE.md.files
     #[arg(long, value_name = "FILE.md")]
     pub(super) summary: Option<PathBuf>,
     #[command(flatten)]

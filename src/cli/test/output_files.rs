@@ -21,7 +21,7 @@ pub(super) struct OutputFiles {
     /// Write the result as JUnit XML, for build servers
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Write a summary in Markdown for pull requests, with thumbnails in the folder FILE.files
+    /// Write a summary in Markdown for pull requests, with thumbnails beside it in the folder FILE.md.files
     #[arg(long, value_name = "FILE.md")]
     summary: Option<PathBuf>,
     /// Write a report of GitLab's Code Quality

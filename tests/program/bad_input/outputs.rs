@@ -26,7 +26,7 @@ fn a_home_folder_that_no_shell_expanded_is_refused() {
     }
     let shot = stage.folder.path().join("scene/shot.toml");
     std::fs::write(&shot, "scene = \"bad.gltf\"\noutput = \"~/a.exr\"\n").unwrap();
-    stage.assert_fails_with("shot.toml", &[], (2, &["shot.toml:2:", "./~/a.exr"]));
+    stage.assert_fails_with("shot.toml", &[], (65, &["shot.toml:2:", "./~/a.exr"]));
     let run = stage.render("bad.gltf", &["-o", "./~/a.exr"]);
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     assert!(stage.folder.path().join("~/a.exr").is_file());

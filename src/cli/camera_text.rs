@@ -43,18 +43,29 @@ fn placing_options(camera: Mat4, projection: &Projection) -> String {
         }
     };
     let ahead = position - camera.z_axis.truncate() * distance;
-    format!("--camera-position {} --look-at {}{lens}", point(position), point(ahead))
+    let [position, ahead] = [position, ahead].map(|point| point_text(point, distance));
+    format!("--camera-position {position} --look-at {ahead}{lens}")
 }
 
-fn point(point: Vec3) -> String {
-    point.to_array().map(rounded).join(",")
+/// Coordinates with digits that tell a ten-thousandth of `distance`, and six significant ones at least.
+fn point_text(point: Vec3, distance: f32) -> String {
+    let decimals = (4 - libm::log10f(distance.max(1e-9)).floor() as i32).clamp(0, 12) as usize;
+    let text = |number: f32| {
+        let (rounded, fine) = (rounded(number), trimmed(&format!("{number:.decimals$}")));
+        if fine.len() > rounded.len() { fine } else { rounded }
+    };
+    point.to_array().map(text).join(",")
 }
 
 /// Six significant digits.
 fn rounded(number: f32) -> String {
     let digits = 5 - (libm::log10f(number.abs().max(1e-9)).floor() as i32);
-    let text = format!("{number:.*}", digits.clamp(0, 12) as usize);
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    trimmed(&format!("{number:.*}", digits.clamp(0, 12) as usize))
+}
+
+/// The decimal number without zeros at its end, and without the sign of zero.
+fn trimmed(text: &str) -> String {
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text };
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
@@ -86,5 +97,11 @@ mod tests {
         let parallel = Projection::Orthographic { x_mag: half, y_mag: half, z_near: 0.0, z_far: f32::MAX };
         let expected = "--camera-position 0,0,4 --look-at 0,0,1 --ortho";
         assert_eq!(placing_options(camera, &parallel), expected);
+        // Far from the origin, the two points differ in their last digits.
+        let half = 0.02 * libm::tanf(std::f32::consts::FRAC_PI_8);
+        let parallel = Projection::Orthographic { x_mag: half, y_mag: half, z_near: 0.0, z_far: f32::MAX };
+        let far = Mat4::from_translation(Vec3::new(0.0, 0.0, 128.5));
+        let expected = "--camera-position 0,0,128.5 --look-at 0,0,128.479996 --ortho";
+        assert_eq!(placing_options(far, &parallel), expected);
     }
 }

@@ -270,8 +270,7 @@ impl Session {
 
     /// Tells the failure of a whole scene. The run ends unless it keeps going.
     fn fail(&mut self, named: &NamedShot, error: &Error) -> std::result::Result<(), Stop> {
-        let text = self.tell(named, error);
-        self.total.failed_scenes.push((named.path.clone(), error.exit_code(), text));
+        self.tell(named, error);
         self.sheets.add_failed(named);
         let keeps_going =
             named.settings.as_ref().map_or(self.keeps_going_unread, |shot| shot.values.keep_going);
@@ -285,7 +284,7 @@ impl Session {
     }
 
     /// Prints an error about a scene, with the scene where there are several, and counts its exit code.
-    fn tell(&mut self, named: &NamedShot, error: &Error) -> String {
+    fn tell(&mut self, named: &NamedShot, error: &Error) {
         let mut text = message(error);
         let names_no_file = match error {
             Error::Setting(SettingError { origin, .. }) => !matches!(origin, Provenance::File { .. }),
@@ -300,7 +299,7 @@ impl Session {
         let path = scene.filter(|_| named.path.as_os_str().is_empty()).unwrap_or(&named.path);
         print_scene_failure(self.style, path, error.exit_code(), &text);
         self.count(error.exit_code());
-        text
+        self.total.failed_scenes.push((path.clone(), error.exit_code(), text));
     }
 
     /// Keeps the most permanent exit code, and of equally permanent ones the smallest, whatever their order.

@@ -18,6 +18,8 @@ use crate::scene::{
 
 /// Vertical field of view of cameras inside interiors, unless requested: 60 degrees.
 const INSIDE_FOV_RADIANS: f32 = std::f32::consts::FRAC_PI_3;
+/// Least distance along the viewing axis at which a camera looks at the scene, as a share of the distance.
+const LEAST_AHEAD: f32 = 0.1;
 
 /// Replaces the camera of `selection` by what `request` makes of it, for images of `aspect_ratio` (width over height).
 ///
@@ -171,9 +173,10 @@ impl<'a> View<'a> {
         let camera = moved.apply(self.of_file.unwrap_or_default().world_from_camera);
         let center = self.target.unwrap_or_else(|| self.subject().bounds.center());
         let to_center = center - camera.w_axis.truncate();
-        let ahead = -to_center.dot(camera.z_axis.truncate());
+        let ahead = to_center.dot(-camera.z_axis.truncate());
+        let distance = to_center.length();
         // A camera that looks past the scene has no height of its own there.
-        self.parallel_at(if ahead > 0.0 { ahead } else { to_center.length() })
+        self.parallel_at(if ahead > distance * LEAST_AHEAD { ahead } else { distance })
     }
 
     /// A camera of our own.
@@ -187,12 +190,12 @@ impl<'a> View<'a> {
         };
         let (mut world_from_camera, mut projection) = (fitted.world_from_camera, self.projection(&fitted));
         let mut rule = if is_automatic { CameraRule::Outside } else { CameraRule::Requested };
-        if is_automatic && self.target.is_none() {
+        if is_automatic && self.target.is_none() && !self.is_orthographic() {
             let lens = if self.request.lens.is_some() { self.lens } else { perspective(INSIDE_FOV_RADIANS) };
             if let Some(inside) = inside_camera(self.subject(), &lens, world_from_camera) {
                 world_from_camera = inside;
                 rule = CameraRule::Inside;
-                projection = if self.is_orthographic() { projection } else { lens };
+                projection = lens;
             }
         }
         let world_from_camera = self.rolled(world_from_camera);
@@ -283,8 +286,9 @@ impl<'a> View<'a> {
         if let Some(own @ Projection::Orthographic { .. }) = self.of_file.map(|camera| camera.projection) {
             return own;
         }
-        let half = self.lens.half_size(self.aspect_ratio) * distance.max(f32::MIN_POSITIVE);
-        parallel(half.y, self.aspect_ratio)
+        let distance =
+            if distance > 0.0 { distance } else { self.subject().bounds.extent().max_element().max(1.0) };
+        parallel(self.lens.half_size(self.aspect_ratio).y * distance, self.aspect_ratio)
     }
 
     fn rolled(&self, camera: Mat4) -> Mat4 {

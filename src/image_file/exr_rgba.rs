@@ -20,11 +20,11 @@ use crate::image::RgbaImage;
 
 /// Decodes the data window of the first flat part of `bytes`, the content of the file `path`, as linear Rec.709. The part must have
 /// the channels R, G and B, or Y, of any numeric type. Alpha is 1 without a channel A. Colours of other `chromaticities` are converted,
-/// those of a file without the attribute are Rec.709.
+/// those of a file without the attribute, or with chromaticities that no colours have, are Rec.709.
 ///
 /// # Errors
-/// [`Error::Invalid`] when there is no such part, or its chromaticities are malformed; [`Error::Refused`] when the pixels would take
-/// more than `max_memory_bytes`.
+/// [`Error::Invalid`] when there is no such part; [`Error::Refused`] when the pixels would take more than
+/// `max_memory_bytes`.
 pub fn decode_exr_rgba(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<RgbaImage, Error> {
     Ok(decode_exr_window(path, bytes, max_memory_bytes)?.image)
 }
@@ -51,7 +51,7 @@ pub(super) fn decode_exr_window(
         let (start, origin) = (layer.attributes.layer_position, attributes.display_window.position);
         let offset = |start: i32, origin: i32| i64::from(start) - i64::from(origin);
         let mut pixels = rgba(&layer)?;
-        if let Some(matrix) = attributes.chromaticities.map_or(Ok(None), to_rec709)? {
+        if let Some(matrix) = attributes.chromaticities.and_then(to_rec709) {
             pixels.par_iter_mut().for_each(|pixel| *pixel = converted(*pixel, &matrix));
         }
         let image = RgbaImage { size, pixels };
@@ -84,26 +84,19 @@ pub(super) fn check_memory(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> 
     check_chunks(&mut Cursor::new(bytes)).map_err(damaged)
 }
 
-/// The matrix from colours of `chromaticities` to Rec.709, unless they are Rec.709.
-fn to_rec709(chromaticities: ExrChromaticities) -> Result<Option<DMat3>, String> {
+/// The matrix from colours of `chromaticities` to Rec.709, unless they are Rec.709. Chromaticities that no colours have are taken for those:
+/// some programs write zeros.
+fn to_rec709(chromaticities: ExrChromaticities) -> Option<DMat3> {
     let ExrChromaticities { red, green, blue, white } = chromaticities;
     let [red, green, blue, white] = [red, green, blue, white].map(|xy| glam::Vec2::new(xy.0, xy.1));
     let chromaticities = Chromaticities { red, green, blue, white };
-    if chromaticities.is_rec709() {
-        return Ok(None);
-    }
-    let malformed = || {
-        format!(
-            "has `chromaticities` that no colours have: red {red}, green {green}, blue {blue}, white {white}"
-        )
-    };
-    chromaticities.to_rec709().map(Some).ok_or_else(malformed)
+    if chromaticities.is_rec709() { None } else { chromaticities.to_rec709() }
 }
 
-/// A pixel in other primaries. One that is not finite is kept: sums of its channels are not a number.
+/// A pixel in other primaries. Greys are the same in all, and one that is not finite is kept: sums of its channels are not a number.
 fn converted([r, g, b, a]: [f32; 4], matrix: &DMat3) -> [f32; 4] {
     let color = DVec3::new(r.into(), g.into(), b.into());
-    if !color.is_finite() {
+    if !color.is_finite() || (r == g && g == b) {
         return [r, g, b, a];
     }
     let [r, g, b] = (*matrix * color).as_vec3().to_array();
@@ -224,6 +217,13 @@ mod tests {
     }
 
     #[test]
+    fn greys_are_read_to_the_bit() {
+        let pixels = [[0.1; 4], [0.7, 0.7, 0.7, 1.0]];
+        let plate = read_plate(Path::new("a.exr"), &file(&pixels, AP0), 1 << 20).unwrap();
+        assert_eq!(plate.image.pixels, pixels);
+    }
+
+    #[test]
     fn rec709_is_read_to_the_bit() {
         let pixels = [[0.2, 0.4, 0.6, 0.5], [-0.1, 70000.0, 1e-9, 1.0]];
         let rounded = [0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.31271, 0.32902];
@@ -232,16 +232,11 @@ mod tests {
     }
 
     #[test]
-    fn malformed_chromaticities_are_errors() {
-        let path = Path::new("a.exr");
+    fn chromaticities_that_no_colours_have_are_taken_for_rec709() {
+        let pixels = [[0.2, 0.4, 0.6, 0.5]];
         for malformed in [[0.0; 8], [f32::NAN; 8], [0.64, 0.33, 0.64, 0.33, 0.15, 0.06, 0.3127, 0.329]] {
-            let bytes = file(&[[1.0; 4]], malformed);
-            let of_plate = read_plate(path, &bytes, 1 << 20).unwrap_err();
-            let of_environment = read_environment(path, &bytes, 1 << 20).unwrap_err();
-            for error in [of_plate, of_environment] {
-                assert_eq!(error.exit_code(), 65);
-                assert!(error.to_string().contains("chromaticities"), "{error}");
-            }
+            let plate = read_plate(Path::new("a.exr"), &file(&pixels, malformed), 1 << 20).unwrap();
+            assert_eq!(plate.image.pixels, pixels, "{malformed:?}");
         }
     }
 }

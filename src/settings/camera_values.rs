@@ -25,7 +25,7 @@ pub(super) fn orbit(text: &str) -> Result<Orbit, String> {
         return Err("the elevation lies between -90 and 90 degrees".to_owned());
     }
     if distance <= 0.0 {
-        return Err("the distance must be above 0; 1 fits the image, 2 is twice as far".to_owned());
+        return Err("the distance must be above 0; 1 fits the image, 2 shows it half as large".to_owned());
     }
     Ok(Orbit { azimuth_degrees, elevation_degrees, distance })
 }

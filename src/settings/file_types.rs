@@ -121,6 +121,7 @@ impl SettingType for EnvironmentType {
     const FORM: ValueForm = ValueForm::TEXT.or_list(",");
 
     fn parse(text: &OsStr) -> Result<EnvironmentSource, String> {
+        check_expanded(Path::new(text))?;
         EnvironmentSource::parse(text)
     }
 
@@ -142,6 +143,7 @@ impl SettingType for BackgroundType {
     const FORM: ValueForm = ValueForm::TEXT.or_list(",");
 
     fn parse(text: &OsStr) -> Result<BackgroundSource, String> {
+        check_expanded(Path::new(text))?;
         BackgroundSource::parse(text)
     }
 
@@ -163,6 +165,7 @@ impl SettingType for CameraPathType {
     const FORM: ValueForm = ValueForm::TEXT;
 
     fn parse(text: &OsStr) -> Result<CameraPathSource, String> {
+        check_expanded(Path::new(text))?;
         CameraPathSource::parse(text)
     }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-/// Refuses a path that starts with `~/`. Shells expand it at the start of a word alone, and files not at all.
+/// Refuses a path that starts with `~/`. Shells expand it at the start of a word alone, and nothing does in a shot file.
 pub(super) fn check_expanded(path: &Path) -> Result<(), String> {
     match path.strip_prefix("~") {
         Ok(rest) => {

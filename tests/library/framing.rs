@@ -193,6 +193,9 @@ fn a_camera_of_the_file_gets_the_height_of_where_it_is_moved() {
     let looking = ViewRequest { position, target, ..ViewRequest::default() };
     assert!((half_height(looking) - 5.0 * slope).abs() < 1e-4);
     assert!((half_height(ViewRequest { position, ..ViewRequest::default() }) - 5.0 * slope).abs() < 1e-4);
+    // In the middle of the scene the height is that of its size, two metres.
+    let position = Some(Vec3::ZERO);
+    assert!((half_height(ViewRequest { position, ..ViewRequest::default() }) - 2.0 * slope).abs() < 1e-4);
 }
 
 #[test]
@@ -273,6 +276,10 @@ fn interiors_are_seen_from_inside() {
     assert!(position.abs().cmplt(Vec3::new(4.0, 1.5, 3.0)).all(), "{position}");
     // Half of the height is below 1.6 metres.
     assert!((position.y - 0.0).abs() < 0.25, "{position}");
+    // Parallel views show the whole.
+    let outside = resolve(&scene, &parallel(ViewRequest::default()), 1.5);
+    assert_eq!(outside.rule, CameraRule::Outside);
+    assert_fits(&scene, &outside, 1.5);
     // A view that was asked for is not replaced.
     assert_eq!(resolve(&scene, &view(NamedView::ThreeQuarter), 1.5).rule, CameraRule::Requested);
 }

@@ -145,6 +145,7 @@ fn a_broken_scene_stops_all_or_only_itself() {
     let told = String::from_utf8_lossy(&stopped.stdout).into_owned();
     let events: Vec<Value> = told.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(events.iter().map(|event| &event["event"]).collect::<Vec<_>>(), ["scene_failed", "total"]);
+    assert_eq!(events[0]["scene"], events[1]["failed_scenes"][0]["scene"]);
     let schema = Schema::read("progress");
     let output = rayframe(folder, &crate::both(&scenes, &["--keep-going", "--progress", "json"]));
     let told = assert_code(&output, 65);

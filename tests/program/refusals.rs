@@ -111,7 +111,9 @@ fn what_can_be_known_to_fail_fails_before_the_first_frame() {
         let events: Vec<Value> = told.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
         let is_failure = |event: &Value| event["event"] == "scene_failed" && event["code"] == code;
         assert!(events.len() <= 1 && events.iter().all(is_failure), "{arguments:?}: {told}");
-        assert!(!events.is_empty() || code == 2, "{arguments:?}");
+        // Options that no scene could have are told before any scene.
+        let may_be_of_options = code == 2 && !["left", "walk", "#7"].contains(&word);
+        assert!(!events.is_empty() || may_be_of_options, "{arguments:?}");
         assert_eq!(names(&folder), before, "{arguments:?}");
     }
 }

@@ -21,7 +21,7 @@ fn outputs_that_cannot_be_created_fail_before_the_first_frame() {
 #[test]
 fn a_home_folder_that_no_shell_expanded_is_refused() {
     let stage = Stage::with(&triangle());
-    for option in ["--output=~/a.exr", "--manifest=~/a.json", "--stats=~/a.json"] {
+    for option in ["--output=~/a.exr", "--manifest=~/a.json", "--env=~/a.hdr", "--background=~/a.png"] {
         stage.assert_fails_with("bad.gltf", &[option], (2, &["~/a", "./~/a"]));
     }
     let shot = stage.folder.path().join("scene/shot.toml");

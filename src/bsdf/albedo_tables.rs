@@ -32,9 +32,11 @@ mod tests {
     /// Prime to the number of columns of each grid: the points lie in all rows and columns, and each has all indices.
     const STEP: usize = 8;
 
+    const CHECK: &str = "run `cargo run --release -p oracles --bin albedo_tables -- --check`";
+
     #[test]
     fn stored_tables_are_their_integrals() {
-        // Bytes of a grid point, and the hash of the files that `--check` found to be their integrals
+        // Bytes of a grid point, and the hash of the whole file
         let stored = [
             (isotropic_albedo::STORED, 4, "9ed79f26fee9b78a033ba1a15150f32e41cdf558b28f423537fdcacaae2ff109"),
             (
@@ -57,7 +59,7 @@ mod tests {
         for ((name, integrated), (stored, point_bytes, hash)) in integrated(STEP).into_iter().zip(stored) {
             let points: Vec<u8> = stored.chunks(point_bytes).step_by(STEP).flatten().copied().collect();
             assert!(integrated == points, "{name}: run `cargo run --release -p oracles --bin albedo_tables`");
-            assert_eq!(hex(&Sha256::digest(stored)), hash, "{name}: another file");
+            assert_eq!(hex(&Sha256::digest(stored)), hash, "{name}: {CHECK}, then store this hash");
         }
     }
 }

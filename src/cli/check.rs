@@ -5,6 +5,7 @@ mod delivered;
 mod listed;
 mod verdict;
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -69,9 +70,11 @@ pub(super) fn run(args: &CheckArgs) -> Result<bool> {
             files.par_extend(
                 matched.files.par_iter().map(|(file, path)| checked_listed(file, path.as_deref())),
             );
-            let itself = canonical(manifest);
+            // A file may be found twice: in a folder and by a link to it.
+            let paths = matched.files.iter().filter_map(|(_, path)| path.as_deref());
+            let known: HashSet<_> = paths.chain([manifest.as_path()]).map(canonical).collect();
             let is_stray =
-                |file: &&&DeliveredFile| !file.is_beside_frames() && canonical(&file.path) != itself;
+                |file: &&&DeliveredFile| !file.is_beside_frames() && !known.contains(&canonical(&file.path));
             files.extend(matched.unlisted.iter().filter(is_stray).map(|file| {
                 CheckedFile::new(Some(&file.path), FileStatus::Unlisted, "is not in the manifest".to_owned())
             }));

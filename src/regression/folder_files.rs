@@ -12,10 +12,10 @@ pub(super) fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
     sorted_files(folder, Hidden::Skipped)
 }
 
-/// All files below `folder`, sorted, hidden ones included.
+/// All files below `folder`, sorted, hidden ones included. A folder below it that cannot be read is listed itself.
 ///
 /// # Errors
-/// [`Error::Missing`] when a folder cannot be read.
+/// [`Error::Missing`] when `folder` cannot be read.
 pub fn all_files_below(folder: &Path) -> Result<Vec<PathBuf>> {
     sorted_files(folder, Hidden::Included)
 }
@@ -56,7 +56,14 @@ fn collect(
         }
         let path = folder.join(entry.file_name());
         if path.is_dir() {
-            collect(&path, hidden, ancestors, files)?;
+            let depth = ancestors.len();
+            let collected = collect(&path, hidden, ancestors, files);
+            if hidden == Hidden::Skipped {
+                collected?;
+            } else if collected.is_err() {
+                ancestors.truncate(depth);
+                files.push(path);
+            }
         } else {
             files.push(path);
         }

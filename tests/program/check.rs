@@ -222,6 +222,14 @@ fn deliveries_with_folders_are_compared_with_their_manifest() {
     assert_eq!(stage.check(&[&["d"][..], &manifest].concat()), good);
     assert_eq!(stage.check(&[&["d/v2"][..], &manifest].concat()), good);
 
+    // Windows adds files, and links lead to files that are there already.
+    stage.write("d/v2/thumbs.db", b"");
+    #[cfg(unix)]
+    std::os::unix::fs::symlink("v2", stage.path("d/latest")).unwrap();
+    assert_eq!(stage.check(&[&["d", "d/v2/depth"][..], &manifest].concat()), good);
+    #[cfg(unix)]
+    std::fs::remove_file(stage.path("d/latest")).unwrap();
+
     // Whatever else is there, at any depth.
     std::fs::create_dir(stage.path("d/v2/old")).unwrap();
     std::fs::copy(stage.path("d/v2/depth/a.0000.exr"), stage.path("d/v2/old/a.0000.exr")).unwrap();

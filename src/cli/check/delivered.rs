@@ -6,6 +6,9 @@ use rayframe::error::Result;
 use rayframe::image_file::{OutputKind, is_output};
 use rayframe::regression::{all_files_below, is_sequence, sequence_files};
 
+/// Files that Windows adds to folders.
+const OF_WINDOWS: [&str; 2] = ["Thumbs.db", "desktop.ini"];
+
 /// A file of a delivery.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct DeliveredFile {
@@ -15,11 +18,16 @@ pub(super) struct DeliveredFile {
 }
 
 impl DeliveredFile {
-    /// Whether a delivery has it without listing it: a hidden file, as temporary files and records of runs are, or the statistics of a run.
+    /// Whether a delivery has it without listing it: a hidden file, as temporary files and records of runs are, the statistics or the manifest
+    /// of a run, or what Windows adds to folders.
     pub(super) fn is_beside_frames(&self) -> bool {
         let mut names = self.path.iter().rev().take(self.depth);
+        let is_named = |name: &&str| self.path.file_name().is_some_and(|own| own.eq_ignore_ascii_case(name));
         names.any(|name| name.to_string_lossy().starts_with('.'))
-            || is_output(&self.path, OutputKind::Statistics)
+            || OF_WINDOWS.iter().any(is_named)
+            || [OutputKind::Statistics, OutputKind::Manifest]
+                .into_iter()
+                .any(|kind| is_output(&self.path, kind))
     }
 }
 
@@ -42,5 +50,5 @@ pub(super) fn all_files(path: &Path) -> Result<Vec<DeliveredFile>> {
     }
     let above = path.components().count();
     let below = |file: PathBuf| DeliveredFile { depth: file.components().count() - above, path: file };
-    Ok(all_files_below(path)?.into_iter().filter(|file| file.is_file()).map(below).collect())
+    Ok(all_files_below(path)?.into_iter().map(below).collect())
 }

@@ -83,6 +83,11 @@ impl Resources {
     pub(super) fn memory_mib(self) -> u64 {
         self.memory_bytes.div_ceil(1 << 20)
     }
+
+    /// `--max-memory` of the merge, which renders nothing: four fifths of the request, whatever the limit of tasks.
+    pub(super) fn merge_limit_bytes(self) -> u64 {
+        self.limit_bytes.max(self.memory_bytes / 5 * 4)
+    }
 }
 
 impl JobPlan {

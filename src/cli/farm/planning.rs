@@ -31,7 +31,8 @@ const SPARE_BYTES: u64 = 128 << 20;
 pub(super) fn plan(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Result<JobPlan> {
     // Resolve the shot as `render` does.
     check_shared_files(shot)?;
-    let shot = &of_tasks(shot, args.memory.map(limit_within))?;
+    let own_limit = shot.values.max_memory.unwrap_or(u64::MAX);
+    let shot = &of_tasks(shot, args.memory.map(limit_within).filter(|limit| *limit < own_limit))?;
     let job = resolve(&of_first_part(shot, args.division())?, ImageLoading::Budget)?;
     report_warnings(&job.sequence.scene.path, &job.warnings, job.sequence.strict)?;
     Plan::check(&job.sequence)?;

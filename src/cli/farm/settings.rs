@@ -54,14 +54,15 @@ pub(super) fn check_shared_files(shot: &ShotSettings) -> Result<()> {
 }
 
 /// The shot as tasks render it: without write-behind unless it is asked for, so that a killed worker loses one frame at most, and within
-/// `limit_bytes` unless it has its own limit.
+/// `limit_bytes` where these are less than its own limit.
 pub(super) fn of_tasks(shot: &ShotSettings, limit_bytes: Option<u64>) -> Result<ShotSettings> {
     let mut settings = shot.settings.clone();
-    let limit = limit_bytes.map(|limit| limit.to_string());
-    for (name, value) in [("write_behind", Some("off")), ("max_memory", limit.as_deref())] {
-        if let Some(value) = value.filter(|_| settings.origin_of(name).is_none()) {
-            settings.set(name, OsStr::new(value), &Provenance::Default).map_err(Error::from)?;
-        }
+    if settings.origin_of("write_behind").is_none() {
+        settings.set("write_behind", OsStr::new("off"), &Provenance::Default).map_err(Error::from)?;
+    }
+    if let Some(limit) = limit_bytes {
+        let limit = limit.to_string();
+        settings.set("max_memory", OsStr::new(&limit), &Provenance::Default).map_err(Error::from)?;
     }
     ShotSettings::merge([settings], shot.shot_file.clone())
 }

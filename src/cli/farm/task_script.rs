@@ -120,7 +120,7 @@ fn merge_command(plan: &JobPlan) -> String {
         "exec \"$rayframe\" merge {} -o \"$pattern\"/{} --threads \"$threads\" --max-memory {}",
         parts.join(" "),
         quoted(&plan.output_name),
-        plan.resources.limit_bytes
+        plan.resources.merge_limit_bytes()
     )
 }
 

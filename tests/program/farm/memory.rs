@@ -8,6 +8,7 @@ fn the_request_and_the_limit_of_a_task_are_two() {
     for (options, request, limit) in [
         (&["--memory", "1000M", "--max-memory", "100M"][..], 1_000_000_000, 100_000_000),
         (&["--memory", "1000M"], 1_000_000_000, 800_000_000),
+        (&["--memory", "1000M", "--max-memory", "32G"], 1_000_000_000, 800_000_000),
         (&["--max-memory", "100M"], 125_000_000, 100_000_000),
     ] {
         let folder = tempfile::tempdir().unwrap();

@@ -5,6 +5,7 @@ mod delivered;
 mod listed;
 mod verdict;
 
+use std::cell::LazyCell;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
@@ -72,7 +73,8 @@ pub(super) fn run(args: &CheckArgs) -> Result<bool> {
             );
             // A file may be found twice: in a folder and by a link to it.
             let paths = matched.files.iter().filter_map(|(_, path)| path.as_deref());
-            let known: HashSet<_> = paths.chain([manifest.as_path()]).map(canonical).collect();
+            let paths = paths.chain([manifest.as_path()]);
+            let known = LazyCell::new(|| paths.map(canonical).collect::<HashSet<_>>());
             let is_stray =
                 |file: &&&DeliveredFile| !file.is_beside_frames() && !known.contains(&canonical(&file.path));
             files.extend(matched.unlisted.iter().filter(is_stray).map(|file| {

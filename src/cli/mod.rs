@@ -2,6 +2,7 @@
 
 mod accept;
 mod accept_rendered;
+mod arguments;
 mod camera_text;
 mod check;
 mod completions;
@@ -90,7 +91,7 @@ pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitStatus {
     let panic_place = note_panics();
     signals::end_failed_allocations();
     let ran = catch_unwind(AssertUnwindSafe(|| {
-        let cli = match Cli::try_parse_from(arguments) {
+        let cli = match arguments::parse(arguments) {
             Ok(cli) => cli,
             Err(error) => return parse_failure(&error, command.as_deref()),
         };

@@ -3,7 +3,11 @@
 use std::path::Path;
 
 /// Refuses a path that starts with `~/`. Shells expand it at the start of a word alone, and nothing does in a shot file.
-pub(super) fn check_expanded(path: &Path) -> Result<(), String> {
+///
+/// # Errors
+///
+/// The message for users, which says what to write instead.
+pub fn check_expanded(path: &Path) -> Result<(), String> {
     match path.strip_prefix("~") {
         Ok(rest) => {
             let rest = rest.display();

@@ -62,6 +62,7 @@ pub use existing_files::ExistingFiles;
 pub use exposure::Exposure;
 pub use frame_rate::FrameRate;
 pub use frame_spec::{FrameSpec, NamedFrame, first_middle_last, frames_text};
+pub use home_folder::check_expanded;
 pub(crate) use image_size::DEFAULT_RESOLUTION;
 pub(crate) use keys::is_setting;
 pub use lists::aovs_in_files;

@@ -102,6 +102,7 @@ fn errors_name_file_line_and_column() {
         ("samples = 1.5", &["write a whole number"]),
         ("camera = 0", &["camera: expected a text in quotes, found a number"]),
         ("resume = 'yes'", &["expected true or false, found a text"]),
+        ("simd = 'foo'", &["simd: \"foo\" is not one of the choices; there are best, scalar"]),
         ("preview = 'gif'", &["preview: \"gif\" is not one of the choices; there are png"]),
         ("shadow_catcher = [1]", &["expected a text in quotes or an array of texts, found an array"]),
         ("fps = 2024-01-01", &["expected a number or a text in quotes, found a date"]),

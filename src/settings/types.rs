@@ -205,11 +205,7 @@ impl<E: Named> SettingType for OneOf<E> {
 
     fn parse(text: &OsStr) -> Result<E, String> {
         let text = unicode(text)?;
-        E::of_name(text).ok_or_else(|| {
-            let names: Vec<_> = Self::choices().into_iter().filter(|(_, help)| !help.is_empty()).collect();
-            let names: Vec<_> = names.into_iter().map(|(name, _)| name).collect();
-            lists::unknown(text, "one of the choices", &names)
-        })
+        E::of_name(text).ok_or_else(|| no_choice(text, &Self::choices()))
     }
 
     fn write(value: &E) -> Vec<OsString> {
@@ -219,6 +215,12 @@ impl<E: Named> SettingType for OneOf<E> {
     fn choices() -> Vec<NamedChoice> {
         E::CHOICES.iter().map(|&(_, name, help)| (name, help)).collect()
     }
+}
+
+/// The message about a text that names none of the choices. Those without help have another name.
+fn no_choice(text: &str, choices: &[NamedChoice]) -> String {
+    let names: Vec<_> = choices.iter().filter(|(_, help)| !help.is_empty()).map(|&(name, _)| name).collect();
+    lists::unknown(text, "one of the choices", &names)
 }
 
 /// Ground; `true` catches shadows.
@@ -255,10 +257,11 @@ impl SettingType for Simd {
     const FORM: ValueForm = ValueForm::TEXT;
 
     fn parse(text: &OsStr) -> Result<Option<SimdLevel>, String> {
+        let text = unicode(text)?;
         if text == "best" {
             return Ok(None);
         }
-        let level = OneOf::<SimdLevel>::parse(text)?;
+        let level = SimdLevel::of_name(text).ok_or_else(|| no_choice(text, &Self::choices()))?;
         if !level.is_supported() {
             return Err("this machine lacks these instructions; leave the setting out".to_owned());
         }

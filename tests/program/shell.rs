@@ -46,6 +46,10 @@ fn every_shell_accepts_its_completions_and_they_name_all_verbs() {
     let unknown = rayframe(&["completions", "tcsh"]);
     assert_eq!(unknown.status.code(), Some(2));
     assert!(stderr(&unknown).contains("'tcsh'"));
+    let program = env!("CARGO_BIN_EXE_rayframe");
+    let unnamed = Command::new(program).arg("completions").env("SHELL", "/bin/tcsh").output().unwrap();
+    assert_eq!(unnamed.status.code(), Some(2));
+    assert!(stderr(&unnamed).contains("SHELL=/bin/tcsh"), "{}", stderr(&unnamed));
 }
 
 #[test]

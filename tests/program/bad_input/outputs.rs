@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use crate::cli::assert_fails;
+
 use super::stage::Stage;
 use super::triangle::triangle;
 
@@ -25,6 +27,9 @@ fn a_home_folder_that_no_shell_expanded_is_refused() {
         stage.assert_fails_with("bad.gltf", &[option], (2, &["~/a", "./~/a"]));
     }
     let shot = stage.folder.path().join("scene/shot.toml");
+    for command in [["man", "--folder=~/a"], ["test", "--report=~/a"], ["info", "~/a"]] {
+        assert_fails(&command, 2, "no shell has expanded ~");
+    }
     std::fs::write(&shot, "scene = \"bad.gltf\"\noutput = \"~/a.exr\"\n").unwrap();
     stage.assert_fails_with("shot.toml", &[], (65, &["shot.toml:2:", "./~/a.exr"]));
     let run = stage.render("bad.gltf", &["-o", "./~/a.exr"]);

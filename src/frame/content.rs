@@ -1,12 +1,15 @@
 //! What a scene shows at one time, without its vertices in world space.
 
+use std::sync::Arc;
+
 use glam::Mat4;
 
-use crate::scene::{ImageLightPose, Material, MeshIndex, NodeIndex, Scene, Selection};
+use crate::scene::{ImageLightPose, Material, MeshIndex, NodeIndex, Scene, Selection, SkinIndex};
 
 use super::Frame;
+use super::animation::ScenePose;
 use super::posed_nodes::{PosedLight, posed_light};
-use super::surfaces::{Scratch, fill_joint_matrices, morph_weights};
+use super::surfaces::{joint_matrices, morph_weights};
 use super::transform;
 
 /// The meshes, materials and lights of a scene at one time.
@@ -29,8 +32,10 @@ pub struct PosedMesh {
     pub mesh: MeshIndex,
     /// The node.
     pub node: NodeIndex,
-    /// The node's world matrix, those of its GPU instances, then the joint matrices of its skin.
+    /// The node's world matrix, then those of its GPU instances.
     pub matrices: Vec<Mat4>,
+    /// The joint matrices of its skin, which many meshes may share; empty without a skin.
+    pub joint_matrices: Arc<[Mat4]>,
     /// Morph weights.
     pub weights: Vec<f32>,
 }
@@ -39,11 +44,13 @@ impl Frame {
     /// What `scene` shows at `time_seconds`.
     pub fn content_at(scene: &Scene, selection: &Selection, time_seconds: f64) -> PosedContent {
         let mut content = PosedContent::default();
-        let Scratch { mut pose, mut world, mut joint_matrices } = Scratch::default();
+        let (mut pose, mut world) = (ScenePose::default(), Vec::new());
         pose.play(scene, selection, time_seconds, &mut content.materials);
         transform::inherit_hidden(scene, &mut pose.hidden);
         transform::world_matrices(scene, &pose.local, &mut world);
         content.image_light = selection.image_light.map(|light| pose.image_lights[light.index()]);
+        let no_joints: Arc<[Mat4]> = Arc::default();
+        let mut palettes: Vec<Option<Arc<[Mat4]>>> = vec![None; scene.skins.len()];
         let nodes = transform::selected_nodes(scene, selection);
         for index in nodes.into_iter().filter(|node| !pose.hidden[node.index()]) {
             content.lights.extend(posed_light(scene, &pose, index, &world));
@@ -51,12 +58,14 @@ impl Frame {
             let Some(mesh) = node.mesh else { continue };
             let mut matrices = vec![world[index.index()]];
             matrices.extend(node.instances.iter().flatten());
-            if let Some(skin) = node.skin {
-                fill_joint_matrices(&scene.skins[skin.index()], &world, &mut joint_matrices);
-                matrices.extend(&joint_matrices);
-            }
+            let of_skin = |skin: SkinIndex| {
+                let skin = skin.index();
+                let joints = || joint_matrices(&scene.skins[skin], &world).collect();
+                Arc::clone(palettes[skin].get_or_insert_with(joints))
+            };
+            let joint_matrices = node.skin.map_or_else(|| Arc::clone(&no_joints), of_skin);
             let weights = morph_weights(scene, &pose, index, mesh).to_vec();
-            content.meshes.push(PosedMesh { mesh, node: index, matrices, weights });
+            content.meshes.push(PosedMesh { mesh, node: index, matrices, joint_matrices, weights });
         }
         content
     }

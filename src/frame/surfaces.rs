@@ -119,7 +119,8 @@ impl Frame {
     }
 
     fn pose_instances(&mut self, scene: &Scene) {
-        let Scratch { pose, world, joint_matrices } = &mut self.scratch;
+        let Scratch { pose, world, joint_matrices: joints } = &mut self.scratch;
+        let mut skin_of_joints = None;
         for (index, instance) in self.instances.iter_mut().enumerate() {
             let primitive = instance.primitive(scene);
             let node = &scene.nodes[instance.node.index()];
@@ -130,8 +131,13 @@ impl Frame {
             let world_from_node = &instance_matrix(node, instance, world);
             let transform = match (node.skin, &primitive.influences) {
                 (Some(skin), Some(_)) => {
-                    fill_joint_matrices(&scene.skins[skin.index()], world, joint_matrices);
-                    VertexTransform::Skinned { joint_matrices, world_from_node }
+                    // Primitives of one mesh, and often many meshes in a row, share a skin.
+                    if skin_of_joints != Some(skin) {
+                        joints.clear();
+                        joints.extend(joint_matrices(&scene.skins[skin.index()], world));
+                        skin_of_joints = Some(skin);
+                    }
+                    VertexTransform::Skinned { joint_matrices: joints, world_from_node }
                 }
                 _ => VertexTransform::Rigid(world_from_node),
             };
@@ -177,10 +183,9 @@ fn instance_matrix(node: &Node, instance: &MeshInstance, world: &[Mat4]) -> Mat4
 }
 
 /// Joint matrix = world from joint · inverse bind matrix.
-pub(super) fn fill_joint_matrices(skin: &Skin, world: &[Mat4], joint_matrices: &mut Vec<Mat4>) {
+pub(super) fn joint_matrices(skin: &Skin, world: &[Mat4]) -> impl Iterator<Item = Mat4> {
     let pairs = skin.joints.iter().zip(&skin.inverse_bind_matrices);
-    joint_matrices.clear();
-    joint_matrices.extend(pairs.map(|(joint, inverse_bind)| world[joint.index()] * *inverse_bind));
+    pairs.map(|(joint, inverse_bind)| world[joint.index()] * *inverse_bind)
 }
 
 /// Triangles in world space. Mirrored instances swap the last two corners, so that counter-clockwise remains the front.

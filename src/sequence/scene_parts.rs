@@ -12,7 +12,8 @@ use super::{SequenceJob, hex};
 use crate::frame::{Frame, PosedContent, PosedLight, PosedMesh};
 use crate::image::PartHashes;
 use crate::scene::{
-    Image, ImageLight, Light, Material, MorphTarget, Primitive, Scene, SkinInfluences, Texels, Texture,
+    Image, ImageLight, Light, Material, MaterialIndex, MorphTarget, Primitive, Scene, SkinInfluences, Texels,
+    Texture,
 };
 
 /// Bytes of a hash that are kept.
@@ -51,57 +52,66 @@ impl StaticHashes {
 pub(super) fn part_hashes(job: &SequenceJob, statics: &StaticHashes, frame: i64) -> PartHashes {
     let scene = &job.scene;
     let content = Frame::content_at(scene, &job.selection, job.rate.time_seconds(frame));
+    let meshes = &content.meshes;
+    let geometry: Vec<Hash> = meshes.par_iter().map(|posed| geometry_of_mesh(statics, posed)).collect();
+    let of_material = MaterialHashes::of(&content);
+    let materials_of = |posed: &PosedMesh| {
+        let primitives = &scene.meshes[posed.mesh.index()].primitives;
+        primitives.iter().map(|primitive| of_material.get(primitive.material_in(job.selection.variant)))
+    };
+
+    // The material of every visible primitive, by mesh and number
+    let assignment = |(posed, geometry)| joined(std::iter::once(geometry).chain(materials_of(posed)));
+    let assignments: Vec<Hash> = meshes.par_iter().zip(&geometry).map(assignment).collect();
+
+    // Materials once each, since an object that vanishes changes none, and all textures
+    let mut materials = sorted(meshes.iter().flat_map(materials_of).collect());
+    materials.dedup();
+    materials.push(&statics.textures);
+
     let [geometry, materials, assignments, lights] = [
-        geometry(statics, &content),
-        materials(job, statics, &content),
-        assignments(job, statics, &content),
+        joined(sorted(geometry.iter().collect())),
+        joined(materials),
+        joined(sorted(assignments.iter().collect())),
         lights(job, statics, &content),
     ]
     .map(|hash| hex(&hash[..KEPT]));
     PartHashes { geometry, materials, assignments, lights }
 }
 
-/// Meshes in any order, each with its matrices and weights.
-fn geometry(statics: &StaticHashes, content: &PosedContent) -> Hash {
-    let mut meshes: Vec<Hash> = content.meshes.iter().map(|posed| geometry_of_mesh(statics, posed)).collect();
-    meshes.sort_unstable();
-    joined(meshes)
+/// The order of nodes does not count.
+fn sorted(mut hashes: Vec<&Hash>) -> Vec<&Hash> {
+    hashes.sort_unstable();
+    hashes
 }
 
+/// A mesh with its matrices and weights.
 fn geometry_of_mesh(statics: &StaticHashes, posed: &PosedMesh) -> Hash {
     let mut hash = Sha256::new_with_prefix(statics.meshes[posed.mesh.index()]);
     let mut update = |bytes: &[u8]| hash.update(bytes);
-    add(&mut update, posed.matrices.iter().flat_map(Mat4::to_cols_array));
+    add(&mut update, posed.matrices.iter().chain(&*posed.joint_matrices).flat_map(Mat4::to_cols_array));
     add(&mut update, posed.weights.iter().copied());
     hash.finalize().into()
 }
 
-/// The materials of all visible primitives, and all textures.
-fn materials(job: &SequenceJob, statics: &StaticHashes, content: &PosedContent) -> Hash {
-    let primitives = content.meshes.iter().flat_map(|posed| &job.scene.meshes[posed.mesh.index()].primitives);
-    let mut used: Vec<Hash> = primitives.map(|primitive| hash_of_material(job, content, primitive)).collect();
-    // Once each: an object that vanishes changes no material.
-    used.sort_unstable();
-    used.dedup();
-    joined(used.into_iter().chain([statics.textures]))
+/// Hashes of materials without their names. Many primitives share one.
+struct MaterialHashes {
+    /// By [`MaterialIndex`].
+    materials: Vec<Hash>,
+    /// Of primitives without material.
+    absent: Hash,
 }
 
-/// The material of every visible primitive, by mesh and number.
-fn assignments(job: &SequenceJob, statics: &StaticHashes, content: &PosedContent) -> Hash {
-    let of_mesh = |posed: &PosedMesh| {
-        let primitives = &job.scene.meshes[posed.mesh.index()].primitives;
-        let materials = primitives.iter().map(|primitive| hash_of_material(job, content, primitive));
-        joined([geometry_of_mesh(statics, posed)].into_iter().chain(materials))
-    };
-    let mut meshes: Vec<Hash> = content.meshes.iter().map(of_mesh).collect();
-    meshes.sort_unstable();
-    joined(meshes)
-}
+impl MaterialHashes {
+    fn of(content: &PosedContent) -> Self {
+        let hash = |material: Option<Material>| Sha256::digest(format!("{material:?}")).into();
+        let nameless = |material: &Material| hash(Some(Material { name: None, ..material.clone() }));
+        Self { materials: content.materials.par_iter().map(nameless).collect(), absent: hash(None) }
+    }
 
-fn hash_of_material(job: &SequenceJob, content: &PosedContent, primitive: &Primitive) -> Hash {
-    let material = content.materials.get(primitive.material_in(job.selection.variant).index());
-    let nameless = material.map(|material| Material { name: None, ..material.clone() });
-    Sha256::digest(format!("{nameless:?}")).into()
+    fn get(&self, material: MaterialIndex) -> &Hash {
+        self.materials.get(material.index()).unwrap_or(&self.absent)
+    }
 }
 
 fn lights(job: &SequenceJob, statics: &StaticHashes, content: &PosedContent) -> Hash {

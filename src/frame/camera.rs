@@ -6,8 +6,9 @@ use glam::Mat4;
 
 use super::animation::ScenePose;
 use super::posed_nodes::{PosedCamera, posed_camera};
-use super::surfaces::{Frame, Scratch};
+use super::surfaces::Frame;
 use super::transform;
+use super::unmoved::SurfacePose;
 use crate::scene::{CameraChanges, CameraMotion, CameraPath, Projection, Scene, SelectedCamera, Selection};
 
 /// Projection of keys without a field of view: 45 degrees, as other requested cameras have.
@@ -32,23 +33,25 @@ impl Frame {
 
     /// Poses the camera of `selection` after the surfaces, at their time.
     pub(crate) fn pose_camera(&mut self, scene: &Scene, selection: &Selection) {
-        let Scratch { pose, world, .. } = &self.scratch;
+        let SurfacePose { pose, world, .. } = &self.scratch.now;
         self.camera = selected_camera(scene, selection, self.time_seconds, pose, world);
     }
 
-    /// Poses a frame anew that was posed at any time with the same scene and selection. Without clips only its camera moves.
+    /// Poses a frame anew that was posed at any time with the same scene and selection. Without clips only its camera moves, and instances
+    /// that are as before keep their vertices and triangles, which nothing else may have changed.
     pub fn pose_again(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
         if selection.clips.is_empty() {
             self.time_seconds = time_seconds;
             self.camera = Self::camera_at(scene, selection, time_seconds);
         } else {
-            self.pose(scene, selection, time_seconds);
+            self.pose_surfaces_again(scene, selection, time_seconds);
+            self.pose_camera(scene, selection);
         }
     }
 
     /// The camera alone at `time_seconds`.
     pub fn camera_at(scene: &Scene, selection: &Selection, time_seconds: f64) -> PosedCamera {
-        let Scratch { mut pose, mut world, .. } = Scratch::default();
+        let (mut pose, mut world) = (ScenePose::default(), Vec::new());
         pose.play(scene, selection, time_seconds, &mut Vec::new());
         transform::world_matrices(scene, &pose.local, &mut world);
         selected_camera(scene, selection, time_seconds, &pose, &world)

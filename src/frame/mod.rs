@@ -1,7 +1,7 @@
 //! The scene at one time: world-space triangles with their attributes, materials, lights and the camera.
 //!
 //! [`Frame::at`] is a pure function of scene, selection and time. [`Frame::pose`] does the same and reuses the memory of an earlier
-//! frame. Posing runs the animation, then computes node matrices, then morphs, skins and transforms every primitive
+//! frame; [`Frame::pose_again`] keeps what has not moved. Posing runs the animation, then computes node matrices, then morphs, skins and transforms every primitive
 //! under the selected roots. Triangle ids are indices of [`Frame::triangles`]. They cover all of these primitives, hidden ones
 //! included, and are the same at every time. This module builds no acceleration structure.
 
@@ -14,6 +14,7 @@ mod mesh_instance;
 mod posed_nodes;
 mod surfaces;
 mod transform;
+mod unmoved;
 
 pub use content::{PosedContent, PosedMesh};
 pub use deform::PosedVertex;

@@ -16,6 +16,7 @@ use super::material_flags::material_flags;
 use super::mesh_instance::MeshInstance;
 use super::posed_nodes::{PosedCamera, PosedLight, posed_light};
 use super::transform;
+use super::unmoved::{SurfacePose, Unmoved};
 
 /// Triangles of one parallel task.
 const TRIANGLES_PER_TASK: usize = 4096;
@@ -49,16 +50,16 @@ pub struct Frame {
 /// Memory that is only used while posing.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
-    pub(super) pose: ScenePose,
-    /// World matrices, by [`NodeIndex`].
-    pub(super) world: Vec<Mat4>,
-    pub(super) joint_matrices: Vec<Mat4>,
+    pub(super) now: SurfacePose,
+    /// Of the time that the frame was posed for before.
+    before: SurfacePose,
+    joint_matrices: Vec<Mat4>,
 }
 
 impl Frame {
     /// World-space origin of a node, metres; `None` for an index that the posed scene does not have.
     pub fn node_position(&self, node: NodeIndex) -> Option<Vec3> {
-        self.scratch.world.get(node.index()).map(|matrix| matrix.w_axis.truncate())
+        self.scratch.now.world.get(node.index()).map(|matrix| matrix.w_axis.truncate())
     }
 
     /// The instance of a triangle.
@@ -68,19 +69,35 @@ impl Frame {
 
     /// Poses everything except the camera.
     pub fn pose_surfaces(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
+        let nodes = self.play(scene, selection, time_seconds);
+        self.list_instances(scene, &nodes, selection.variant);
+        self.pose_instances(scene, false);
+    }
+
+    /// Poses everything except the camera of a frame that was posed with the same scene and selection. Instances that have not moved since are
+    /// kept.
+    pub(super) fn pose_surfaces_again(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
+        std::mem::swap(&mut self.scratch.now, &mut self.scratch.before);
+        self.play(scene, selection, time_seconds);
+        self.pose_instances(scene, true);
+    }
+
+    /// Plays the clips, and poses what has no vertices. Returns the selected nodes.
+    fn play(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) -> Vec<NodeIndex> {
         self.time_seconds = time_seconds;
-        let Scratch { pose, world, .. } = &mut self.scratch;
+        let SurfacePose { pose, world, material_flags: flags } = &mut self.scratch.now;
         pose.play(scene, selection, time_seconds, &mut self.materials);
         transform::inherit_hidden(scene, &mut pose.hidden);
         transform::world_matrices(scene, &pose.local, world);
+        flags.clear();
+        flags.extend(self.materials.iter().map(material_flags));
         let nodes = transform::selected_nodes(scene, selection);
         self.lights.clear();
         let visible = nodes.iter().filter(|node| !pose.hidden[node.index()]);
         self.lights.extend(visible.filter_map(|&node| posed_light(scene, pose, node, world)));
         let animated = selection.image_light.filter(|_| selection.moves_image_light(scene));
         self.image_light = animated.map(|light| pose.image_lights[light.index()]);
-        self.list_instances(scene, &nodes, selection.variant);
-        self.pose_instances(scene);
+        nodes
     }
 
     /// Lists the mesh instances and assigns their ranges of triangles and vertices.
@@ -118,10 +135,16 @@ impl Frame {
         emptied(&mut self.vertices, vertices);
     }
 
-    fn pose_instances(&mut self, scene: &Scene) {
-        let Scratch { pose, world, joint_matrices: joints } = &mut self.scratch;
+    /// Poses the listed instances, or only those that have moved.
+    fn pose_instances(&mut self, scene: &Scene, keeps_unmoved: bool) {
+        let Scratch { now, before, joint_matrices: joints } = &mut self.scratch;
+        let unmoved = keeps_unmoved.then(|| Unmoved::new(scene, before, now));
+        let SurfacePose { pose, world, material_flags } = &*now;
         let mut skin_of_joints = None;
         for (index, instance) in self.instances.iter_mut().enumerate() {
+            if unmoved.is_some_and(|unmoved| unmoved.holds(instance)) {
+                continue;
+            }
             let primitive = instance.primitive(scene);
             let node = &scene.nodes[instance.node.index()];
             let weights = morph_weights(scene, pose, instance.node, instance.mesh);
@@ -142,20 +165,36 @@ impl Frame {
                 _ => VertexTransform::Rigid(world_from_node),
             };
             instance.mirrored = deform::mirrors(transform);
-            self.vertices.par_extend(deform::posed_vertices(primitive, weights, transform));
+            let vertices = deform::posed_vertices(primitive, weights, transform);
+            write_at(&mut self.vertices, instance.first_vertex, vertices);
 
             // Gather the triangles
-            let mut flags = material_flags(&self.materials[instance.material.index()]);
+            let mut flags = material_flags[instance.material.index()];
             if pose.hidden[instance.node.index()] {
                 flags = flags.with(TriangleFlags::HIDDEN);
             }
-            let end = self.flags.len() + primitive.triangles.len();
-            resize_with(&mut self.instance_of_triangle, end, || index as u32);
+            let first = instance.first_triangle as usize;
+            let end = first + primitive.triangles.len();
+            if first == self.flags.len() {
+                resize_with(&mut self.instance_of_triangle, end, || index as u32);
+                resize_with(&mut self.flags, end, || flags);
+            } else {
+                self.flags[first..end].fill(flags);
+            }
             let vertices = &self.vertices[instance.first_vertex..];
-            resize_with(&mut self.flags, end, || flags);
-            let flags = &mut self.flags[instance.first_triangle as usize..];
-            self.triangles.par_extend(posed_triangles(primitive, vertices, instance.mirrored, flags));
+            let flags = &mut self.flags[first..];
+            let triangles = posed_triangles(primitive, vertices, instance.mirrored, flags);
+            write_at(&mut self.triangles, first, triangles);
         }
+    }
+}
+
+/// Writes values from `first` on: after the end of a list, whose fresh memory is written once, or over those of the time before.
+fn write_at<T: Send>(list: &mut Vec<T>, first: usize, values: impl IndexedParallelIterator<Item = T>) {
+    if first == list.len() {
+        list.par_extend(values);
+    } else {
+        list[first..].par_iter_mut().zip(values).for_each(|(old, new)| *old = new);
     }
 }
 

@@ -55,7 +55,7 @@ impl PosedFrames {
         std::mem::swap(&mut self.current, &mut self.previous);
         match job.first_pose.take(&job.scene, &job.selection, time_seconds) {
             Some(posed) => self.current = posed,
-            None => self.current.pose(&job.scene, &job.selection, time_seconds),
+            None => pose_next(&mut self.current, job, time_seconds),
         }
         *seconds = Phases { pose: posing.elapsed().as_secs_f64(), ..Phases::default() };
 
@@ -95,11 +95,7 @@ impl PosedFrames {
         let [before, after] = &mut self.adjacent;
         for (pose, step) in [(&mut *before, -1), (&mut *after, 1)] {
             let time_seconds = job.rate.time_seconds(frame.saturating_add(step));
-            if pose.instances.is_empty() {
-                pose.pose(&job.scene, &job.selection, time_seconds);
-            } else {
-                pose.pose_again(&job.scene, &job.selection, time_seconds);
-            }
+            pose_next(pose, job, time_seconds);
         }
         phases.pose += posing.elapsed().as_secs_f64();
 
@@ -111,6 +107,15 @@ impl PosedFrames {
         }
         phases.trace += tracing.elapsed().as_secs_f64();
         Ok(phases)
+    }
+}
+
+/// Poses a frame of `job`, which may have been posed at another time.
+fn pose_next(frame: &mut Frame, job: &SequenceJob, time_seconds: f64) {
+    if frame.instances.is_empty() {
+        frame.pose(&job.scene, &job.selection, time_seconds);
+    } else {
+        frame.pose_again(&job.scene, &job.selection, time_seconds);
     }
 }
 

@@ -10,6 +10,7 @@ mod fault_table;
 mod framing;
 mod known_answers;
 mod motion_blur;
+mod posing;
 mod references;
 mod renderer;
 mod resume;

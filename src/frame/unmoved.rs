@@ -1,0 +1,57 @@
+//! What need not be posed again: instances that are as they were when their frame was posed before.
+
+use glam::Mat4;
+
+use super::animation::ScenePose;
+use super::mesh_instance::MeshInstance;
+use super::surfaces::morph_weights;
+use crate::bvh::TriangleFlags;
+use crate::scene::{MeshIndex, NodeIndex, Scene};
+
+/// All that decides about the surfaces of a scene at one time.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SurfacePose {
+    pub(super) pose: ScenePose,
+    /// World matrices, by [`NodeIndex`].
+    pub(super) world: Vec<Mat4>,
+    /// Traversal flags of materials, by [`crate::scene::MaterialIndex`].
+    pub(super) material_flags: Vec<TriangleFlags>,
+}
+
+/// The surfaces of a frame at the time before and now.
+#[derive(Clone, Copy)]
+pub(super) struct Unmoved<'a> {
+    scene: &'a Scene,
+    before: &'a SurfacePose,
+    now: &'a SurfacePose,
+}
+
+impl<'a> Unmoved<'a> {
+    /// Compares two poses of `scene`.
+    pub(super) fn new(scene: &'a Scene, before: &'a SurfacePose, now: &'a SurfacePose) -> Self {
+        Self { scene, before, now }
+    }
+
+    /// Whether every vertex, triangle and flag of `instance` is the same to the bit.
+    pub(super) fn holds(&self, instance: &MeshInstance) -> bool {
+        let &MeshInstance { node, mesh, material, .. } = instance;
+        let skin = self.scene.nodes[node.index()].skin;
+        let joints = skin.map(|skin| &self.scene.skins[skin.index()].joints);
+        self.before.pose.hidden[node.index()] == self.now.pose.hidden[node.index()]
+            && self.before.material_flags[material.index()] == self.now.material_flags[material.index()]
+            && self.keeps_weights(node, mesh)
+            && self.keeps_matrix(node)
+            && joints.is_none_or(|joints| joints.iter().all(|&joint| self.keeps_matrix(joint)))
+    }
+
+    /// Bits, since zeros of either sign give other bits.
+    fn keeps_matrix(&self, node: NodeIndex) -> bool {
+        let bits = |pose: &SurfacePose| pose.world[node.index()].to_cols_array().map(f32::to_bits);
+        bits(self.before) == bits(self.now)
+    }
+
+    fn keeps_weights(&self, node: NodeIndex, mesh: MeshIndex) -> bool {
+        let [before, now] = [self.before, self.now].map(|of| morph_weights(self.scene, &of.pose, node, mesh));
+        before.iter().map(|weight| weight.to_bits()).eq(now.iter().map(|weight| weight.to_bits()))
+    }
+}

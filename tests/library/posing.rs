@@ -1,0 +1,43 @@
+//! Frames that are posed again keep what has not moved, and are as new ones.
+
+use std::path::Path;
+
+use rayframe::frame::Frame;
+use rayframe::gltf::{ImportOptions, import};
+use rayframe::scene::{Selection, SelectionRequest};
+
+/// The order is that of no sequence: times come back, and repeat.
+const TIMES: [f64; 8] = [0.0, 0.5, 0.5, 0.25, 1.0, 1.0, 0.0, 1.75];
+
+/// Animated nodes, skins, morph targets, visibility and materials.
+#[test]
+fn a_frame_that_is_posed_again_is_as_a_new_one() {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let mut moved = 0;
+    for folder in ["animation", "demo", "morph", "showcase", "skin"] {
+        for file in std::fs::read_dir(scenes.join(folder)).unwrap().map(|entry| entry.unwrap().path()) {
+            if file.extension().is_none_or(|extension| extension != "gltf") {
+                continue;
+            }
+            let scene = import(&file, &ImportOptions::default()).unwrap();
+            let (selection, _) = Selection::resolve(&SelectionRequest::default(), &scene).unwrap();
+            let mut frame = Frame::at(&scene, &selection, TIMES[0]);
+            for time in TIMES {
+                let before = frame.triangles.clone();
+                frame.pose_again(&scene, &selection, time);
+                let expected = Frame::at(&scene, &selection, time);
+                let context = format!("{} at {time} s", file.display());
+                moved += usize::from(frame.triangles != before);
+                assert_eq!(frame.triangles, expected.triangles, "{context}");
+                assert_eq!(frame.vertices, expected.vertices, "{context}");
+                assert!(frame.flags == expected.flags, "{context}");
+                assert_eq!(frame.instance_of_triangle, expected.instance_of_triangle, "{context}");
+                assert_eq!(frame.instances, expected.instances, "{context}");
+                assert_eq!(frame.materials, expected.materials, "{context}");
+                assert_eq!(frame.lights, expected.lights, "{context}");
+                assert_eq!(frame.camera, expected.camera, "{context}");
+            }
+        }
+    }
+    assert!(moved > 40, "{moved} poses moved");
+}

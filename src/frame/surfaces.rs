@@ -142,7 +142,7 @@ impl Frame {
         let SurfacePose { pose, world, material_flags } = &*now;
         let mut skin_of_joints = None;
         for (index, instance) in self.instances.iter_mut().enumerate() {
-            if unmoved.is_some_and(|unmoved| unmoved.holds(instance)) {
+            if unmoved.as_ref().is_some_and(|unmoved| unmoved.holds(instance)) {
                 continue;
             }
             let primitive = instance.primitive(scene);

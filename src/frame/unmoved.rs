@@ -6,7 +6,7 @@ use super::animation::ScenePose;
 use super::mesh_instance::MeshInstance;
 use super::surfaces::morph_weights;
 use crate::bvh::TriangleFlags;
-use crate::scene::{MeshIndex, NodeIndex, Scene};
+use crate::scene::{MeshIndex, NodeIndex, Scene, Skin};
 
 /// All that decides about the surfaces of a scene at one time.
 #[derive(Clone, Debug, Default)]
@@ -19,39 +19,40 @@ pub(super) struct SurfacePose {
 }
 
 /// The surfaces of a frame at the time before and now.
-#[derive(Clone, Copy)]
 pub(super) struct Unmoved<'a> {
     scene: &'a Scene,
     before: &'a SurfacePose,
     now: &'a SurfacePose,
+    /// Whether all joints of a skin are as before, by [`crate::scene::SkinIndex`]. Many instances may share one.
+    keeps_skins: Vec<bool>,
 }
 
 impl<'a> Unmoved<'a> {
     /// Compares two poses of `scene`.
     pub(super) fn new(scene: &'a Scene, before: &'a SurfacePose, now: &'a SurfacePose) -> Self {
-        Self { scene, before, now }
+        let keeps_skin = |skin: &Skin| skin.joints.iter().all(|&joint| keeps_matrix(before, now, joint));
+        Self { scene, before, now, keeps_skins: scene.skins.iter().map(keeps_skin).collect() }
     }
 
     /// Whether every vertex, triangle and flag of `instance` is the same to the bit.
     pub(super) fn holds(&self, instance: &MeshInstance) -> bool {
         let &MeshInstance { node, mesh, material, .. } = instance;
         let skin = self.scene.nodes[node.index()].skin;
-        let joints = skin.map(|skin| &self.scene.skins[skin.index()].joints);
         self.before.pose.hidden[node.index()] == self.now.pose.hidden[node.index()]
             && self.before.material_flags[material.index()] == self.now.material_flags[material.index()]
             && self.keeps_weights(node, mesh)
-            && self.keeps_matrix(node)
-            && joints.is_none_or(|joints| joints.iter().all(|&joint| self.keeps_matrix(joint)))
-    }
-
-    /// Bits, since zeros of either sign give other bits.
-    fn keeps_matrix(&self, node: NodeIndex) -> bool {
-        let bits = |pose: &SurfacePose| pose.world[node.index()].to_cols_array().map(f32::to_bits);
-        bits(self.before) == bits(self.now)
+            && keeps_matrix(self.before, self.now, node)
+            && skin.is_none_or(|skin| self.keeps_skins[skin.index()])
     }
 
     fn keeps_weights(&self, node: NodeIndex, mesh: MeshIndex) -> bool {
         let [before, now] = [self.before, self.now].map(|of| morph_weights(self.scene, &of.pose, node, mesh));
         before.iter().map(|weight| weight.to_bits()).eq(now.iter().map(|weight| weight.to_bits()))
     }
+}
+
+/// Whether the world matrix of a node is the same to the bit, since zeros of either sign give other bits.
+fn keeps_matrix(before: &SurfacePose, now: &SurfacePose, node: NodeIndex) -> bool {
+    let bits = |pose: &SurfacePose| pose.world[node.index()].to_cols_array().map(f32::to_bits);
+    bits(before) == bits(now)
 }

@@ -139,14 +139,21 @@ pub(super) fn morph_attributes(primitive: &Primitive, weights: &[f32]) -> Morphe
 }
 
 /// Whether the transform mirrors the surface, so that the winding of triangles must be reversed.
+///
+/// The determinant of the node defines the winding, of skins as well (glTF 2.0, section 3.7.4, "Instantiation"), though the node does not move
+/// them: Blender writes the skin of a mirrored rig in world space, wound inward, and its joint matrices do not mirror. Beyond the
+/// specification, the skin of a node that does not mirror is reversed if all joints mirror it, as Blender shows bones of negative scale.
+/// If both mirror, the node decides. That suits a mirrored node above a whole rig, but not negative bones in a mirrored armature of
+/// Blender, which give the same signs.
 pub(super) fn mirrors(transform: VertexTransform<'_>) -> bool {
     let map = |matrix: &Mat4| SurfaceMap::new(Mat3::from_mat4(*matrix));
     match transform {
         VertexTransform::Rigid(matrix) => map(matrix).handedness < 0.0,
-        VertexTransform::Skinned { joint_matrices, .. } => {
+        VertexTransform::Skinned { joint_matrices, world_from_node } => {
             // Joints that are scaled to zero flatten what they move, and do not count.
             let mut joints = joint_matrices.iter().filter_map(|matrix| map(matrix).mirrors());
-            joints.next() == Some(true) && joints.all(|mirrors| mirrors)
+            map(world_from_node).mirrors() == Some(true)
+                || (joints.next() == Some(true) && joints.all(|mirrors| mirrors))
         }
     }
 }
@@ -227,6 +234,25 @@ mod tests {
         let vertex = posed(&primitive, &[], VertexTransform::Rigid(&mirror));
         assert_eq!(vertex.tangent, Vec4::new(-1.0, 0.0, 0.0, -1.0));
         assert!(mirrors(VertexTransform::Rigid(&mirror)));
+    }
+
+    #[test]
+    fn the_node_of_a_skin_mirrors_it_whatever_its_joints_do() {
+        let (identity, mirror) = (Mat4::IDENTITY, Mat4::from_scale(Vec3::new(1.0, -1.0, 1.0)));
+        let flat = Mat4::from_scale(Vec3::new(-1.0, 1.0, 0.0));
+        for (world_from_node, joint, expected) in [
+            (identity, identity, false),
+            (identity, mirror, true),
+            (mirror, identity, true),
+            (mirror, mirror, true),
+            // A flat node does not flatten its skin.
+            (flat, identity, false),
+            (flat, mirror, true),
+        ] {
+            let skin =
+                VertexTransform::Skinned { joint_matrices: &[joint], world_from_node: &world_from_node };
+            assert_eq!(mirrors(skin), expected, "{world_from_node} {joint}");
+        }
     }
 
     #[test]

@@ -43,7 +43,8 @@ impl Stage {
         Self { scene: Scene::default(), environment: Environment::None, settings, projection }
     }
 
-    fn push_node(&mut self, node: Node) {
+    /// Adds a root node.
+    pub(crate) fn push_node(&mut self, node: Node) {
         self.scene.node_order.push(NodeIndex(self.scene.nodes.len() as u32));
         self.scene.nodes.push(node);
     }

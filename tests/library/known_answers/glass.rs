@@ -7,7 +7,7 @@ use rayframe::scene::{Anisotropy, Environment, LightKind, Material, Projection, 
 
 use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
 
-fn glass(ior: f32, volume: Option<Volume>) -> Material {
+pub(super) fn glass(ior: f32, volume: Option<Volume>) -> Material {
     Material {
         base_color: Vec4::ONE,
         metallic: 0.0,

@@ -16,6 +16,7 @@ mod material_extensions;
 mod normals;
 mod path;
 mod reflection;
+mod skin;
 mod surface;
 mod touching;
 mod visible_environment;

@@ -55,7 +55,7 @@ fn import_mesh(
 ) -> Result<Mesh> {
     let pointer = format!("/meshes/{index}");
     if mesh.primitives.is_empty() {
-        return Err(context.invalid(format!("{pointer}/primitives"), "must not be empty"));
+        context.warn(format!("{pointer}/primitives"), "meshes without primitives are not rendered");
     }
     let mut primitives = Vec::new();
     for (i, primitive) in mesh.primitives.iter().enumerate() {

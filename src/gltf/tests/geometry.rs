@@ -42,6 +42,19 @@ fn points_and_lines_are_warned_about_once_each() {
 }
 
 #[test]
+fn meshes_without_primitives_are_warned_about_once() {
+    let mut document = Document::triangle();
+    document.json["nodes"] = json!([{"mesh": 0}, {"mesh": 1, "weights": [0.5]}]);
+    document.push("meshes", json!({"primitives": [], "weights": [1.0]}));
+    document.push("meshes", json!({"primitives": []}));
+    let scene = document.import().unwrap();
+    let counts: Vec<usize> = scene.meshes.iter().map(|mesh| mesh.primitives.len()).collect();
+    assert_eq!(counts, [1, 0, 0]);
+    let pointers: Vec<&str> = scene.warnings.iter().map(|w| w.pointer.as_str()).collect();
+    assert_eq!(pointers, ["/meshes/1/primitives"]);
+}
+
+#[test]
 fn only_used_vertices_are_kept() {
     let mut document = Document::triangle();
     let positions: Vec<f32> = (0..15).map(|i| i as f32).collect();

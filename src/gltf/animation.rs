@@ -166,9 +166,10 @@ fn pointer_target(context: &mut Context, data: &Data, pointer: &str) -> Result<O
     Ok(Some(ChannelTarget { property, components, keys, range, is_boolean, has_pointer: true }))
 }
 
-/// Number of components of one value of the target; `None` for weights of a mesh that is not rendered, which a warning names.
+/// Number of components of one value of the target; `None` for weights of a mesh that is not rendered or has no morph targets, which a
+/// warning names.
 fn components(
-    context: &Context,
+    context: &mut Context,
     target: &ChannelTarget,
     targets: &AnimationTargets,
     pointer: &str,
@@ -193,14 +194,18 @@ fn components(
     if mesh.is_some_and(|mesh| mesh.primitives.is_empty()) {
         return Ok(None);
     }
-    match (mesh.map(|mesh| mesh.weights.len()), index) {
-        (Some(count), Some(index)) if count > index as usize => Ok(Some(1)),
-        (Some(count), Some(index)) => {
+    let count = mesh.map_or(0, |mesh| mesh.weights.len());
+    match index {
+        _ if count == 0 => {
+            context.warn(format!("{pointer}/target"), "weights without morph targets are not animated");
+            Ok(None)
+        }
+        Some(index) if count <= index as usize => {
             let message = format!("there is no morph target {index}, the mesh has {count}");
             Err(context.invalid(format!("{pointer}/target"), message))
         }
-        (Some(count), None) if count > 0 => Ok(Some(count)),
-        _ => Err(context.invalid(format!("{pointer}/target"), "the mesh has no morph targets")),
+        Some(_) => Ok(Some(1)),
+        None => Ok(Some(count)),
     }
 }
 

@@ -42,7 +42,6 @@ fn wrong_keys_are_errors() {
         (clip("scale", "LINEAR", &[0.0], "VEC4", &[1.0; 4]), "VEC4"),
         (clip("scale", "BEZIER", &[0.0], "VEC3", &[1.0; 3]), "/interpolation"),
         (clip("rotation", "LINEAR", &[0.0], "VEC4", &[0.0; 4]), "length zero"),
-        (clip("weights", "LINEAR", &[0.0], "SCALAR", &[0.0]), "no morph targets"),
     ] {
         let text = document.error(65);
         assert!(text.contains(expected), "{text}");
@@ -66,6 +65,26 @@ fn weights_have_one_component_per_target() {
     document.json["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": 0}, {"POSITION": 0}]);
     let scene = document.import().unwrap();
     assert_eq!(scene.animations[0].channels[0].keyframes.width, 2);
+}
+
+#[test]
+fn weights_without_morph_targets_are_ignored_with_a_warning() {
+    let pointer = |pointer: &str| json!({"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": pointer}}});
+    let mut document = clip("weights", "LINEAR", &[0.0, 1.0], "SCALAR", &[0.0, 1.0]);
+    document.json["nodes"] = json!([{"mesh": 0, "children": [1]}, {}]);
+    for target in [
+        json!({"node": 0, "path": "weights"}),
+        json!({"node": 1, "path": "weights"}),
+        pointer("/nodes/0/weights"),
+        pointer("/meshes/0/weights/0"),
+    ] {
+        document.json["animations"][0]["channels"][0]["target"] = target;
+        let scene = document.import().unwrap();
+        assert!(scene.animations[0].channels.is_empty());
+        let [warning] = &scene.warnings[..] else { panic!("{:?}", scene.warnings) };
+        assert_eq!(warning.pointer, "/animations/0/channels/0/target");
+        assert!(warning.message.contains("without morph targets"), "{warning}");
+    }
 }
 
 #[test]

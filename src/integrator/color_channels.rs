@@ -20,6 +20,11 @@ impl ColorChannels {
     /// The single channels, in the order of their vector components.
     pub const SINGLE: [Self; 3] = [Self::Red, Self::Green, Self::Blue];
 
+    /// What a component of light is multiplied by that the ray carries, so that three single channels are white light on average.
+    pub fn gain(self) -> f32 {
+        if self == Self::White { 1.0 } else { 3.0 }
+    }
+
     /// 1 in the channels that the ray carries, 0 in the others.
     pub fn mask(self) -> Vec3 {
         match self {

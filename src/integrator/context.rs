@@ -20,6 +20,7 @@ use crate::scene_view::SceneView;
 
 /// Everything that light interacts with in one frame.
 #[derive(Clone, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "each says what shading may leave out")]
 pub struct IntegratorContext<'a> {
     /// Surfaces, hierarchy and environment.
     pub view: SceneView<'a>,
@@ -30,6 +31,8 @@ pub struct IntegratorContext<'a> {
     /// Whether blocks can shade a material, by its index.
     pub(super) opaque_materials: Vec<bool>,
     pub(super) opaque_albedos: OpaqueAlbedos,
+    /// Whether a surface may let a part of the light pass.
+    pub(super) may_dim_light: bool,
     /// Whether a material has the same values at all points without vertex colours, by its index.
     pub(super) constant_materials: Vec<bool>,
     /// Bounds of the surfaces of all volumes.

@@ -22,7 +22,7 @@ use crate::color::luminance;
 use crate::frame::{Frame, transmits};
 use crate::geometry::{Ray, spiral_direction};
 use crate::interaction::is_constant;
-use crate::scene::Environment;
+use crate::scene::{AlphaMode, Environment, Material};
 use crate::scene_view::SceneView;
 
 /// Automatic shadows of the environment begin where a camera sees it in this share of all directions, and are full at the second share.
@@ -71,6 +71,7 @@ impl<'a> IntegratorContext<'a> {
             interiors,
             opaque_materials,
             opaque_albedos,
+            may_dim_light: view.frame.materials.iter().any(may_dim_light),
             constant_materials: view.frame.materials.iter().map(is_constant).collect(),
             volume_bounds,
             camera_media,
@@ -166,6 +167,12 @@ fn sample_points(frame: &Frame, settings: &IntegratorSettings) -> ZSobol {
     let is_path = settings.integrator == Integrator::Path;
     let PathSettings { seed, seed_per_frame, .. } =
         if is_path { settings.path } else { PathSettings::default() };
-    let time = if seed_per_frame { frame.time_seconds.to_bits() } else { 0 };
+    let frame_time = settings.noise_time.unwrap_or(frame.time_seconds);
+    let time = if seed_per_frame { frame_time.to_bits() } else { 0 };
     ZSobol::new(settings.max_samples, seed ^ hash(hash(time as u32) ^ (time >> 32) as u32))
+}
+
+/// Whether light that passes surfaces of a material may be dimmed.
+fn may_dim_light(material: &Material) -> bool {
+    material.alpha_mode == AlphaMode::Blend || transmits(material)
 }

@@ -73,6 +73,8 @@ pub struct IntegratorSettings {
     pub integrator: Integrator,
     /// Settings of [`Integrator::Path`].
     pub path: PathSettings,
+    /// The time whose noise the frame has, seconds; `None` for that of its pose.
+    pub noise_time: Option<f64>,
     /// Samples that every pixel takes.
     pub samples: u32,
     /// Samples that a pixel takes at most.
@@ -101,6 +103,7 @@ impl Default for IntegratorSettings {
         Self {
             integrator: Integrator::Whitted,
             path: PathSettings::default(),
+            noise_time: None,
             samples: 4,
             max_samples: 4,
             max_depth: 8,

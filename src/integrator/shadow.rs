@@ -50,13 +50,15 @@ impl GlassPassage {
 pub(super) struct ShadowTransmittance {
     /// Share of the light that arrives; 0 behind an opaque surface.
     pub(super) transmittance: Vec3,
+    /// Share of the ray that surfaces hide without absorbing it as tinted glass and volumes do; 1 behind an opaque surface.
+    pub(super) hidden: Vec3,
     /// Whether the ray hits more than [`TRANSPARENCY_LIMIT`] transparent surfaces; it then counts as occluded.
     pub(super) limit_reached: bool,
 }
 
 impl ShadowTransmittance {
     /// An occluded ray.
-    const NONE: Self = Self { transmittance: Vec3::ZERO, limit_reached: false };
+    const NONE: Self = Self { transmittance: Vec3::ZERO, hidden: Vec3::ONE, limit_reached: false };
 }
 
 /// Shadow rays that are traced together.
@@ -96,6 +98,8 @@ impl ShadowCache {
 struct ConstantGlass {
     material: MaterialIndex,
     bsdf: Bsdf,
+    /// Base colour.
+    tint: Vec3,
 }
 
 impl ShadowBatch {
@@ -165,7 +169,8 @@ impl ShadowBatch {
         if self.is_occluded[index as usize] {
             ShadowTransmittance::NONE
         } else if !self.is_tinted[index as usize].get() {
-            ShadowTransmittance { transmittance: self.unhindered(index), limit_reached: false }
+            let transmittance = self.unhindered(index);
+            ShadowTransmittance { transmittance, hidden: Vec3::ZERO, limit_reached: false }
         } else {
             self.tinted_transmittance(context, index, counters)
         }
@@ -265,17 +270,19 @@ fn through_surfaces(
     mut next: impl FnMut(Option<HitOrder>) -> Option<Hit>,
 ) -> ShadowTransmittance {
     let length = libm::sqrtf(ray.direction.dot(ray.direction));
-    let mut transmittance = Vec3::ONE;
+    let (mut transmittance, mut hidden) = (Vec3::ONE, Vec3::ZERO);
     let mut reached_t = ray.t_min;
     let mut after = None;
     for _ in 0..TRANSPARENCY_LIMIT {
         let Some(hit) = next(after) else {
             transmittance *= glass.last_stretch(&media, ray, Some((reached_t, length)));
-            return ShadowTransmittance { transmittance, limit_reached: false };
+            return ShadowTransmittance { transmittance, hidden, limit_reached: false };
         };
         after = Some(hit.order());
-        transmittance *= media.transmittance((hit.t - reached_t) * length)
-            * through_surface(context, (ray, glass), &hit, cache);
+        let surface = through_surface(context, (ray, glass), &hit, cache);
+        let to_surface = media.transmittance((hit.t - reached_t) * length);
+        hidden += transmittance * to_surface * surface.hidden;
+        transmittance *= to_surface * surface.transmittance;
         if let Some(medium) = clear_medium(context, &hit, glass) {
             // A ray that started inside a volume unknowingly reveals it where it leaves.
             if hit.facing == Facing::Back && !media.holds(medium.volume) {
@@ -285,10 +292,10 @@ fn through_surfaces(
         }
         reached_t = hit.t;
         if transmittance == Vec3::ZERO {
-            return ShadowTransmittance::NONE;
+            return ShadowTransmittance { transmittance, hidden, limit_reached: false };
         }
     }
-    ShadowTransmittance { transmittance: Vec3::ZERO, limit_reached: true }
+    ShadowTransmittance { limit_reached: true, ..ShadowTransmittance::NONE }
 }
 
 fn clear_medium(context: &IntegratorContext<'_>, hit: &Hit, glass: GlassPassage) -> Option<Medium> {
@@ -298,32 +305,45 @@ fn clear_medium(context: &IntegratorContext<'_>, hit: &Hit, glass: GlassPassage)
     straight.then(|| context.interiors.medium(instance)).flatten()
 }
 
-/// Transmittance of one surface: (1 − α) + α · transmission · (1 − F) · base colour, times the transmittance of its coat.
+/// The light that one surface lets through.
+#[derive(Clone, Copy)]
+struct SurfaceTransmittance {
+    /// (1 − α) + α · transmission · (1 − F) · base colour, times the transmittance of its coat.
+    transmittance: Vec3,
+    /// What a white surface in its place would not let through.
+    hidden: f32,
+}
+
 fn through_surface(
     context: &IntegratorContext<'_>,
     (ray, passage): (&Ray, GlassPassage),
     hit: &Hit,
     cache: &mut ShadowCache,
-) -> Vec3 {
+) -> SurfaceTransmittance {
     let alpha = alpha_at(context.view, hit);
     let frame = context.view.frame;
     let material = &frame.materials[frame.instance(hit.triangle).material.index()];
-    let glass = if transmits(material) && passage.passes(context, material) {
+    let (glass, tint) = if transmits(material) && passage.passes(context, material) {
         glass_transmittance(context, (ray, passage), hit, cache)
     } else {
-        Vec3::ZERO
+        (Vec3::ZERO, Vec3::ONE)
     };
-    Vec3::splat(1.0 - alpha) + glass * alpha
+    // Black glass reflects as little as glass of its index can.
+    let untinted = if tint == Vec3::ZERO { 1.0 } else { glass.max_element() / tint.max_element() };
+    SurfaceTransmittance {
+        transmittance: Vec3::splat(1.0 - alpha) + glass * alpha,
+        hidden: alpha * (1.0 - untinted).max(0.0),
+    }
 }
 
 /// The ray is not bent, so F is always that of a ray that enters. This is F of the same path backwards, and there is no total
-/// reflection.
+/// reflection. Returns the base colour, too.
 fn glass_transmittance(
     context: &IntegratorContext<'_>,
     (ray, passage): (&Ray, GlassPassage),
     hit: &Hit,
     cache: &mut ShadowCache,
-) -> Vec3 {
+) -> (Vec3, Vec3) {
     let view = context.view;
     let point = SurfacePoint::orientation(view, ray, hit, &cache.probes);
     let cosine = point.wo.dot(point.shading_normal);
@@ -331,18 +351,21 @@ fn glass_transmittance(
     let index = point.instance.material;
     if context.constant_materials[index.index()] && !point.instance.has_colors(view.scene) {
         if cache.glass.as_ref().is_none_or(|known| known.material != index) {
-            let bsdf = cache.straight_lobes(&material_values(view, &point, &cache.probes));
-            cache.glass = Some(ConstantGlass { material: index, bsdf });
+            let values = material_values(view, &point, &cache.probes);
+            let bsdf = cache.straight_lobes(&values);
+            cache.glass = Some(ConstantGlass { material: index, bsdf, tint: values.base_color });
         }
-        return cache.glass.as_ref().map_or(Vec3::ZERO, |glass| passage.transmittance(&glass.bsdf, wo));
+        let of_constant = |glass: &ConstantGlass| (passage.transmittance(&glass.bsdf, wo), glass.tint);
+        return cache.glass.as_ref().map_or((Vec3::ZERO, Vec3::ONE), of_constant);
     }
     let material = material_values(view, &point, &cache.probes);
     // An anisotropic wall is rough along one direction at least.
     let is_clear = passage == GlassPassage::Straight || material.anisotropy.is_none();
     if material.transmission > 0.0 && is_clear {
-        passage.transmittance(&cache.straight_lobes(&material), wo) * coat_transmittance(&material, &point)
+        let glass = passage.transmittance(&cache.straight_lobes(&material), wo);
+        (glass * coat_transmittance(&material, &point), material.base_color)
     } else {
-        Vec3::ZERO
+        (Vec3::ZERO, Vec3::ONE)
     }
 }
 

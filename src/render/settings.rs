@@ -42,6 +42,9 @@ pub struct RenderSettings {
     pub show_background: bool,
     /// The plane that shows shadows below the scene.
     pub ground: Option<Ground>,
+    /// The time whose noise the frame has, seconds; `None` for that of its pose. All shutter samples of a frame share one, so that their samples are
+    /// spread as those of one set.
+    pub noise_time: Option<f64>,
     /// AOVs besides colour and coverage. They change neither of these.
     pub aovs: AovFlags,
 }
@@ -74,6 +77,7 @@ impl Default for RenderSettings {
             env_samples: EnvSamples::Auto,
             show_background: true,
             ground: None,
+            noise_time: None,
             aovs: AovFlags::NONE,
         }
     }

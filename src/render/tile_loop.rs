@@ -33,7 +33,7 @@ pub(super) fn render_tiles(
     let environment = posed_environment.as_ref().unwrap_or(view.environment);
     let context = IntegratorContext::new(SceneView { environment, ..*view }, integrator_settings(settings));
     let lens = settings.lens.and_then(|lens| lens.at(view, settings.resolution));
-    let time_seconds = view.frame.time_seconds as f32;
+    let time_seconds = settings.noise_time.unwrap_or(view.frame.time_seconds) as f32;
     let camera = CameraRays::new(&view.frame.camera, settings.resolution, time_seconds, lens)
         .sharing_pixels(settings.samples);
     let screen = match lens {
@@ -79,6 +79,7 @@ fn integrator_settings(settings: &RenderSettings) -> IntegratorSettings {
     IntegratorSettings {
         integrator: settings.integrator,
         path: settings.path,
+        noise_time: settings.noise_time,
         samples: settings.samples,
         max_samples: settings.adaptive.map_or(settings.samples, |adaptive| adaptive.max_samples),
         max_depth: settings.max_depth,

@@ -56,6 +56,8 @@ pub(crate) struct FrameTracer<'a> {
     content: OnceLock<String>,
     /// The plate behind a frame.
     plate: Option<(i64, Arc<Plate>)>,
+    /// Time of the frame being rendered.
+    frame_seconds: f64,
 }
 
 /// Statistics of a traced frame.
@@ -93,6 +95,7 @@ impl<'a> FrameTracer<'a> {
             static_hashes: OnceLock::new(),
             content: OnceLock::new(),
             plate: None,
+            frame_seconds: 0.0,
         }
     }
 
@@ -118,6 +121,7 @@ impl<'a> FrameTracer<'a> {
         on_progress: OnProgress<'_>,
     ) -> Result<FrameStatistics> {
         let time_seconds = self.job.rate.time_seconds(frame);
+        self.frame_seconds = time_seconds;
         let times = self.job.shutter.times(time_seconds, self.job.rate);
         let mut rendered = match self.job.render.integrator {
             Integrator::Whitted => self.render_trees(&times, film, on_progress)?,
@@ -272,7 +276,11 @@ impl<'a> FrameTracer<'a> {
 
     /// The settings of the job for the window of `film`.
     fn settings_of(&self, film: &Film) -> RenderSettings {
-        RenderSettings { window: film.window, ..self.job.render.clone() }
+        RenderSettings {
+            window: film.window,
+            noise_time: Some(self.frame_seconds),
+            ..self.job.render.clone()
+        }
     }
 
     /// EXR attributes of a frame, without a stamp.

@@ -143,6 +143,7 @@ fn render_settings_key(render: &RenderSettings, shutter: Shutter) -> serde_json:
         env_samples: _,
         show_background,
         ground,
+        noise_time: _,
         aovs: _,
     } = render;
     let mut key = json!({

@@ -49,6 +49,7 @@ pub(crate) fn render_settings(
         lens: lens(args, scene, of_file)?,
         glossy_samples: args.glossy,
         env_samples: args.env_samples,
+        noise_time: None,
         show_background: true,
         ground: None,
         aovs: AovFlags { guides: guides || aovs.guides, ..aovs },

@@ -5,13 +5,13 @@ use rayframe::cancel::CancelFlag;
 use rayframe::film::LightPass;
 use rayframe::output::{Aov, AovSet, ExrOutput};
 use rayframe::regression::Image;
-use rayframe::render::{Adaptive, PixelFilter};
+use rayframe::render::{Adaptive, Integrator, PixelFilter};
 use rayframe::scene::{
-    AnimationTarget, Material, Mesh, MeshIndex, Node, NodeIndex, Projection, Scene, SelectedCamera,
+    AnimationTarget, LightKind, Material, Mesh, MeshIndex, Node, NodeIndex, Projection, Scene, SelectedCamera,
 };
-use rayframe::sequence::{FrameRate, Plan, Shutter, run};
+use rayframe::sequence::{ExistingFiles, FrameRate, Plan, Shutter, run};
 
-use crate::stage::{animate, rectangle, sequence_job, unlit};
+use crate::stage::{Stage, animate, lambert, rectangle, sequence_job, unlit};
 
 /// A white half plane x < 0 that moves by one metre along x from 0 s to 1 s.
 fn moving_edge() -> Scene {
@@ -124,6 +124,43 @@ fn a_uniform_image_has_its_value_and_coverage_with_any_filter_and_shutter() {
                     assert!(values.iter().all(is_exact), "{what} {name}: {values:?}");
                 }
             }
+        }
+    }
+}
+
+#[test]
+fn all_times_of_a_shutter_share_one_set_of_samples() {
+    // The penumbra of a square. What moves is not seen, so that an open shutter changes nothing but the order of sums.
+    let mut stage = Stage::new();
+    stage.add(rectangle(Vec3::ZERO, Vec3::X * 2.0, Vec3::Y * 2.0), lambert(Vec3::ONE));
+    stage.add(rectangle(Vec3::Z * 0.5, Vec3::X * 0.3, Vec3::Y * 0.3), lambert(Vec3::ONE));
+    stage.add_light(LightKind::Point, 10.0, Vec3::Z * 3.0, Vec3::Z);
+    let mut scene = stage.scene;
+    let moving = NodeIndex(scene.nodes.len() as u32);
+    scene.nodes.push(Node::default());
+    scene.node_order.push(moving);
+    animate(&mut scene, AnimationTarget::Translation(moving), &[0.0; 3], &[1.0, 0.0, 0.0]);
+    let camera = SelectedCamera::Fixed {
+        world_from_camera: Mat4::from_translation(Vec3::Z * 5.0),
+        projection: Projection::Orthographic { x_mag: 0.6, y_mag: 0.6, z_near: 0.0, z_far: 10.0 },
+    };
+    let folder = tempfile::tempdir().unwrap();
+    for integrator in [Integrator::Whitted, Integrator::Path] {
+        let render = |shutter: Shutter| {
+            let mut job =
+                sequence_job(scene.clone(), camera.clone(), (16, 16), &folder.path().join("b.####.exr"));
+            (job.shutter, job.existing) = (shutter, ExistingFiles::Overwrite);
+            (job.render.samples, job.render.integrator) = (16, integrator);
+            (job.render.light_size.radius, job.render.path.seed_per_frame) = (0.3, true);
+            let plan = Plan::new(&job).unwrap();
+            plan.prepare().unwrap();
+            run(&job, &plan, &CancelFlag::new(), &|_| ()).outcome().unwrap();
+            Image::read(&folder.path().join("b.0001.exr")).unwrap().rgba().unwrap()
+        };
+        let closed = render(Shutter::default());
+        let open = render(Shutter { open: 0.5, time_samples: 8 });
+        for (index, (open, closed)) in open.iter().zip(&closed).enumerate() {
+            assert!((open[0] - closed[0]).abs() < 2e-3 * closed[0], "{index}: {open:?} {closed:?}");
         }
     }
 }

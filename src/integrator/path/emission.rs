@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::mis::{LastScatter, power_heuristic};
 use crate::bvh::Hit;
 use crate::integrator::whitted::Tracer;
-use crate::integrator::{LightPass, RayState};
+use crate::integrator::{ColorChannels, LightPass, RayState};
 use crate::interaction::SurfacePoint;
 
 impl Tracer<'_, '_> {
@@ -49,13 +49,14 @@ impl Tracer<'_, '_> {
         radiance: Vec3,
     ) {
         let depth = last.map_or(state.depth.saturating_sub(1), |last| last.depth);
-        let radiance = clamped(radiance, self.clamp_at(depth));
+        let radiance = clamped(radiance, self.clamp_at(depth, state.channels));
         self.add(state.sample, light_pass, radiance);
     }
 
-    /// The largest component of light that a ray of a path finds, or that the shadow rays of a surface do at this depth.
-    pub(super) fn clamp_at(&self, depth: u32) -> f32 {
-        if depth > 0 { self.context.settings.path.clamp_indirect } else { f32::INFINITY }
+    /// The largest component of light that a ray of a path finds, or that the shadow rays of a surface do at this depth. A path of one channel
+    /// stands for three.
+    pub(super) fn clamp_at(&self, depth: u32, channels: ColorChannels) -> f32 {
+        if depth > 0 { self.context.settings.path.clamp_indirect * channels.gain() } else { f32::INFINITY }
     }
 }
 

@@ -214,7 +214,7 @@ impl Tracer<'_, '_> {
         (ray, media): (Ray, SurfaceMedia),
         contribution: Vec3,
     ) {
-        let clamp = self.clamp_at(shaded.state.depth);
+        let clamp = self.clamp_at(shaded.state.depth, shaded.channels);
         let is_environment = own_pass == LightPass::Environment;
         let contribution = if is_environment { contribution } else { clamped(contribution, clamp) };
         if !(contribution.max_element() > 0.0 && contribution.is_finite()) {
@@ -227,6 +227,7 @@ impl Tracer<'_, '_> {
             sample: shaded.state.sample,
             light_pass: shaded.light_pass.unwrap_or(own_pass),
             contribution,
+            for_hidden: Vec3::ZERO,
             environment_clamp: is_environment.then_some(clamp),
             media,
         });

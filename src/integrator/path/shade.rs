@@ -188,7 +188,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
         let samples = BounceSamples { sequence, keys };
         let channels = if is_dispersive { samples.single_channel() } else { state.channels };
         if is_dispersive {
-            weight *= channels.mask() * 3.0;
+            weight *= channels.mask() * channels.gain();
         }
 
         // Lobes

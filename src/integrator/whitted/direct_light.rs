@@ -65,6 +65,7 @@ impl Tracer<'_, '_> {
                     sample: shading.state.sample,
                     light_pass: shading.light_pass.unwrap_or(LightPass::Direct),
                     contribution,
+                    for_hidden: Vec3::ZERO,
                     environment_clamp: None,
                     media: at(media.clone()),
                 });
@@ -88,10 +89,16 @@ impl Tracer<'_, '_> {
         let ShadowQueue { batches, tasks, .. } = &mut self.shadows;
         self.statistics.shadow_rays += tasks.len() as u64;
         for task in tasks.drain(..) {
-            let ShadowTask { sample, light_pass, batch, ray, contribution, environment_clamp } = task;
+            let ShadowTask { sample, light_pass, batch, ray, contribution, for_hidden, environment_clamp } =
+                task;
             let batch = &batches[batch as usize];
             let shadow = batch.transmittance(self.context, ray, &mut self.counters);
             self.statistics.transparency_limit_reached += u64::from(shadow.limit_reached);
+            if for_hidden != Vec3::ZERO && shadow.hidden != Vec3::ONE {
+                let absorbed = for_hidden * (Vec3::ONE - shadow.transmittance - shadow.hidden);
+                self.values[sample as usize].radiance -= absorbed;
+                self.aovs.add(sample, light_pass, -absorbed);
+            }
             if shadow.transmittance == Vec3::ZERO {
                 continue;
             }

@@ -148,19 +148,21 @@ impl Tracer<'_, '_> {
             self.add(state.sample, light_pass, radiance * (1.0 - share) * through);
         }
         let Some(first) = first else { return };
-        // What hides the environment reflects its light; a ray that arrives adds what is more, or takes away what is less.
+        // What hides the environment reflects its light; a ray that arrives adds what is more, or takes away what is less. What tints the ray
+        // reflects nothing.
         let reflected = albedo * context.mean_radiance * surrounding_light(color);
         if reflected != Vec3::ZERO {
             self.add(state.sample, light_pass, reflected * share);
         }
         let radiance = radiance - reflected;
-        if radiance == Vec3::ZERO && !traces_occluder {
-            return;
-        }
         let rays = match context.settings.env_samples {
             EnvSamples::Fixed(rays) if state.depth == 0 => rays,
             EnvSamples::Fixed(_) | EnvSamples::Auto => 1,
         };
+        let for_hidden = if context.may_dim_light { reflected * (share / rays as f32) } else { Vec3::ZERO };
+        if radiance == Vec3::ZERO && for_hidden == Vec3::ZERO && !traces_occluder {
+            return;
+        }
         let end = if is_outside {
             point.shadow_end_outside(Vec3::ZERO)
         } else {
@@ -177,6 +179,7 @@ impl Tracer<'_, '_> {
                 sample: state.sample,
                 light_pass,
                 contribution: radiance * share,
+                for_hidden,
                 environment_clamp: None,
                 media: SurfaceMedia::AtStart(media.clone()),
             });

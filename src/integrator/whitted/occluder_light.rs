@@ -16,14 +16,12 @@ use super::shadow_queue::ShadowTask;
 use super::tracer::{Tracer, seconds_since};
 use crate::bvh::{Hit, TriangleFlags};
 use crate::color::luminance;
-use crate::frame::transmits;
 use crate::geometry::{Facing, Ray};
 use crate::integrator::IntegratorContext;
 use crate::integrator::glass_passage::GlassPassage;
 use crate::integrator::media::SurfaceMedia;
 use crate::integrator::shadow::stops_light;
 use crate::interaction::{SurfacePoint, blurred_color_at, transmits_at};
-use crate::scene::{AlphaMode, Material};
 
 /// What stops a shadow ray.
 struct FoundOccluder<'o> {
@@ -85,7 +83,7 @@ impl Tracer<'_, '_> {
     fn trace_segments(&mut self, buffers: &mut OccluderBuffers) {
         let OccluderBuffers { rays, tasks, occluders, segments, .. } = buffers;
         segments.clear();
-        if !self.context.view.frame.materials.iter().any(may_dim_light) {
+        if !self.context.may_dim_light {
             return;
         }
         for ((ray, hit), stopped) in rays.iter().zip(&*occluders).zip(&*tasks) {
@@ -171,11 +169,6 @@ impl Tracer<'_, '_> {
         });
         [Some((by_most, Ray::new(end, on_side(sampled, normal, true)))), by_key]
     }
-}
-
-/// Whether light that passes surfaces of a material may be dimmed.
-fn may_dim_light(material: &Material) -> bool {
-    material.alpha_mode == AlphaMode::Blend || transmits(material)
 }
 
 impl KeyIrradiance {

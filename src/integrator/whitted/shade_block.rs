@@ -1,5 +1,7 @@
 //! Shading of hits on opaque surfaces, block by block.
 
+use glam::Vec3;
+
 use super::environment_shadows::{EnvironmentLookup, LookupLobe};
 use super::opaque_block::OpaqueBlock;
 use super::shading::Arrival;
@@ -50,6 +52,7 @@ impl Tracer<'_, '_> {
                     sample: state.sample,
                     light_pass: light_pass.unwrap_or(LightPass::Direct),
                     contribution,
+                    for_hidden: Vec3::ZERO,
                     environment_clamp: None,
                     // Blocks are in vacuum.
                     media: SurfaceMedia::default(),

@@ -35,6 +35,8 @@ pub(in crate::integrator) struct ShadowTask {
     pub(in crate::integrator) ray: u32,
     /// Radiance of the sample without occlusion.
     pub(in crate::integrator) contribution: Vec3,
+    /// See [`ShadowRay::for_hidden`].
+    pub(in crate::integrator) for_hidden: Vec3,
     /// See [`ShadowRay::environment_clamp`].
     pub(in crate::integrator) environment_clamp: Option<f32>,
 }
@@ -49,6 +51,8 @@ pub(in crate::integrator) struct ShadowRay {
     pub(in crate::integrator) sample: u32,
     pub(in crate::integrator) light_pass: LightPass,
     pub(in crate::integrator) contribution: Vec3,
+    /// What was added for what may hide the light of the ray. It is taken away again as far as something tints the ray without hiding it.
+    pub(in crate::integrator) for_hidden: Vec3,
     /// Where the contribution lacks the factor of the environment's radiance along the ray, which only rays that arrive look up: the
     /// largest component of the product.
     pub(in crate::integrator) environment_clamp: Option<f32>,
@@ -64,8 +68,17 @@ impl ShadowQueue {
     /// Adds a ray after all others. Returns the index of its task.
     #[inline(always)]
     pub(in crate::integrator) fn push(&mut self, shadow: ShadowRay) -> u32 {
-        let ShadowRay { signature, light, ray, sample, light_pass, contribution, environment_clamp, media } =
-            shadow;
+        let ShadowRay {
+            signature,
+            light,
+            ray,
+            sample,
+            light_pass,
+            contribution,
+            for_hidden,
+            environment_clamp,
+            media,
+        } = shadow;
         let kinds = self.passages.len();
         let batch = signature.index() * kinds + light;
         if batch >= self.batches.len() {
@@ -73,7 +86,15 @@ impl ShadowQueue {
         }
         let ray = self.batches[batch].push(ray, media);
         let batch = batch as u32;
-        self.tasks.push(ShadowTask { sample, light_pass, batch, ray, contribution, environment_clamp });
+        self.tasks.push(ShadowTask {
+            sample,
+            light_pass,
+            batch,
+            ray,
+            contribution,
+            for_hidden,
+            environment_clamp,
+        });
         self.tasks.len() as u32 - 1
     }
 

@@ -374,3 +374,25 @@ fn occluders_have_the_color_of_the_light_that_reaches_them() {
     assert!((shaded.z / path.z - 1.0).abs() < 0.05, "{shaded} of {path}");
     assert!(shaded.x < 1.2 * shaded.z && path.x < 1.5 * path.z, "{shaded} of {path}");
 }
+
+/// What tints the light hides nothing that would reflect in its place.
+#[test]
+fn tinted_panes_dim_the_light_and_veils_hide_a_part_of_it() {
+    let tint = Vec3::new(1.0, 0.05, 0.0);
+    let dyed = Material { base_color: tint.extend(1.0), ..super::glass::glass(1.0, None) };
+    let black = Material { base_color: Vec3::ZERO.extend(0.5), ..lambert(Vec3::ZERO) };
+    let veil = Material { alpha_mode: AlphaMode::Blend, double_sided: true, ..black };
+    // A white floor, whose hidden light is estimated as if nothing hid any, and a grey one, of whose light a third is.
+    for (pane, color, expected) in [
+        (&dyed, 1.0, tint),
+        (&dyed, 0.5, tint * 0.5),
+        (&veil, 1.0, Vec3::ONE),
+        (&veil, 0.5, Vec3::splat(0.5 * (0.5 + 0.5 / 3.0))),
+    ] {
+        let mut stage = stage(1024);
+        stage.settings.env_samples = EnvSamples::Fixed(1);
+        stage.add(floor(5.0), lambert(Vec3::splat(color)));
+        stage.add(rectangle(Vec3::Y, Vec3::Z * 200.0, Vec3::X * 200.0), pane.clone());
+        assert_close(middle(&stage), expected, 0.002);
+    }
+}

@@ -1,6 +1,7 @@
 //! Clearcoat, diffuse transmission, anisotropy and dispersion.
 
 use glam::Vec3;
+use rayframe::render::Integrator;
 use rayframe::scene::{
     Anisotropy, ClearCoat, DiffuseTransmission, Environment, LightKind, Material, Sheen, Transmission, Volume,
 };
@@ -160,4 +161,18 @@ fn dispersion_in_uniform_light_is_neutral() {
     // All bounces up to the depth limit: nothing is absorbed.
     stage.settings.max_depth = 24;
     assert_close(stage.look(Vec3::new(1.0, 1.0, 0.0), Vec3::new(0.5, 0.5, 0.0)), Vec3::ONE, 2e-3);
+}
+
+#[test]
+fn a_clamp_above_all_light_leaves_dispersive_glass_as_it_is() {
+    // A path of one channel stands for three, with three times the light.
+    let mut stage = dispersive_slab(4.0);
+    stage.environment = Environment::Constant(Vec3::ONE);
+    (stage.settings.integrator, stage.settings.samples) = (Integrator::Path, 256);
+    let seen = |stage: &Stage| stage.look(Vec3::new(1.0, 1.0, 0.0), Vec3::new(0.5, 0.5, 0.0));
+    let free = seen(&stage);
+    stage.settings.path.clamp_indirect = 1.01;
+    assert_eq!(seen(&stage), free);
+    stage.settings.path.clamp_indirect = 0.5;
+    assert!(seen(&stage).y < 0.7 * free.y);
 }

@@ -35,6 +35,12 @@ const BYTES_OF_PROCESS: u128 = 13_400_000;
 const BYTES_A_TILE: u128 = 700_000;
 /// The same where surfaces transmit light, so that rays branch.
 const BYTES_A_BRANCHING_TILE: u128 = 2_500_000;
+/// The shadow rays of a tile: at most so many to each light, and no more than the queue holds. The bytes of a tile cover those of few lights.
+const RAYS_TO_A_LIGHT: u128 = 1024;
+const MOST_SHADOW_RAYS: u128 = 1 << 16;
+const BYTES_A_SHADOW_RAY: u128 = 120;
+/// A light in a block of hits, and the batch of its shadow rays.
+const BYTES_A_TILE_LIGHT: u128 = 1_500;
 /// A pixel of the preview being written, before and after compression (4 each).
 const BYTES_A_PREVIEW_PIXEL: u128 = 8;
 /// A pixel of the plates behind the film being traced and the film being written (16 each), of the latter over its plate (16), and of
@@ -79,17 +85,25 @@ fn frame_bytes(job: &SequenceJob, window: PixelWindow, has_next: bool) -> u128 {
     image.bytes(has_next)
         + preview
         + plate
-        + tile_bytes(job, window)
+        + tile_bytes(job, window, counts.lights.into())
         + environment_bytes(job)
         + photon_bytes(job)
         + counts.frame_bytes(motion)
 }
 
-/// Bytes of the tiles that are traced at a time.
-fn tile_bytes(job: &SequenceJob, window: PixelWindow) -> u128 {
+/// Bytes of the tiles that are traced at a time, of a scene with so many punctual lights.
+fn tile_bytes(job: &SequenceJob, window: PixelWindow, lights: u128) -> u128 {
     let tiles = tile_count(window).min(rayon::current_num_threads());
     let bytes = if job.scene.materials.iter().any(transmits) { BYTES_A_BRANCHING_TILE } else { BYTES_A_TILE };
-    tiles as u128 * bytes
+    // Paths choose among lights.
+    let shadow_bytes = match job.render.integrator {
+        Integrator::Whitted => {
+            let rays = (lights * RAYS_TO_A_LIGHT).min(MOST_SHADOW_RAYS);
+            rays * BYTES_A_SHADOW_RAY + lights * BYTES_A_TILE_LIGHT
+        }
+        Integrator::Path => 0,
+    };
+    tiles as u128 * bytes.max(shadow_bytes)
 }
 
 /// Bytes of the photons that guide paths.

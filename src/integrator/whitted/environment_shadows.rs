@@ -17,7 +17,7 @@ use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{EnvSamples, GlassShadows, LightPass, MediaStack, RayState};
 
 /// Lookups of one surface: two lobes of each side, three of dispersed glass, and a coat.
-const MAX_LOOKUPS: usize = 8;
+pub(super) const MAX_LOOKUPS: usize = 8;
 
 /// A lookup shares the rays of the brightest one on its side unless it has more than this share of its luminance.
 const MIN_SHARE: f32 = 0.125;

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::coat::CoatShading;
+use super::environment_shadows::MAX_LOOKUPS;
 use super::local_frame::shading_frame;
 use super::shading::Shading;
 use super::shading_order::RunKey;
@@ -14,17 +15,56 @@ use super::wavefront::Wavefront;
 use crate::bsdf::{Albedos, Bsdf};
 use crate::geometry::{LANES, vectorized};
 use crate::integrator::lights::IncidenceLanes;
-use crate::integrator::{ColorChannels, Integrator, LightPass, RayState};
+use crate::integrator::{ColorChannels, EnvSamples, Integrator, LightPass, RayState};
 use crate::interaction::{MaterialSample, SurfaceBlock, SurfacePoint, untextured_color};
 use crate::scene::Material;
 
 impl<'a> Tracer<'_, 'a> {
-    /// Shades all surfaces that a wavefront sees.
+    /// Shades all surfaces that a wavefront sees, and adds the light of their shadow rays.
     pub(super) fn shade_surface_hits(&mut self, wavefront: &Wavefront) {
+        let most_hits = self.hits_together();
+        if self.surface_hits.len() > most_hits {
+            self.shade_by_samples(wavefront, most_hits);
+        } else {
+            self.shade_together(wavefront);
+        }
+    }
+
+    /// The same for `most_hits` hits at a time. All hits of a sample are shaded together, since the light behind its shadow rays is added after
+    /// all other light: its sum is the same in every order of samples.
+    fn shade_by_samples(&mut self, wavefront: &Wavefront, most_hits: usize) {
+        let sample = |hit: &SurfaceHit| wavefront.ray(hit.slot).1.sample;
+        let mut hits = std::mem::take(&mut self.surface_hits);
+        hits.sort_by_key(sample);
+        for of_sample in hits.chunk_by(|a, b| sample(a) == sample(b)) {
+            if self.surface_hits.len() + of_sample.len() > most_hits {
+                self.shade_together(wavefront);
+            }
+            self.surface_hits.extend_from_slice(of_sample);
+        }
+        self.shade_together(wavefront);
+    }
+
+    fn shade_together(&mut self, wavefront: &Wavefront) {
         // Surfaces may have others shaded in their place.
         while !self.surface_hits.is_empty() {
             self.shade_found_surfaces(wavefront);
         }
+        self.trace_shadows();
+    }
+
+    /// Hits whose shadow rays the queue holds together.
+    fn hits_together(&self) -> usize {
+        let context = self.context;
+        let lookups = match (&context.environment_directions, context.settings.env_samples) {
+            // Paths choose among lights.
+            _ if context.settings.integrator == Integrator::Path => return usize::MAX,
+            (None, _) => 0,
+            (Some(_), EnvSamples::Auto) => MAX_LOOKUPS,
+            (Some(_), EnvSamples::Fixed(rays)) => MAX_LOOKUPS * rays as usize,
+        };
+        let rays_a_hit = context.lights.len() + lookups;
+        (self.shadows.most_tasks / rays_a_hit.max(1)).max(1)
     }
 
     fn shade_found_surfaces(&mut self, wavefront: &Wavefront) {

@@ -10,11 +10,19 @@ use crate::integrator::glass_passage::GlassPassage;
 use crate::integrator::media::SurfaceMedia;
 use crate::integrator::shadow::ShadowBatch;
 
-/// The shadow rays of a wavefront.
+/// Tasks of one queue, unless a single sample has more. They take about 8 MB with their rays.
+const MOST_TASKS: usize = 1 << 16;
+
+/// Kinds of shadow rays up to which there are batches for each signature. More make many batches, of few rays each.
+const MOST_KINDS_BY_SIGNATURE: usize = 64;
+
+/// The shadow rays of a wavefront, or of some of its samples where all would be too many.
 #[derive(Debug)]
 pub(in crate::integrator) struct ShadowQueue {
     /// How light passes glass, for each kind of shadow ray.
     passages: Vec<GlassPassage>,
+    /// Tasks that are queued together: [`MOST_TASKS`].
+    pub(super) most_tasks: usize,
     /// One batch for each signature of the shaded ray and each light. The rays of one light start together, and surfaces
     /// that were seen along one signature lie together.
     pub(in crate::integrator) batches: Vec<ShadowBatch>,
@@ -62,7 +70,13 @@ pub(in crate::integrator) struct ShadowRay {
 impl ShadowQueue {
     /// An empty queue for kinds of shadow rays with these passages.
     pub(in crate::integrator) fn new(passages: Vec<GlassPassage>) -> Self {
-        Self { passages, batches: Vec::new(), tasks: Vec::new(), occluder_tasks: Vec::new() }
+        Self {
+            passages,
+            most_tasks: MOST_TASKS,
+            batches: Vec::new(),
+            tasks: Vec::new(),
+            occluder_tasks: Vec::new(),
+        }
     }
 
     /// Adds a ray after all others. Returns the index of its task.
@@ -80,7 +94,8 @@ impl ShadowQueue {
             media,
         } = shadow;
         let kinds = self.passages.len();
-        let batch = signature.index() * kinds + light;
+        let group = if kinds > MOST_KINDS_BY_SIGNATURE { 0 } else { signature.index() };
+        let batch = group * kinds + light;
         if batch >= self.batches.len() {
             self.add_batches(batch);
         }

@@ -105,6 +105,54 @@ fn samples_are_the_same_alone_and_in_batches() {
 }
 
 #[test]
+fn short_queues_of_shadow_rays_leave_samples_as_they_are() {
+    let studio = Environment::BuiltIn(BuiltInLight::Studio);
+    for (scene, environment) in [
+        ("demo/whitted_1980", &Environment::None),
+        ("material/nested_glass", &studio),
+        ("material/alpha_blend_stack", &Environment::None),
+        ("light/two_lights_shadows", &Environment::None),
+        ("material/metal_roughness_row", &studio),
+    ] {
+        with_context(scene, environment, |context, camera| {
+            let all: Vec<usize> = (0..SAMPLES).collect();
+            let traced = |most_tasks: usize| {
+                let mut tracer = Tracer::new(context);
+                tracer.shadows.most_tasks = most_tasks;
+                let values = trace(&mut tracer, camera, &all);
+                (values, tracer.take_statistics().shadow_rays)
+            };
+            let long = traced(usize::MAX);
+            for most_tasks in [1, 7, 50] {
+                assert!(traced(most_tasks) == long, "{scene}: {most_tasks}");
+            }
+        });
+    }
+}
+
+#[test]
+fn thousands_of_lights_share_a_short_queue() {
+    const LIGHTS: usize = 2000;
+    with_context("light/two_lights_shadows", &Environment::None, |context, camera| {
+        let mut context = context.clone();
+        context.lights = context.lights.iter().cycle().take(LIGHTS).cloned().collect();
+        context.lamp_volumes.resize(LIGHTS, None);
+        let all: Vec<usize> = (0..SAMPLES).collect();
+        let traced = |most_tasks: usize| {
+            let mut tracer = Tracer::new(&context);
+            tracer.shadows.most_tasks = most_tasks;
+            (trace(&mut tracer, camera, &all), tracer.shadows.tasks.capacity())
+        };
+        let (values, capacity) = traced(4 * LIGHTS);
+        // A vector grows to the next power of two.
+        assert!(capacity <= (4 * LIGHTS).next_power_of_two(), "{capacity}");
+        let (together, all_at_once) = traced(usize::MAX);
+        assert!(all_at_once > 8 * capacity, "{all_at_once}");
+        assert!(values == together);
+    });
+}
+
+#[test]
 fn every_batch_is_counted_once() {
     let check = |context: &IntegratorContext<'_>, camera: &CameraRays| {
         let tracer = &mut Tracer::new(context);

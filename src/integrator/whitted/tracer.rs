@@ -190,7 +190,6 @@ impl<'w, 'a> Tracer<'w, 'a> {
     fn trace_wavefronts(&mut self, mut wavefront: Wavefront) {
         while !wavefront.is_empty() {
             self.shade_surface_hits(&wavefront);
-            self.trace_shadows();
             wavefront.clear();
             std::mem::swap(&mut wavefront, &mut self.children);
             self.find_surface_hits(&mut wavefront);

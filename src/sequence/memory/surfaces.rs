@@ -21,6 +21,7 @@ pub(super) struct PosedCounts {
     pub(super) triangles: u64,
     pub(super) vertices: u64,
     pub(super) instances: u64,
+    pub(super) lights: u64,
 }
 
 /// What of a sequence poses its surfaces anew.
@@ -38,6 +39,7 @@ impl PosedCounts {
         let mut counts = Self::default();
         for node in scene.nodes_below(roots) {
             let Some(node) = scene.nodes.get(node.index()) else { continue };
+            counts.lights += u64::from(node.light.is_some());
             let Some(mesh) = node.mesh.and_then(|mesh| scene.meshes.get(mesh.index())) else { continue };
             let instances = node.instances.as_ref().map_or(1, |instances| instances.len() as u64);
             counts.triangles += mesh.triangle_count() as u64 * instances;
@@ -68,7 +70,7 @@ mod tests {
 
     #[test]
     fn moving_surfaces_have_two_poses_and_motion_vectors_two_more() {
-        let counts = PosedCounts { triangles: 10, vertices: 7, instances: 0 };
+        let counts = PosedCounts { triangles: 10, vertices: 7, instances: 0, lights: 0 };
         let pose = 10 * (36 + 1 + 4) + 7 * 40;
         assert_eq!(counts.pose_bytes(), pose);
         let bytes = |moves, is_recorded| counts.frame_bytes(Motion { moves, is_recorded });

@@ -5,18 +5,16 @@ use std::path::Path;
 
 use clap::builder::ValueParser;
 use clap::error::ErrorKind;
-use clap::{ArgMatches, Command, CommandFactory as _, Error, FromArgMatches as _};
+use clap::{ArgMatches, Command, Error, Parser};
 
 use rayframe::settings::check_expanded;
 
-use super::Cli;
-
 /// Parses `arguments` (the program's name first).
-pub(super) fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Cli, Error> {
-    let mut program = Cli::command();
+pub(super) fn parse<P: Parser>(arguments: impl IntoIterator<Item = OsString>) -> Result<P, Error> {
+    let mut program = P::command();
     let matches = program.try_get_matches_from_mut(arguments)?;
     check_home_folders(&mut program, &matches)?;
-    Cli::from_arg_matches(&matches)
+    P::from_arg_matches(&matches)
 }
 
 /// Refuses files and folders below `~/`, as the settings do.

@@ -91,7 +91,7 @@ pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitStatus {
     let panic_place = note_panics();
     signals::end_failed_allocations();
     let ran = catch_unwind(AssertUnwindSafe(|| {
-        let cli = match arguments::parse(arguments) {
+        let cli = match arguments::parse::<Cli>(arguments) {
             Ok(cli) => cli,
             Err(error) => return parse_failure(&error, command.as_deref()),
         };

@@ -9,7 +9,8 @@ use crate::scene::{ImageLightPose, Material, MeshIndex, NodeIndex, Scene, Select
 use super::Frame;
 use super::animation::ScenePose;
 use super::posed_nodes::{PosedLight, posed_light};
-use super::surfaces::{joint_matrices, morph_weights};
+use super::surface_pose::morph_weights;
+use super::surfaces::joint_matrices;
 use super::transform;
 
 /// The meshes, materials and lights of a scene at one time.

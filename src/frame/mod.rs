@@ -12,6 +12,7 @@ mod deform;
 mod material_flags;
 mod mesh_instance;
 mod posed_nodes;
+mod surface_pose;
 mod surfaces;
 mod transform;
 mod unmoved;

@@ -7,16 +7,16 @@ use crate::bvh::TriangleFlags;
 use crate::geometry::Triangle;
 use crate::parallel_resize::resize_with;
 use crate::scene::{
-    ImageLightPose, Material, MeshIndex, Node, NodeIndex, Primitive, Scene, Selection, Skin, VariantIndex,
+    ImageLightPose, Material, Node, NodeIndex, Primitive, Scene, Selection, Skin, VariantIndex,
 };
 
-use super::animation::ScenePose;
 use super::deform::{self, MorphedAttributes, PosedVertex, VertexTransform};
 use super::material_flags::material_flags;
 use super::mesh_instance::MeshInstance;
 use super::posed_nodes::{PosedCamera, PosedLight, posed_light};
+use super::surface_pose::{SurfacePose, morph_weights};
 use super::transform;
-use super::unmoved::{SurfacePose, Unmoved};
+use super::unmoved::Unmoved;
 
 /// Triangles of one parallel task.
 const TRIANGLES_PER_TASK: usize = 4096;
@@ -196,20 +196,6 @@ fn write_at<T: Send>(list: &mut Vec<T>, first: usize, values: impl IndexedParall
     } else {
         list[first..].par_iter_mut().zip(values).for_each(|(old, new)| *old = new);
     }
-}
-
-/// Morph target weights. The node's precede the mesh's, and animated ones precede those at rest.
-pub(super) fn morph_weights<'a>(
-    scene: &'a Scene,
-    pose: &'a ScenePose,
-    node: NodeIndex,
-    mesh: MeshIndex,
-) -> &'a [f32] {
-    pose.weights[node.index()]
-        .as_ref()
-        .or(scene.nodes[node.index()].weights.as_ref())
-        .or(pose.mesh_weights[mesh.index()].as_ref())
-        .unwrap_or(&scene.meshes[mesh.index()].weights)
 }
 
 /// World from mesh space, without skinning.

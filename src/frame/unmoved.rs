@@ -1,22 +1,8 @@
 //! What need not be posed again: instances that are as they were when their frame was posed before.
 
-use glam::Mat4;
-
-use super::animation::ScenePose;
 use super::mesh_instance::MeshInstance;
-use super::surfaces::morph_weights;
-use crate::bvh::TriangleFlags;
+use super::surface_pose::{SurfacePose, morph_weights};
 use crate::scene::{MeshIndex, NodeIndex, Scene, Skin};
-
-/// All that decides about the surfaces of a scene at one time.
-#[derive(Clone, Debug, Default)]
-pub(super) struct SurfacePose {
-    pub(super) pose: ScenePose,
-    /// World matrices, by [`NodeIndex`].
-    pub(super) world: Vec<Mat4>,
-    /// Traversal flags of materials, by [`crate::scene::MaterialIndex`].
-    pub(super) material_flags: Vec<TriangleFlags>,
-}
 
 /// The surfaces of a frame at the time before and now.
 pub(super) struct Unmoved<'a> {

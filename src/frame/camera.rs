@@ -9,7 +9,6 @@ use super::posed_nodes::{PosedCamera, posed_camera};
 use super::surface_pose::SurfacePose;
 use super::surfaces::Frame;
 use super::transform;
-
 use crate::scene::{CameraChanges, CameraMotion, CameraPath, Projection, Scene, SelectedCamera, Selection};
 
 /// Projection of keys without a field of view: 45 degrees, as other requested cameras have.

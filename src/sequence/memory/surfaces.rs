@@ -1,12 +1,18 @@
 //! Memory of posed surfaces and their BVH.
 
+use glam::Mat4;
+
 use crate::bvh::TriangleFlags;
 use crate::frame::{MeshInstance, PosedVertex};
 use crate::geometry::Triangle;
-use crate::scene::{NodeIndex, Scene};
+use crate::scene::{LocalTransform, NodeIndex, Scene};
 
 /// A posed triangle besides its corners: flags and instance.
 const BYTES_A_TAG: u128 = (size_of::<TriangleFlags>() + size_of::<u32>()) as u128;
+/// A node of a pose: its transforms, whether it is hidden, and its morph weights.
+const BYTES_A_NODE: u128 =
+    (size_of::<LocalTransform>() + size_of::<Mat4>() + size_of::<bool>() + size_of::<Option<Vec<f32>>>())
+        as u128;
 /// A reference: its box (32), keys and scratch of the sort (24), a node and an index of the binary tree (68), a slot (40), its share
 /// of wide nodes before and after they are joined (40), lists of leaves (6).
 const BYTES_A_REFERENCE: u128 = 210;
@@ -22,6 +28,8 @@ pub(super) struct PosedCounts {
     pub(super) vertices: u64,
     pub(super) instances: u64,
     pub(super) lights: u64,
+    /// Of the whole scene.
+    pub(super) nodes: u64,
 }
 
 /// What of a sequence poses its surfaces anew.
@@ -36,7 +44,7 @@ pub(super) struct Motion {
 impl PosedCounts {
     /// Counts what is below `roots`.
     pub(super) fn of(scene: &Scene, roots: &[NodeIndex]) -> Self {
-        let mut counts = Self::default();
+        let mut counts = Self { nodes: scene.nodes.len() as u64, ..Self::default() };
         for node in scene.nodes_below(roots) {
             let Some(node) = scene.nodes.get(node.index()) else { continue };
             counts.lights += u64::from(node.light.is_some());
@@ -60,7 +68,10 @@ impl PosedCounts {
     pub(super) fn frame_bytes(self, motion: Motion) -> u128 {
         let poses = 1 + u128::from(motion.moves) + if motion.is_recorded { 2 } else { 0 };
         let refitting = if motion.moves { BYTES_A_REFITTED_REFERENCE } else { 0 };
-        poses * self.pose_bytes() + u128::from(self.triangles) * (BYTES_A_REFERENCE + refitting)
+        // Poses that are made again keep what the nodes were before.
+        let nodes = u128::from(self.nodes) * (1 + u128::from(motion.moves));
+        poses * (self.pose_bytes() + nodes * BYTES_A_NODE)
+            + u128::from(self.triangles) * (BYTES_A_REFERENCE + refitting)
     }
 }
 
@@ -70,12 +81,16 @@ mod tests {
 
     #[test]
     fn moving_surfaces_have_two_poses_and_motion_vectors_two_more() {
-        let counts = PosedCounts { triangles: 10, vertices: 7, instances: 0, lights: 0 };
+        let counts = PosedCounts { triangles: 10, vertices: 7, instances: 0, lights: 0, nodes: 0 };
         let pose = 10 * (36 + 1 + 4) + 7 * 40;
         assert_eq!(counts.pose_bytes(), pose);
         let bytes = |moves, is_recorded| counts.frame_bytes(Motion { moves, is_recorded });
         assert_eq!(bytes(false, false), pose + 10 * 210);
         assert_eq!(bytes(true, false), 2 * pose + 10 * 240);
         assert_eq!(bytes(true, true), 4 * pose + 10 * 240);
+        let nodes = PosedCounts { nodes: 3, ..PosedCounts::default() };
+        assert_eq!(nodes.frame_bytes(Motion::default()), 3 * BYTES_A_NODE);
+        let moves = Motion { moves: true, is_recorded: false };
+        assert_eq!(nodes.frame_bytes(moves), 2 * 2 * 3 * BYTES_A_NODE);
     }
 }

@@ -10,6 +10,7 @@ use super::shutter_sample::ShutterSample;
 use super::statistics::RenderStatistics;
 use super::tile_loop::render_tiles;
 use crate::cancel::{CancelFlag, Cancelled};
+use crate::color::exposure_scale;
 use crate::film::{AovFlags, PixelWindow, SampleSums, SumFlags};
 use crate::integrator::{Integrator, PathSettings, SampleRange};
 use crate::scene_view::SceneView;
@@ -43,6 +44,8 @@ pub struct PathFrame {
     /// Samples of the frame that are rendered.
     range: Range<u32>,
     noise: Option<f32>,
+    /// Factor of the exposure at which the noise is measured.
+    exposure_scale: f32,
 }
 
 /// How far a frame is.
@@ -86,6 +89,7 @@ impl PathFrame {
             samples,
             range,
             noise,
+            exposure_scale: exposure_scale(settings.exposure_ev),
         }
     }
 
@@ -155,7 +159,7 @@ impl PathFrame {
         }
         self.decision = self.samples.end.min(self.taken.saturating_mul(2));
         for ((is_finished, moments), sums) in self.finished.iter_mut().zip(moments).zip(&self.sums.pixels) {
-            *is_finished = *is_finished || display_error(moments, sums.count) <= noise;
+            *is_finished = *is_finished || display_error(moments, sums.count, self.exposure_scale) <= noise;
         }
     }
 
@@ -174,7 +178,7 @@ impl PathFrame {
     fn mean_noise(&self) -> Option<f32> {
         let moments = self.sums.moments.as_ref()?;
         let squares = moments.iter().zip(&self.sums.pixels).map(|(moments, sums)| {
-            let error = f64::from(display_error(moments, sums.count));
+            let error = f64::from(display_error(moments, sums.count, self.exposure_scale));
             error * error
         });
         let mean = squares.sum::<f64>() / moments.len() as f64;

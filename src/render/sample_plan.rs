@@ -4,10 +4,12 @@
 
 use std::ops::Range;
 
+use super::adaptive::EdgeThreshold;
 use super::filter::PixelSample;
 use super::pixel_offsets::{pixel_offsets, progressive_offsets};
 use super::settings::RenderSettings;
 use super::shutter_sample::ShutterSample;
+use crate::color::exposure_scale;
 
 /// Index of the set of extra samples in [`pixel_offsets`]; that of base samples is 0.
 const EXTRA_SET: u32 = 1 << 16;
@@ -29,8 +31,8 @@ pub(super) struct SamplePlan {
     pub(super) base: Vec<PixelSample>,
     /// Additional samples of pixels on edges.
     pub(super) extra: Vec<PixelSample>,
-    /// See [`super::Adaptive::threshold`].
-    pub(super) threshold: f32,
+    /// Where pixels take the extra samples.
+    pub(super) edges: EdgeThreshold,
     /// Index of the first sample among those of all shutter samples.
     pub(super) first_index: u32,
     /// Whether pixels stay sums of weighted samples, which those of other shutter samples are added to. Where weights are negative, a mean
@@ -52,7 +54,10 @@ impl SamplePlan {
         Self {
             base: settings.filter.samples(&base_offsets),
             extra: settings.filter.samples(&extra_offsets),
-            threshold: settings.adaptive.map_or(0.0, |adaptive| adaptive.threshold),
+            edges: EdgeThreshold {
+                difference: settings.adaptive.map_or(0.0, |adaptive| adaptive.threshold),
+                exposure_scale: exposure_scale(settings.exposure_ev),
+            },
             first_index: shutter_sample.index.wrapping_mul(max),
             leaves_sums: shutter_sample.count > 1 && settings.filter.has_negative_lobes(),
         }

@@ -45,11 +45,21 @@ pub struct RenderSettings {
     /// The time whose noise the frame has, seconds; `None` for that of its pose. All shutter samples of a frame share one, so that their samples are
     /// spread as those of one set.
     pub noise_time: Option<f64>,
+    /// The exposure at which images are looked at, stops: that of the display values by which pixels take more samples or none.
+    pub exposure_ev: f32,
     /// AOVs besides colour and coverage. They change neither of these.
     pub aovs: AovFlags,
 }
 
 impl RenderSettings {
+    /// Whether display values decide about the number of samples of a pixel.
+    pub fn decides_by_display_values(&self) -> bool {
+        match self.integrator {
+            Integrator::Whitted => self.adaptive.is_some(),
+            Integrator::Path => self.path.noise.is_some(),
+        }
+    }
+
     /// The rendered samples and the number of all, such as `0-63/256`; `None` where all are rendered.
     pub fn sample_range_text(&self) -> Option<String> {
         let SampleRange { first, last } = self.path.sample_range?;
@@ -78,6 +88,7 @@ impl Default for RenderSettings {
             show_background: true,
             ground: None,
             noise_time: None,
+            exposure_ev: 0.0,
             aovs: AovFlags::NONE,
         }
     }

@@ -155,7 +155,7 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
 
         let grid = PixelGrid::new(tile, pixels);
         let (mut edges, indices): (Vec<PixelSum>, Vec<usize>) = (0..inside)
-            .filter(|&index| grid.is_edge(pixels, index, ranges[index], plan.threshold))
+            .filter(|&index| grid.is_edge(pixels, index, ranges[index], plan.edges))
             .map(|index| (pixels[index], index))
             .unzip();
         let first_index = plan.first_index + plan.base.len() as u32;

@@ -1,6 +1,6 @@
 //! Pixels of a tile while their samples are summed, and the search for edges among them.
 
-use super::adaptive::SampleRange;
+use super::adaptive::{EdgeThreshold, SampleRange};
 use super::filter::PixelSample;
 use crate::film::{PixelWindow, clamp_lobes};
 use crate::integrator::whitted::SampleValue;
@@ -96,7 +96,7 @@ impl PixelGrid {
         pixels: &[PixelSum],
         index: usize,
         mut range: SampleRange,
-        threshold: f32,
+        threshold: EdgeThreshold,
     ) -> bool {
         let cell = self.cell(pixels[index].position);
         for row in [cell - self.stride, cell, cell + self.stride] {
@@ -129,7 +129,8 @@ mod tests {
                 pixel.add(&vec![value; samples.len()], &samples);
             }
             let grid = PixelGrid::new(tile, &pixels);
-            assert!((0..6).all(|index| !grid.is_edge(&pixels, index, range, 0.0)), "{weights:?}");
+            let threshold = EdgeThreshold { difference: 0.0, exposure_scale: 1.0 };
+            assert!((0..6).all(|index| !grid.is_edge(&pixels, index, range, threshold)), "{weights:?}");
         }
     }
 }

@@ -134,7 +134,7 @@ fn render_and_write(run: &Run<'_>) -> Summary {
                 has_unwritten: false,
                 band_rows: plan.band_rows,
                 look: look.unwrap_or(job.look(0.0)),
-                tracer: FrameTracer::new(job, stop),
+                tracer: FrameTracer::new(job, stop).with_exposure(look.map(|look| look.exposure_ev)),
                 warnings: FrameWarnings::default(),
             };
             let reached_the_end = frame_loop.run(plan);

@@ -15,6 +15,7 @@ use crate::render::{
 };
 
 use super::checkpoint::Checkpoint;
+use super::exposure::exposure_ev;
 use super::pass_clock::PassClock;
 use super::posed_frames::PosedFrames;
 use super::scene_content::scene_content;
@@ -58,6 +59,8 @@ pub(crate) struct FrameTracer<'a> {
     plate: Option<(i64, Arc<Plate>)>,
     /// Time of the frame being rendered.
     frame_seconds: f64,
+    /// The exposure of all frames, stops, once it is known.
+    exposure_ev: Option<f32>,
 }
 
 /// Statistics of a traced frame.
@@ -96,7 +99,13 @@ impl<'a> FrameTracer<'a> {
             content: OnceLock::new(),
             plate: None,
             frame_seconds: 0.0,
+            exposure_ev: None,
         }
+    }
+
+    /// The same where the exposure of the job may be known.
+    pub(super) fn with_exposure(self, exposure_ev: Option<f32>) -> Self {
+        Self { exposure_ev, ..self }
     }
 
     /// Forgets the poses of earlier frames, which a panic may have left inconsistent.
@@ -122,6 +131,7 @@ impl<'a> FrameTracer<'a> {
     ) -> Result<FrameStatistics> {
         let time_seconds = self.job.rate.time_seconds(frame);
         self.frame_seconds = time_seconds;
+        self.find_exposure()?;
         let times = self.job.shutter.times(time_seconds, self.job.rate);
         let mut rendered = match self.job.render.integrator {
             Integrator::Whitted => self.render_trees(&times, film, on_progress)?,
@@ -138,6 +148,16 @@ impl<'a> FrameTracer<'a> {
         };
         film.plate = self.plate(frame)?;
         Ok(rendered)
+    }
+
+    /// Finds the exposure where display values decide about samples, or are shown while a time limit runs.
+    fn find_exposure(&mut self) -> Result<()> {
+        let render = &self.job.render;
+        let is_needed = render.decides_by_display_values() || render.path.time_limit_seconds.is_some();
+        if is_needed && self.exposure_ev.is_none() {
+            self.exposure_ev = Some(exposure_ev(self.job, self.cancel)?);
+        }
+        Ok(())
     }
 
     /// Renders the mean of the shutter samples at `times` by Whitted's tree.
@@ -279,6 +299,7 @@ impl<'a> FrameTracer<'a> {
         RenderSettings {
             window: film.window,
             noise_time: Some(self.frame_seconds),
+            exposure_ev: self.exposure_ev.unwrap_or_default(),
             ..self.job.render.clone()
         }
     }

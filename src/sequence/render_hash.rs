@@ -117,8 +117,13 @@ fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
         let PixelWindow { x0, y0, x1, y1 } = render.window;
         content["denoiser"] = json!(["oidn", denoiser.version, x0, y0, x1, y1]);
     }
+    let decides_about_samples = render.decides_by_display_values();
+    if decides_about_samples {
+        content["sampled_at"] = exposure_key(*exposure);
+    }
     // Automatic exposure of several sequences depends on all of them.
-    let is_measured = output.format() != OutputFormat::Exr && *exposure == Exposure::Auto;
+    let is_shown = decides_about_samples || output.format() != OutputFormat::Exr;
+    let is_measured = is_shown && *exposure == Exposure::Auto;
     if let Some(shared) = shared_exposure.as_ref().filter(|_| is_measured) {
         content["measured"] = shared.selections.iter().map(selection_key).collect();
     }
@@ -144,6 +149,7 @@ fn render_settings_key(render: &RenderSettings, shutter: Shutter) -> serde_json:
         show_background,
         ground,
         noise_time: _,
+        exposure_ev: _,
         aovs: _,
     } = render;
     let mut key = json!({
@@ -293,6 +299,13 @@ fn exr_key(exr: &ExrOutput) -> serde_json::Value {
     })
 }
 
+fn exposure_key(exposure: Exposure) -> serde_json::Value {
+    match exposure {
+        Exposure::Auto => json!("auto"),
+        Exposure::Ev(ev) => json!(ev.to_bits()),
+    }
+}
+
 /// Look and crop of PNG files and movies, which have no data window.
 fn png_key(
     tone: ToneCurve,
@@ -300,13 +313,9 @@ fn png_key(
     background: Option<[u8; 3]>,
     window: PixelWindow,
 ) -> serde_json::Value {
-    let exposure = match exposure {
-        Exposure::Auto => json!("auto"),
-        Exposure::Ev(ev) => json!(ev.to_bits()),
-    };
     json!({
         "png": tone.name(),
-        "exposure": exposure,
+        "exposure": exposure_key(exposure),
         "background": background,
         "crop": [window.x0, window.y0, window.x1, window.y1],
     })

@@ -55,7 +55,7 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
             "the EXR files have no AOVs; name some with `aovs`",
         ),
         (
-            job.exposure != Exposure::Auto && !is_seen,
+            job.exposure != Exposure::Auto && !is_seen && !job.render.decides_by_display_values(),
             "exposure",
             "EXR files hold light as it is; add `preview`",
         ),

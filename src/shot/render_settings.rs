@@ -50,6 +50,8 @@ pub(crate) fn render_settings(
         glossy_samples: args.glossy,
         env_samples: args.env_samples,
         noise_time: None,
+        // Found with the first frame that needs it.
+        exposure_ev: 0.0,
         show_background: true,
         ground: None,
         aovs: AovFlags { guides: guides || aovs.guides, ..aovs },

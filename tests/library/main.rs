@@ -6,6 +6,7 @@ mod bvh;
 mod colors;
 mod conformance;
 mod corruptions;
+mod exposed_samples;
 mod fault_table;
 mod framing;
 mod known_answers;

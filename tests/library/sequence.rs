@@ -363,7 +363,7 @@ fn the_render_hash_changes_with_the_image_and_with_nothing_else() {
         assert_eq!(with(change), expected);
     }
     let lens = |aperture, focus| Some(Lens { aperture, focus });
-    let other: [&dyn Fn(&mut SequenceJob); 20] = [
+    let other: [&dyn Fn(&mut SequenceJob); 21] = [
         &|job| Arc::make_mut(&mut job.scene).content_hash[31] = 1,
         &|job| job.selection.roots.push(rayframe::scene::NodeIndex(0)),
         &|job| job.selection.camera = SelectedCamera::Node(rayframe::scene::NodeIndex(0)),
@@ -379,6 +379,10 @@ fn the_render_hash_changes_with_the_image_and_with_nothing_else() {
         &|job| job.shutter = Shutter { open: 0.5, time_samples: 3 },
         &|job| job.render.filter = PixelFilter::Mitchell,
         &|job| job.render.adaptive = Some(Adaptive { max_samples: 16, threshold: 0.1 }),
+        &|job| {
+            job.render.adaptive = Some(Adaptive { max_samples: 16, threshold: 0.1 });
+            job.exposure = Exposure::Ev(3.0);
+        },
         &|job| job.render.light_size.radius = 0.1,
         &|job| job.render.light_size.sun_angle_radians = 0.1,
         &|job| job.render.lens = lens(Aperture::Radius(2.0), Focus::Center),
@@ -389,5 +393,5 @@ fn the_render_hash_changes_with_the_image_and_with_nothing_else() {
     for change in other {
         assert!(seen.insert(with(change)), "two jobs with different images have one hash");
     }
-    assert_eq!(seen.len(), 22);
+    assert_eq!(seen.len(), 23);
 }

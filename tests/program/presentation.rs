@@ -118,6 +118,9 @@ fn exposure_and_tone_are_in_effect_where_a_movie_shows_them() {
         String::from_utf8_lossy(&output.stderr).into_owned()
     };
     assert!(said(&[]).contains("--tone does nothing"));
+    // Pixels on edges are found in what a display shows.
+    let samples = said(&["--max-samples", "16"]);
+    assert!(samples.contains("--tone does nothing") && !samples.contains("--exposure does nothing"));
     for shown in [&["--movie", "a.gif"][..], &["--contact-sheet", "a.png"], &["--show"]] {
         assert!(!said(shown).contains("does nothing"), "{shown:?}");
     }

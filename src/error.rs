@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 
 use crate::cancel::Cancelled;
 
+mod remedy;
 mod setting;
 
+pub use remedy::LimitRemedy;
 pub use setting::{Provenance, SettingError};
 
 /// Error that ends a command. The message is one line. [`Error::exit_code`] distinguishes permanent from retryable errors.
@@ -57,7 +59,7 @@ pub enum Error {
     },
 
     /// A limit was exceeded, or a path leads outside the folder of the scene. Exit code 77.
-    #[error("{}: {}{message}", path.display(), pointer_prefix(pointer))]
+    #[error("{}: {}{message}{}", path.display(), pointer_prefix(pointer), remedy::suffix(*remedy))]
     Refused {
         /// The file that made the request.
         path: PathBuf,
@@ -65,6 +67,8 @@ pub enum Error {
         pointer: String,
         /// The refused request, the limit, and how to raise it.
         message: String,
+        /// What to do about it, where a limit can be raised.
+        remedy: Option<LimitRemedy>,
     },
 
     /// An output cannot be created. Exit code 73.
@@ -132,7 +136,34 @@ impl Error {
 
     /// [`Error::Refused`] at `pointer` of the file `path`.
     pub fn refused(path: &Path, pointer: impl Into<String>, message: impl Into<String>) -> Self {
-        Self::Refused { path: path.to_owned(), pointer: pointer.into(), message: message.into() }
+        Self::Refused {
+            path: path.to_owned(),
+            pointer: pointer.into(),
+            message: message.into(),
+            remedy: None,
+        }
+    }
+
+    /// [`Error::Refused`] of what needs more memory than `max_memory`. The text tells to raise it, or to do what `instead` says.
+    pub fn over_memory(
+        path: &Path,
+        pointer: impl Into<String>,
+        message: impl Into<String>,
+        instead: Option<&'static str>,
+    ) -> Self {
+        let remedy = Some(LimitRemedy { instead, raise: "`max_memory`" });
+        Self::Refused { path: path.to_owned(), pointer: pointer.into(), message: message.into(), remedy }
+    }
+
+    /// The same error where `raise` sets the limit that was exceeded, if this is a refusal with such a limit.
+    #[must_use]
+    pub fn with_limit_of(self, raise: &'static str) -> Self {
+        match self {
+            Self::Refused { path, pointer, message, remedy: Some(remedy) } => {
+                Self::Refused { path, pointer, message, remedy: Some(LimitRemedy { raise, ..remedy }) }
+            }
+            error => error,
+        }
     }
 
     /// [`Error::Usage`] with a message.

@@ -81,14 +81,8 @@ pub(super) fn read_regular(
         return Err(not_regular());
     }
     if metadata.len() > limit_bytes {
-        return Err(Error::refused(
-            path,
-            pointer,
-            format!(
-                "the file has {}; raise `max_memory`",
-                over_limit(metadata.len().into(), limit_bytes.into())
-            ),
-        ));
+        let message = format!("the file has {}", over_limit(metadata.len().into(), limit_bytes.into()));
+        return Err(Error::over_memory(path, pointer, message, None));
     }
     let mut bytes = context.allocate(metadata.len(), pointer)?;
     parallel_read::read(&file, metadata.len() as usize, &mut bytes).map_err(missing)?;

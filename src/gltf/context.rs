@@ -49,6 +49,11 @@ impl<'a> Context<'a> {
         Error::refused(self.path, pointer, message)
     }
 
+    /// Error for the value at `pointer`, which needs more memory than the limit; `instead` is what helps besides raising it.
+    pub(super) fn over_memory(&self, pointer: &str, message: String, instead: Option<&'static str>) -> Error {
+        Error::over_memory(self.path, pointer, message, instead)
+    }
+
     /// Records a warning. Repeated messages are recorded once, with the pointer of the first.
     pub(super) fn warn(&mut self, pointer: impl Into<String>, message: impl Into<String>) {
         let message = message.into();
@@ -130,13 +135,9 @@ impl<'a> Context<'a> {
 
     /// Error for a total of `total_bytes`, which exceeds the memory limit.
     pub(super) fn too_large(&self, total_bytes: u64, pointer: &str) -> Error {
-        self.refused(
-            pointer,
-            format!(
-                "the import needs about {} up to this object; raise `max_memory`",
-                over_limit(total_bytes.into(), self.limit_bytes.into())
-            ),
-        )
+        let size = over_limit(total_bytes.into(), self.limit_bytes.into());
+        let message = format!("the import needs about {size} up to this object");
+        self.over_memory(pointer, message, None)
     }
 
     /// Checks that `index` is less than `length`; `what` names the element in the message.

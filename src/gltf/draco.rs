@@ -113,7 +113,7 @@ fn decode(context: &mut Context, stream: &[u8], pointer: &str) -> Result<Mesh> {
     match decoded {
         Ok(Ok(mesh)) => Ok(mesh),
         Ok(Err(error)) if error.kind() == draco_core::ErrorKind::LimitExceeded => {
-            Err(context.refused(pointer, format!("{error}; raise `max_memory`")))
+            Err(context.over_memory(pointer, error.to_string(), None))
         }
         Ok(Err(error)) => {
             let text = error.to_string();

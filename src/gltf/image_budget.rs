@@ -87,8 +87,7 @@ pub(super) fn count(
     };
     let total = needed.saturating_add(context.used_bytes());
     let message = format!(
-        "{all} {} with mip maps{others}, the largest is {}{} with {} ({}x{} texels); the total is {}; use smaller images or \
-         raise `max_memory`",
+        "{all} {} with mip maps{others}, the largest is {}{} with {} ({}x{} texels); the total is {}",
         readable_bytes(needed.into()),
         largest.pointer,
         in_quotes(largest.name.as_deref()),
@@ -97,7 +96,7 @@ pub(super) fn count(
         largest.header.height,
         over_limit(total.into(), context.limit_bytes().into()),
     );
-    Err(context.refused("", message))
+    Err(context.over_memory("", message, Some("use smaller images")))
 }
 
 #[cfg(test)]

@@ -68,14 +68,13 @@ fn charge(context: &mut Context, image: &Image, index: Option<&usize>, bytes: u6
     }
     let name = in_quotes(image.name.as_deref());
     let message = format!(
-        "with {} for the mip maps of the image{name} of {}x{} texels the import needs {}; use smaller images or raise \
-         `max_memory`",
+        "with {} for the mip maps of the image{name} of {}x{} texels the import needs {}",
         readable_bytes(bytes.into()),
         image.width,
         image.height,
         over_limit(context.used_bytes().saturating_add(bytes).into(), context.limit_bytes().into())
     );
-    Err(context.refused(pointer, message))
+    Err(context.over_memory(&pointer, message, Some("use smaller images")))
 }
 
 fn is_opaque(image: &Image) -> bool {

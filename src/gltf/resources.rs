@@ -157,11 +157,11 @@ impl<'s> Resources<'s> {
                 let length = std::fs::metadata(&path).map_or(0, |metadata| metadata.len());
                 let needed = u128::from(used_bytes).saturating_add(length.into());
                 let message = format!(
-                    "\"{}\" and what is read before it need about {}; raise `max_memory`",
+                    "\"{}\" and what is read before it need about {}",
                     relative.display(),
                     over_limit(needed, context.limit_bytes().into())
                 );
-                context.refused(pointer, message)
+                context.over_memory(pointer, message, None)
             }
             other => other,
         })

@@ -68,11 +68,9 @@ fn from_hdr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Environm
     let (width, height) = decoder.dimensions();
     let needed = needed_bytes((width, height));
     if needed > max_memory_bytes {
-        let message = format!(
-            "{width}x{height} pixels need {}; use a smaller image or raise `max_memory`",
-            over_limit(needed.into(), max_memory_bytes.into())
-        );
-        return Err(Error::refused(path, "", message));
+        let message =
+            format!("{width}x{height} pixels need {}", over_limit(needed.into(), max_memory_bytes.into()));
+        return Err(Error::over_memory(path, "", message, Some("use a smaller image")));
     }
     let decode = || DynamicImage::from_decoder(decoder).map_err(|error| error.to_string());
     let image = isolated(decode)

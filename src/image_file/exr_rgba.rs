@@ -74,11 +74,8 @@ pub(super) fn exr_display_size(bytes: &[u8]) -> Result<((u32, u32), u64), String
 pub(super) fn check_memory(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<(), Error> {
     let needed = isolated(|| decoded_bytes(bytes)).map_err(|why| Error::invalid(path, "", why))?;
     if needed > u128::from(max_memory_bytes) {
-        let message = format!(
-            "decoding it needs up to {}; raise `max_memory`",
-            over_limit(needed, max_memory_bytes.into())
-        );
-        return Err(Error::refused(path, "", message));
+        let message = format!("decoding it needs up to {}", over_limit(needed, max_memory_bytes.into()));
+        return Err(Error::over_memory(path, "", message, None));
     }
     let damaged = |why| Error::invalid(path, "", format!("not a readable OpenEXR file: {why}"));
     check_chunks(&mut Cursor::new(bytes)).map_err(damaged)

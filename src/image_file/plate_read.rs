@@ -77,8 +77,8 @@ pub fn plate_header(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<
     if decoded_bytes > max_memory_bytes {
         let (width, height) = size;
         let excess = over_limit(decoded_bytes.into(), max_memory_bytes.into());
-        let why = format!("{width}x{height} pixels need {excess}; use a smaller image or raise `max_memory`");
-        return Err(Error::refused(path, "", why));
+        let why = format!("{width}x{height} pixels need {excess}");
+        return Err(Error::over_memory(path, "", why, Some("use a smaller image")));
     }
     Ok(PlateHeader { size, is_display_referred, decoded_bytes })
 }

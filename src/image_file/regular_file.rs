@@ -26,7 +26,7 @@ pub fn read_regular_file(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     }
     if metadata.len() > max_bytes {
         let size = over_limit(metadata.len().into(), max_bytes.into());
-        return Err(Error::refused(path, "", format!("the file has {size}; raise `max_memory`")));
+        return Err(Error::over_memory(path, "", format!("the file has {size}"), None));
     }
     let file = std::fs::File::open(path).map_err(missing)?;
     let mut bytes = Vec::new();

@@ -219,11 +219,11 @@ fn check_memory(tiles: &[ExrTile], are_sample_ranges: bool, max_memory_bytes: u6
         return Ok(());
     }
     let message = format!(
-        "merging {width}x{height} pixels takes {}, but only {} may be used; raise `max_memory`",
+        "merging {width}x{height} pixels takes {}, but only {} may be used",
         readable_bytes(needed),
         readable_bytes(u128::from(max_memory_bytes))
     );
-    Err(Error::refused(&tile.path, "", message))
+    Err(Error::over_memory(&tile.path, "", message, None))
 }
 
 /// Whether the merged file exists and is complete; an error when another file has its name.

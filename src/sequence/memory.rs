@@ -29,6 +29,8 @@ use super::SequenceJob;
 use super::bands::{least_rows, rows_of, whole_frame_setting};
 use super::job::triangle_count;
 
+/// What helps besides more memory where an image needs too much.
+const SMALLER_IMAGE: Option<&str> = Some("render a smaller image");
 /// The program and its tables before the first frame.
 const BYTES_OF_PROCESS: u128 = 13_400_000;
 /// A tile that a thread traces: its samples, rays and hits.
@@ -164,9 +166,8 @@ pub fn check_image_memory(scene: &Path, image: &PixelMemory<'_>, max_memory_byte
     }
     let (width, height) = image.window.size();
     let size = over_limit(needed, max_memory_bytes.into());
-    let message =
-        format!("{width}x{height} pixels need about {size}; render a smaller image or raise `max_memory`");
-    Err(Error::refused(scene, "", message))
+    let message = format!("{width}x{height} pixels need about {size}");
+    Err(Error::over_memory(scene, "", message, SMALLER_IMAGE))
 }
 
 /// Refuses a selection whose automatic camera needs more than `max_memory_bytes` to look at all poses.
@@ -185,27 +186,27 @@ pub fn check_framing_memory(scene: &Scene, selection: &Selection, max_memory_byt
     }
     let size = over_limit(needed, max_memory_bytes.into());
     let message = format!(
-        "the automatic camera looks at {} triangles at many times, which needs about {size}; choose a camera or raise `max_memory`",
+        "the automatic camera looks at {} triangles at many times, which needs about {size}",
         counts.triangles
     );
-    Err(Error::refused(&scene.path, "", message))
+    Err(Error::over_memory(&scene.path, "", message, Some("choose a camera")))
 }
 
 /// Refuses a job that needs more memory than its limit, or has more triangles than ids. Returns the rows of bands where whole frames need
 /// more, and bands do not.
 pub(super) fn check(job: &SequenceJob) -> Result<Option<u32>> {
-    let refuse = |message| Err(Error::refused(&job.scene.path, "", message));
     let triangles = triangle_count(&job.scene, &job.selection.roots);
     if triangles > MAX_TRIANGLES as u64 {
-        return refuse(format!(
-            "{triangles} triangles are more than the {MAX_TRIANGLES} that a scene can have"
-        ));
+        let message =
+            format!("{triangles} triangles are more than the {MAX_TRIANGLES} that a scene can have");
+        return Err(Error::refused(&job.scene.path, "", message));
     }
     let Err(refused) = check_whole_frames(job) else { return Ok(None) };
     match (band_rows(job), whole_frame_setting(job), refused) {
         (Some(rows), None, _) => Ok(Some(rows)),
         (Some(_), Some(setting), Error::Refused { message, .. }) => {
-            refuse(format!("{message}; without {setting} it is rendered in bands of rows, which fit"))
+            let message = format!("{message}; without {setting} it is rendered in bands of rows, which fit");
+            Err(Error::over_memory(&job.scene.path, "", message, SMALLER_IMAGE))
         }
         (.., refused) => Err(refused),
     }
@@ -223,8 +224,6 @@ pub fn check_whole_frames(job: &SequenceJob) -> Result<()> {
     let triangles = triangle_count(&job.scene, &job.selection.roots);
     let (width, height) = job.render.resolution;
     let size = over_limit(needed, job.max_memory_bytes.into());
-    let message = format!(
-        "{width}x{height} pixels and {triangles} triangles need about {size}; render a smaller image or raise `max_memory`"
-    );
-    Err(Error::refused(&job.scene.path, "", message))
+    let message = format!("{width}x{height} pixels and {triangles} triangles need about {size}");
+    Err(Error::over_memory(&job.scene.path, "", message, SMALLER_IMAGE))
 }

@@ -47,8 +47,6 @@ pub(super) fn run(args: &FarmArgs) -> Result<()> {
         let threads = shot.values.threads.unwrap_or(DEFAULT_THREADS);
         let pool = ThreadPoolBuilder::new().num_threads(threads.into()).build().map_err(Error::no_threads)?;
         let plan = pool.install(|| planning::plan(&shot, args, &folder));
-        let is_of_request = args.memory.is_some() && shot.values.max_memory.is_none();
-        let plan = plan.map_err(|error| if is_of_request { with_request(error) } else { error });
         let plan = plan.map_err(|error| shot.settings.locate(error))?;
         let files = args.engine.files(&plan)?;
         check_files(&folder, &files, shot.values.overwrite)?;
@@ -78,17 +76,6 @@ fn folders(out_dir: &Path, shots: &[NamedShot]) -> Vec<PathBuf> {
         names.push(name.unwrap_or_default());
     }
     names.into_iter().map(|name| out_dir.join(name)).collect()
-}
-
-/// A refusal of memory with the option that the limit of a task is of.
-fn with_request(error: Error) -> Error {
-    match error {
-        Error::Refused { path, pointer, message } => {
-            let message = message.replace("`max_memory`", "--memory, of which four fifths are the limit");
-            Error::Refused { path, pointer, message }
-        }
-        error => error,
-    }
 }
 
 /// `shot: 10 tasks of 4 threads and 512 MiB, 240 frames, 7 assets; job files in farm/shot`.

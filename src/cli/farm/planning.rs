@@ -29,10 +29,20 @@ const SPARE_BYTES: u64 = 128 << 20;
 /// # Errors
 /// Those of `rayframe render --dry-run`, wrong options, and names that are not Unicode.
 pub(super) fn plan(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Result<JobPlan> {
-    // Resolve the shot as `render` does.
     check_shared_files(shot)?;
+    // The lower limit counts, and errors name its option.
     let own_limit = shot.values.max_memory.unwrap_or(u64::MAX);
-    let shot = &of_tasks(shot, args.memory.map(limit_within).filter(|limit| *limit < own_limit))?;
+    let limit_of_request = args.memory.map(limit_within).filter(|limit| *limit < own_limit);
+    let plan = plan_tasks(&of_tasks(shot, limit_of_request)?, args, folder);
+    plan.map_err(|error| match limit_of_request {
+        Some(_) => error.with_limit_of("--memory, of which four fifths are the limit"),
+        None => error,
+    })
+}
+
+/// Plans the job of a shot that has the settings of its tasks.
+fn plan_tasks(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Result<JobPlan> {
+    // Resolve the shot as `render` does.
     let job = resolve(&of_first_part(shot, args.division())?, ImageLoading::Budget)?;
     report_warnings(&job.sequence.scene.path, &job.warnings, job.sequence.strict)?;
     Plan::check(&job.sequence)?;

@@ -18,14 +18,17 @@ fn the_request_and_the_limit_of_a_task_are_two() {
         let script = std::fs::read_to_string(folder.path().join("job/task.sh")).unwrap();
         assert!(script.contains(&format!("--max-memory {limit} ")), "{script}");
     }
-    for (option, size, limit, remedy) in [
-        ("--memory", "20M", "16.0 MB", "raise --memory, of which four fifths are the limit"),
-        ("--memory", "1", "1 byte", "raise --memory, of which four fifths are the limit"),
-        ("--max-memory", "16M", "16.0 MB", "raise --max-memory"),
+    let of_request = "raise --memory, of which four fifths are the limit";
+    for (options, limit, remedy) in [
+        (&["--memory", "20M"][..], "16.0 MB", of_request),
+        (&["--memory", "1"], "1 byte", of_request),
+        (&["--memory", "20M", "--max-memory", "32G"], "16.0 MB", of_request),
+        (&["--max-memory", "16M"], "16.0 MB", "raise --max-memory"),
+        (&["--memory", "1000M", "--max-memory", "16M"], "16.0 MB", "raise --max-memory"),
     ] {
         let folder = tempfile::tempdir().unwrap();
-        let refused = farm(folder.path(), "slurm", &["-f", "0-3", option, size]);
-        assert_eq!(refused.status.code(), Some(77), "{option} {size}: {}", stderr(&refused));
+        let refused = farm(folder.path(), "slurm", &both(&["-f", "0-3"], options));
+        assert_eq!(refused.status.code(), Some(77), "{options:?}: {}", stderr(&refused));
         let message = stderr(&refused);
         assert!(message.contains(&format!("the limit of {limit}")) && message.contains(remedy), "{message}");
         assert!(!folder.path().join("job").exists());

@@ -28,8 +28,10 @@ pub enum BuildKind {
 /// Why a hierarchy was built rather than refitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RebuildReason {
-    /// No previous hierarchy exists, or refitting is off.
+    /// No previous hierarchy exists.
     NoPreviousTree,
+    /// Refitting is off.
+    RefittingOff,
     /// The set of traced triangles changed.
     OtherTriangles,
     /// After refitting, rays would lose more time than a rebuild takes.

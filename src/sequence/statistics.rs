@@ -245,6 +245,7 @@ impl Phases {
             split: statistics.split_seconds,
             sort: statistics.sort_seconds,
             tree: statistics.tree_seconds,
+        RebuildReason::RefittingOff => "refitting is off",
             collapse: statistics.collapse_seconds,
             ..Self::default()
         }

@@ -116,7 +116,10 @@ impl Refitter {
     ) -> Result<Attempt, Cancelled> {
         let traced = built.triangles;
         let is_split = built.references != traced;
-        if settings.refit == Refit::Off || tree.nodes.is_empty() {
+        if settings.refit == Refit::Off {
+            return Ok(Attempt::Rebuild(RebuildReason::RefittingOff));
+        }
+        if tree.nodes.is_empty() {
             return Ok(Attempt::Rebuild(RebuildReason::NoPreviousTree));
         }
         if self.pause > 0 {

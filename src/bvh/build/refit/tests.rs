@@ -105,6 +105,7 @@ fn a_refitted_tree_gives_the_hits_of_a_new_one_bit_for_bit() {
         let refitted = build(&triangles, &flags, &always, last.take());
         assert_eq!(matches!(refitted.statistics().kind, BuildKind::Refitted { .. }), step > 0);
         let built = build(&triangles, &flags, &settings(Refit::Off), None);
+        assert_eq!(built.statistics().kind, BuildKind::Built(RebuildReason::RefittingOff));
         let expected = hits(&built);
         assert_eq!(hits(&refitted), expected);
         assert!(expected.iter().flatten().count() > 50);

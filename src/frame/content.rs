@@ -33,7 +33,7 @@ pub struct PosedMesh {
     pub mesh: MeshIndex,
     /// The node.
     pub node: NodeIndex,
-    /// The node's world matrix, then those of its GPU instances.
+    /// The node's world matrix, then the matrices of its GPU instances in its own space.
     pub matrices: Vec<Mat4>,
     /// The joint matrices of its skin, which many meshes may share; empty without a skin.
     pub joint_matrices: Arc<[Mat4]>,

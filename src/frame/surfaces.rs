@@ -213,7 +213,8 @@ pub(super) fn joint_matrices(skin: &Skin, world: &[Mat4]) -> impl Iterator<Item 
     pairs.map(|(joint, inverse_bind)| world[joint.index()] * *inverse_bind)
 }
 
-/// Triangles in world space. Mirrored instances swap the last two corners, so that counter-clockwise remains the front.
+/// Triangles in world space. Mirrored instances swap the last two corners, so that counter-clockwise remains the front. Taking a
+/// triangle from the iterator sets [`TriangleFlags::HIDDEN`] where its corners are not finite.
 fn posed_triangles(
     primitive: &Primitive,
     vertices: &[PosedVertex],

@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::output::PreviewLook;
 use crate::render::RenderStatistics;
 
+use crate::settings::Named;
 /// Seconds of each phase of a frame. The previous frame is written at the same time on the same machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "each of the first fields is the phase of its name")]
@@ -226,8 +227,8 @@ impl TreeReport {
             sah_cost: statistics.sah_cost,
             bytes: statistics.bytes,
             bytes_per_triangle: statistics.bytes as f64 / statistics.triangles.max(1) as f64,
-            builder: builder_name(statistics.builder),
-            requested: builder_name(requested),
+            builder: statistics.builder.choice_name(),
+            requested: requested.choice_name(),
             made,
             why,
             cost_ratio,
@@ -258,17 +259,6 @@ fn rebuild_reason_text(reason: RebuildReason) -> &'static str {
         RebuildReason::OtherTriangles => "the set of triangles changed",
         RebuildReason::CostRatioTooHigh => "a refitted tree would cost the rays more",
         RebuildReason::Pausing => "refitting did not pay recently",
-    }
-}
-
-/// Name in `--bvh`.
-fn builder_name(builder: BuilderKind) -> &'static str {
-    match builder {
-        BuilderKind::Auto => "auto",
-        BuilderKind::Lbvh => "lbvh",
-        BuilderKind::Karras => "karras",
-        BuilderKind::Ploc => "ploc",
-        BuilderKind::BruteForce => "brute",
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::cancel::Cancelled;
 
+pub mod exit_code;
 mod remedy;
 mod setting;
 
@@ -195,17 +196,17 @@ impl Error {
     /// The process exit code, after `sysexits.h`: 65 is permanent, 75 is retryable.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Different { .. } => 1,
+            Self::Different { .. } => exit_code::DIFFERENT,
             Self::Setting(SettingError { origin: Provenance::File { .. }, .. })
             | Self::Invalid { .. }
-            | Self::Unsupported { .. } => 65,
-            Self::Usage { .. } | Self::Setting(_) => 2,
-            Self::Missing { .. } => 66,
-            Self::Internal { .. } => 70,
-            Self::CannotCreate { .. } => 73,
-            Self::WriteFailed { .. } => 74,
-            Self::Interrupted(_) | Self::Temporary { .. } => 75,
-            Self::Refused { .. } => 77,
+            | Self::Unsupported { .. } => exit_code::INVALID,
+            Self::Usage { .. } | Self::Setting(_) => exit_code::USAGE,
+            Self::Missing { .. } => exit_code::MISSING,
+            Self::Internal { .. } => exit_code::INTERNAL,
+            Self::CannotCreate { .. } => exit_code::CANNOT_CREATE,
+            Self::WriteFailed { .. } => exit_code::WRITE_FAILED,
+            Self::Interrupted(_) | Self::Temporary { .. } => exit_code::TEMPORARY,
+            Self::Refused { .. } => exit_code::REFUSED,
         }
     }
 }

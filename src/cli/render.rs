@@ -18,10 +18,11 @@ use crate::progress::{
     Part, Total, print_json, print_note, print_output, print_scene_failure, print_warning,
 };
 use rayframe::cancel::CancelFlag;
+use rayframe::error::exit_code::permanence;
 use rayframe::error::{Error, Provenance, Result, SettingError};
 use rayframe::gltf::ImageLoading;
 use rayframe::scene::{AssetCacheUse, CameraRequest, ClipSelection, Scene};
-use rayframe::sequence::{Plan, permanence, triangle_count};
+use rayframe::sequence::{Plan, triangle_count};
 use rayframe::settings::{ProgressStyle, SettingValues};
 use rayframe::shot::{
     LoadedEnvironments, RenderJob, ShotOutline, ShotSettings, check_shot, resolve_each, resolved_settings,

@@ -63,9 +63,7 @@ pub use run_lock::RunLock;
 pub use sequence_outputs::SequenceOutputs;
 pub use shared_exposure::SharedExposure;
 pub use single_frame::render_single_frame;
-pub use statistics::{
-    AovFileReport, FailedFrame, FrameReport, Phases, RayReport, Summary, TreeReport, permanence,
-};
+pub use statistics::{AovFileReport, FailedFrame, FrameReport, Phases, RayReport, Summary, TreeReport};
 
 pub use crate::settings::{
     ExistingFiles, Exposure, FrameRate, FrameSpec, OutputFormat, OutputPattern, Shutter, frames_text,

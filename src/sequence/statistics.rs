@@ -6,11 +6,12 @@ use serde::Serialize;
 
 use crate::bvh::{BuildKind, BuildStatistics, BuilderKind, RebuildReason};
 use crate::cancel::Cancelled;
+use crate::error::exit_code::permanence;
 use crate::error::{Error, Result};
 use crate::output::PreviewLook;
 use crate::render::RenderStatistics;
-
 use crate::settings::Named;
+
 /// Seconds of each phase of a frame. The previous frame is written at the same time on the same machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "each of the first fields is the phase of its name")]
@@ -199,17 +200,6 @@ impl Summary {
     }
 }
 
-/// Rank of an exit code by how permanent its failure is: highest for a bug, low for a full disk, 0 for success.
-pub fn permanence(exit_code: u8) -> u8 {
-    match exit_code {
-        0 => 0,
-        70 => 4,
-        65 | 66 => 3,
-        77 => 2,
-        _ => 1,
-    }
-}
-
 impl TreeReport {
     pub(super) fn new(statistics: &BuildStatistics, requested: BuilderKind, is_reused: bool) -> Self {
         let (made, why, cost_ratio) = match statistics.kind {
@@ -246,7 +236,6 @@ impl Phases {
             split: statistics.split_seconds,
             sort: statistics.sort_seconds,
             tree: statistics.tree_seconds,
-        RebuildReason::RefittingOff => "refitting is off",
             collapse: statistics.collapse_seconds,
             ..Self::default()
         }
@@ -256,6 +245,7 @@ impl Phases {
 fn rebuild_reason_text(reason: RebuildReason) -> &'static str {
     match reason {
         RebuildReason::NoPreviousTree => "no previous tree to refit",
+        RebuildReason::RefittingOff => "refitting is off",
         RebuildReason::OtherTriangles => "the set of triangles changed",
         RebuildReason::CostRatioTooHigh => "a refitted tree would cost the rays more",
         RebuildReason::Pausing => "refitting did not pay recently",

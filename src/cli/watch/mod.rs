@@ -16,7 +16,7 @@ use rayon::ThreadPoolBuilder;
 
 use crate::progress::{print_error, print_note};
 use rayframe::cancel::CancelFlag;
-use rayframe::error::{Error, Result, Warning};
+use rayframe::error::{Error, Result, Warning, exit_code};
 use rayframe::image_file::{inspect_exr, inspect_png, write_atomically};
 use rayframe::sequence::{ExistingFiles, OutputFormat, OutputPattern, Plan, SequenceJob, check_whole_frames};
 
@@ -35,9 +35,6 @@ use rayframe::shot::{RenderJob, ShotSettings, resolve};
 use files::{TICK, WatchedFiles};
 
 pub(super) use options::WatchOptions;
-
-/// Exit code of errors in the content of a file.
-const WRONG_FILE: u8 = 65;
 
 /// State that persists between images.
 struct Watch<'a> {
@@ -73,7 +70,7 @@ fn watch(options: &RenderOptions) -> Result<ExitStatus> {
         match pool.install(|| watch.render()) {
             Ok(()) | Err(Error::Interrupted(_)) => {}
             // Only an error in the content of a file can be repaired by saving it.
-            Err(error) if is_first && error.exit_code() != WRONG_FILE => return Err(error),
+            Err(error) if is_first && error.exit_code() != exit_code::INVALID => return Err(error),
             Err(error) => {
                 watch.files.add(path_of(&error));
                 print_error(&message(&error));
@@ -84,7 +81,7 @@ fn watch(options: &RenderOptions) -> Result<ExitStatus> {
             break;
         }
     }
-    Ok(caught.number().map_or(ExitStatus::Code(75), ExitStatus::Signal))
+    Ok(caught.number().map_or(ExitStatus::Code(exit_code::TEMPORARY), ExitStatus::Signal))
 }
 
 impl Watch<'_> {

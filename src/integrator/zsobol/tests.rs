@@ -190,7 +190,6 @@ fn the_error_of_a_smooth_integral_falls_with_the_count() {
         (sum / 1024.0).sqrt()
     };
     let errors = [1, 4, 16, 64, 256].map(error);
-    println!("{errors:?}");
     // Independent samples halve the error from count to count, points of scrambled nets make it less than a fifth.
     for pair in errors.windows(2).skip(1) {
         assert!(pair[1] < 0.22 * pair[0], "{errors:?}");

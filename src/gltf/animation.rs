@@ -111,7 +111,7 @@ fn channel_target(
             }
             let index =
                 context.check_index(index, targets.nodes.len(), &format!("{target_pointer}/node"), "node")?;
-            let node = NodeIndex(u32::try_from(index).unwrap_or(u32::MAX));
+            let node = NodeIndex::of(index);
             let (property, keys) = match path {
                 Path::Translation => (AnimationTarget::Translation(node), &formats::VECTOR_KEYS),
                 Path::Rotation => (AnimationTarget::Rotation(node), &formats::ROTATION_KEYS),

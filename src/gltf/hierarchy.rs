@@ -82,7 +82,7 @@ pub(super) fn import_scenes(
             if !seen.insert(index) {
                 return Err(context.invalid(pointer, format!("lists node {index} twice")));
             }
-            roots.push(NodeIndex(u32::try_from(index).unwrap_or(u32::MAX)));
+            roots.push(NodeIndex::of(index));
         }
         let image_light = match document.element("scenes", i) {
             Some(raw) => image_light::of_scene(context, &raw, image_light_count)?,

@@ -38,16 +38,7 @@ pub(super) fn import(
 
 /// The image-based light of the scene `raw`; the file has `count` lights.
 pub(super) fn of_scene(context: &Context, raw: &Raw, count: usize) -> Result<Option<ImageLightIndex>> {
-    let Some(extension) = raw.extension(IMAGE_LIGHTS) else {
-        return Ok(None);
-    };
-    extension.expect_object(context)?;
-    let pointer = format!("{}/light", extension.pointer);
-    let Some(index) = extension.index(context, "light")? else {
-        return Err(context.invalid(pointer, "is missing"));
-    };
-    let index = context.check_index(index, count, &pointer, "image-based light")?;
-    Ok(Some(ImageLightIndex(u32::try_from(index).unwrap_or(u32::MAX))))
+    Ok(raw.extension_light(context, IMAGE_LIGHTS, count, "image-based light")?.map(ImageLightIndex::of))
 }
 
 fn import_light(

@@ -92,14 +92,5 @@ fn spot(context: &mut Context, raw: &Raw) -> Result<LightKind> {
 
 /// The light of the node `raw`; the file has `light_count` lights.
 pub(super) fn of_node(context: &Context, raw: &Raw, light_count: usize) -> Result<Option<LightIndex>> {
-    let Some(extension) = raw.extension(LIGHTS) else {
-        return Ok(None);
-    };
-    extension.expect_object(context)?;
-    let pointer = format!("{}/light", extension.pointer);
-    let Some(index) = extension.index(context, "light")? else {
-        return Err(context.invalid(pointer, "is missing"));
-    };
-    let index = context.check_index(index, light_count, &pointer, "light")?;
-    Ok(Some(LightIndex(u32::try_from(index).unwrap_or(u32::MAX))))
+    Ok(raw.extension_light(context, LIGHTS, light_count, "light")?.map(LightIndex::of))
 }

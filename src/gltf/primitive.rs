@@ -110,7 +110,7 @@ fn material_index(
         }
         None => default,
     };
-    Ok(MaterialIndex(u32::try_from(index).unwrap_or(u32::MAX)))
+    Ok(MaterialIndex::of(index))
 }
 
 fn read_triangles(

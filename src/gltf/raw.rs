@@ -37,6 +37,24 @@ impl<'a> Raw<'a> {
         extension.map(|extension| extension.expect_object(context).map(|()| extension)).transpose()
     }
 
+    /// Returns the index `light` of the extension `name` of this object into a list of `count` values.
+    pub(super) fn extension_light(
+        &self,
+        context: &Context,
+        name: &str,
+        count: usize,
+        noun: &str,
+    ) -> Result<Option<usize>> {
+        let Some(extension) = self.extension_object(context, name)? else {
+            return Ok(None);
+        };
+        let pointer = format!("{}/light", extension.pointer);
+        let Some(index) = extension.index(context, "light")? else {
+            return Err(context.invalid(pointer, "is missing"));
+        };
+        context.check_index(index, count, &pointer, noun).map(Some)
+    }
+
     /// Errors unless the value is an object.
     pub(super) fn expect_object(&self, context: &Context) -> Result<()> {
         if self.value.is_object() {

@@ -33,7 +33,7 @@ fn import_skin(context: &mut Context, data: &Data, skin: &json::Skin, pointer: &
         if !seen.insert(index) {
             return Err(context.invalid(pointer, format!("lists node {index} twice")));
         }
-        joints.push(NodeIndex(u32::try_from(index).unwrap_or(u32::MAX)));
+        joints.push(NodeIndex::of(index));
     }
     if let Some(skeleton) = skin.skeleton {
         // The skeleton root does not affect the image. Only its existence is checked.

@@ -58,8 +58,8 @@ pub(super) fn of_primitive(
                 return Err(context.invalid(pointer, "must be a non-negative integer"));
             };
             let number = context.check_index(number, variant_count, pointer, "variant")?;
-            let variant = VariantIndex(u32::try_from(number).unwrap_or(u32::MAX));
-            let material = MaterialIndex(u32::try_from(material).unwrap_or(u32::MAX));
+            let variant = VariantIndex::of(number);
+            let material = MaterialIndex::of(material);
             if changed.insert(variant, material).is_some() {
                 let message = format!("the variant {number} already has a material");
                 return Err(context.invalid(pointer, message));

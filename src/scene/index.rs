@@ -7,6 +7,11 @@ macro_rules! typed_index {
         pub struct $name(pub u32);
 
         impl $name {
+            /// Typed form of `index`. An index beyond 32 bits, which no file has, becomes one that no list has.
+            pub fn of(index: usize) -> Self {
+                Self(u32::try_from(index).unwrap_or(u32::MAX))
+            }
+
             /// The index as `usize`.
             pub fn index(self) -> usize {
                 self.0 as usize

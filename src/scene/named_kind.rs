@@ -62,7 +62,3 @@ pub(super) fn find<'a>(
 pub(super) fn label(index: usize, name: Option<&str>) -> String {
     name.map_or_else(|| format!("#{index}"), |name| format!("#{index} \"{name}\""))
 }
-
-pub(super) fn index_u32(index: usize) -> u32 {
-    u32::try_from(index).unwrap_or(u32::MAX)
-}

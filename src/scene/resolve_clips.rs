@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::named_kind::{find, index_u32, label};
+use super::named_kind::{find, label};
 use super::{AnimationIndex, AnimationTarget, NameOrIndex, NamedKind, NodeIndex, Scene};
 use crate::error::{Error, Result, Warning};
 
@@ -21,7 +21,7 @@ pub(super) fn find_clip(
     warnings: &mut Vec<Warning>,
 ) -> Result<AnimationIndex> {
     let names = scene.animations.iter().map(|clip| clip.name.as_deref());
-    find(&CLIP, selected, names, warnings).map(|clip| AnimationIndex(index_u32(clip)))
+    find(&CLIP, selected, names, warnings).map(AnimationIndex::of)
 }
 
 /// The clips of names and indices separated by commas, or the one that has the whole text as its name.
@@ -78,7 +78,7 @@ pub(super) fn disjoint_clips(
             continue;
         }
         held.extend(clip.channels.iter().map(|channel| channel.target));
-        clips.push(AnimationIndex(index_u32(i)));
+        clips.push(AnimationIndex::of(i));
     }
     warnings.extend(left_out_warning(scene, &left_out));
     clips

@@ -1,6 +1,5 @@
 //! Resolves a selection request that may name each clip and each camera: one selection for each sequence.
 
-use super::named_kind::index_u32;
 use super::resolve_selection::selected_cameras;
 use super::{
     AnimationIndex, CameraIndex, CameraRequest, ClipSelection, NameOrIndex, NodeIndex, Scene, SelectedCamera,
@@ -64,9 +63,7 @@ impl Selection {
     /// The clips that each selection of `request` plays alone; empty unless each is requested.
     pub(crate) fn clips_of_each(request: &SelectionRequest, scene: &Scene) -> Vec<AnimationIndex> {
         match request.clips {
-            ClipSelection::Each => {
-                (0..scene.animations.len()).map(|i| AnimationIndex(index_u32(i))).collect()
-            }
+            ClipSelection::Each => (0..scene.animations.len()).map(AnimationIndex::of).collect(),
             _ => Vec::new(),
         }
     }

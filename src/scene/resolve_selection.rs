@@ -1,6 +1,6 @@
 //! Resolves a selection request against a scene.
 
-use super::named_kind::{find, index_u32, label};
+use super::named_kind::{find, label};
 use super::resolve_clips::{clips_together, disjoint_clips, find_clip};
 use super::{
     CameraChanges, CameraIndex, CameraRequest, ClipSelection, NameOrIndex, NamedKind, NodeIndex, Scene,
@@ -70,7 +70,7 @@ fn resolve_variant(
     };
     let names = scene.variants.iter().map(|variant| Some(variant.name.as_str()));
     let index = find(&VARIANT, selected, names, warnings)?;
-    Ok(Some(VariantIndex(index_u32(index))))
+    Ok(Some(VariantIndex::of(index)))
 }
 
 fn resolve_camera(

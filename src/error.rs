@@ -66,7 +66,7 @@ pub enum Error {
         path: PathBuf,
         /// JSON pointer of the value; empty for the whole file.
         pointer: String,
-        /// The refused request, the limit, and how to raise it.
+        /// The refused request, and the limit.
         message: String,
         /// What to do about it, where a limit can be raised.
         remedy: Option<LimitRemedy>,
@@ -218,6 +218,13 @@ pub struct Warning {
     pub pointer: String,
     /// The feature and the behaviour instead.
     pub message: String,
+}
+
+impl Warning {
+    /// Warning that concerns the whole file.
+    pub fn of_file(message: impl Into<String>) -> Self {
+        Self { pointer: String::new(), message: message.into() }
+    }
 }
 
 impl std::fmt::Display for Warning {

@@ -123,12 +123,8 @@ fn import_unguarded(path: &Path, options: &ImportOptions, cache: Option<&AssetCa
     })?;
     scene.warnings.extend(coordinate_steps::coordinate_steps(&scene));
     scene.asset_cache = cache.map(AssetCache::usage);
-    scene.notes.extend(cache.and_then(AssetCache::write_error).map(note));
+    scene.notes.extend(cache.and_then(AssetCache::write_error).map(Warning::of_file));
     Ok(scene)
-}
-
-fn note(message: String) -> Warning {
-    Warning { pointer: String::new(), message }
 }
 
 fn import_file(

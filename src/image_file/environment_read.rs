@@ -120,13 +120,10 @@ fn make_physical(environment: &mut EnvironmentPixels) {
     });
     let changed = changed.into_inner();
     if changed > 0 {
-        environment.warnings.push(Warning {
-            pointer: String::new(),
-            message: format!(
-                "{changed} values of the environment are infinite, negative or not a number: infinite ones count as 65504, \
-                 the others as 0"
-            ),
-        });
+        environment.warnings.push(Warning::of_file(format!(
+            "{changed} values of the environment are infinite, negative or not a number: infinite ones count as 65504, \
+             the others as 0"
+        )));
     }
 }
 

@@ -28,6 +28,7 @@ mod settings;
 mod shadow;
 mod statistics;
 mod transparent_hits;
+mod unit_interval;
 mod walls;
 pub mod whitted;
 mod zsobol;
@@ -46,3 +47,4 @@ pub use settings::{
 };
 pub use shadow::TRANSPARENCY_LIMIT;
 pub use statistics::IntegratorStatistics;
+pub(crate) use unit_interval::unit_interval;

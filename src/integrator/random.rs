@@ -5,6 +5,7 @@
 
 use glam::Vec2;
 
+use super::unit_interval::unit_interval;
 use super::zsobol::{scramble, scrambled_point};
 
 /// The steps of R₂ (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018) along both axes: 2³² over the plastic number,
@@ -98,11 +99,6 @@ fn shuffled(index: u32, key: u32) -> u32 {
 pub(super) fn r2_moved(point: Vec2, steps: u32) -> Vec2 {
     let [x, y] = R2.map(|step| unit_interval(step.wrapping_mul(steps)));
     (point + Vec2::new(x, y)).fract()
-}
-
-/// The number in [0, 1) of the highest 24 bits.
-fn unit_interval(bits: u32) -> f32 {
-    (bits >> 8) as f32 / (1 << 24) as f32
 }
 
 /// A bijection of 32 bits that flips about half of them (Wellons, "Prospecting for Hash Functions", 2018).

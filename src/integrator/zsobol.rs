@@ -11,6 +11,8 @@
 
 use glam::Vec2;
 
+use super::unit_interval::unit_interval;
+
 /// The low bit of every base-4 digit.
 const LOW_BITS: u64 = 0x5555_5555_5555_5555;
 
@@ -78,7 +80,7 @@ impl SampleSequence {
 
     /// [`SampleSequence::number`] of the dimension of `keys`, which are those of this seed.
     pub(crate) fn number_by(&self, keys: &DimensionKeys) -> f32 {
-        to_unit_interval(scramble(bits_of_first_dimension(self.shuffled_index(keys.shuffle)), keys.x))
+        unit_interval(scramble(bits_of_first_dimension(self.shuffled_index(keys.shuffle)), keys.x))
     }
 
     /// [`SampleSequence::point`] of the dimension of `keys`, which are those of this seed.
@@ -92,7 +94,7 @@ impl SampleSequence {
         let index = self.shuffled_index(keys.shuffle);
         let [x, y] = scrambled_bits(index, [keys.x, keys.y]);
         let left = (x & 0xFF) << 8 | y & 0xFF;
-        (Vec2::new(to_unit_interval(x), to_unit_interval(y)), left as f32 / (1 << 16) as f32)
+        (Vec2::new(unit_interval(x), unit_interval(y)), left as f32 / (1 << 16) as f32)
     }
 }
 
@@ -171,7 +173,7 @@ fn bits_of_second_dimension(mut index: u64) -> u32 {
 /// A point in the unit square of Sobol's first two dimensions, scrambled by a key for each.
 pub(super) fn scrambled_point(index: u64, keys: [u32; 2]) -> Vec2 {
     let [x, y] = scrambled_bits(index, keys);
-    Vec2::new(to_unit_interval(x), to_unit_interval(y))
+    Vec2::new(unit_interval(x), unit_interval(y))
 }
 
 fn scrambled_bits(index: u64, keys: [u32; 2]) -> [u32; 2] {
@@ -188,11 +190,6 @@ pub(super) fn scramble(mut bits: u32, key: u32) -> u32 {
     bits ^= bits.wrapping_mul(0x0552_6C56);
     bits ^= bits.wrapping_mul(0x53A2_2864);
     bits.reverse_bits()
-}
-
-/// The upper 24 bits as a number in [0, 1).
-fn to_unit_interval(bits: u32) -> f32 {
-    (bits >> 8) as f32 / (1 << 24) as f32
 }
 
 /// Moves the lower 16 bits to the even bits.

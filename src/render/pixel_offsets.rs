@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::Vec2;
 
 use super::shutter_sample::ShutterSample;
-use crate::integrator::R2;
+use crate::integrator::{R2, unit_interval};
 
 /// `count` positions in the unit square, the same in every pixel and every frame: a Hammersley set, with one position in each of
 /// `count` columns and, for powers of two, one in each of `count` rows. A single position is the centre.
@@ -16,7 +16,7 @@ pub(super) fn pixel_offsets(count: u32, set: u32) -> Vec<Vec2> {
     let half_step = 0.5 / count as f32;
     let column = |i: u32| (i as f32 + 0.5) / count as f32;
     let row = |i: u32| wrapped(radical_inverse(i) + half_step);
-    let shift = Vec2::new(fraction(set.wrapping_mul(R2[0])), fraction(set.wrapping_mul(R2[1])));
+    let shift = Vec2::new(unit_interval(set.wrapping_mul(R2[0])), unit_interval(set.wrapping_mul(R2[1])));
     (0..count).map(|i| Vec2::new(wrapped(column(i) + shift.x), wrapped(row(i) + shift.y))).collect()
 }
 
@@ -25,7 +25,7 @@ pub(super) fn pixel_offsets(count: u32, set: u32) -> Vec<Vec2> {
 pub(super) fn progressive_offsets(indices: Range<u32>, count: u32, shutter: ShutterSample) -> Vec<Vec2> {
     let times = shutter.count.next_power_of_two();
     let half_step = 0.5 / (u64::from(count) * u64::from(times)).next_power_of_two() as f32;
-    let point = |i: u32| Vec2::new(radical_inverse(i), fraction(sobol_second(i))) + half_step;
+    let point = |i: u32| Vec2::new(radical_inverse(i), unit_interval(sobol_second(i))) + half_step;
     let index = |i: u32| index_at_time(i.wrapping_mul(times), shutter.index, times.trailing_zeros());
     indices.map(|i| point(index(i))).map(|p| Vec2::new(wrapped(p.x), wrapped(p.y))).collect()
 }
@@ -84,14 +84,9 @@ fn wrapped(x: f32) -> f32 {
     if x < 1.0 { x } else { x - 1.0 }
 }
 
-/// The upper 24 bits, which a float holds exactly, as a fraction in [0, 1).
-fn fraction(bits: u32) -> f32 {
-    (bits >> 8) as f32 / (1 << 24) as f32
-}
-
 /// The radical inverse of `i` in base 2.
 fn radical_inverse(i: u32) -> f32 {
-    fraction(i.reverse_bits())
+    unit_interval(i.reverse_bits())
 }
 
 #[cfg(test)]

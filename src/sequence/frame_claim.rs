@@ -96,7 +96,7 @@ impl LongWait {
             frames_text(&numbers),
             claim_path(first).display()
         );
-        Some(Warning { pointer: String::new(), message })
+        Some(Warning::of_file(message))
     }
 }
 

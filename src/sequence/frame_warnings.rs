@@ -64,7 +64,7 @@ impl FrameWarnings {
                 reference_budget(job)
             ));
         }
-        let mut warnings: Vec<_> = messages.into_iter().map(warning).collect();
+        let mut warnings: Vec<_> = messages.into_iter().map(Warning::of_file).collect();
         warnings.retain(|warning| !self.given.contains(warning));
         self.given.extend_from_slice(&warnings);
         Ok(warnings)
@@ -90,7 +90,7 @@ impl FrameWarnings {
         self.hinted_at_studio = black_share > 0.5;
         let percent = (black_share * 100.0) as u32;
         self.hinted_at_studio.then(|| {
-            warning(format!(
+            Warning::of_file(format!(
                 "the file's own lights leave {percent} % of what is seen black; `env` studio adds the studio's light, \
                  `env_intensity` scales it"
             ))
@@ -128,12 +128,10 @@ pub(super) fn depth_warning(summary: &Summary, max_depth: u32) -> Option<Warning
     let share = dropped / samples as f64;
     (share > 0.01).then(|| {
         let percent = share * 100.0;
-        warning(format!("{percent:.0} % of the light was cut off at depth {max_depth}: raise `depth`"))
+        Warning::of_file(format!(
+            "{percent:.0} % of the light was cut off at depth {max_depth}: raise `depth`"
+        ))
     })
-}
-
-fn warning(message: String) -> Warning {
-    Warning { pointer: String::new(), message }
 }
 
 /// What to say of pixels and samples that are not finite.

@@ -57,6 +57,11 @@ pub(super) fn parse_parts(text: &OsStr) -> Result<Vec<Part>, String> {
     Ok(parts)
 }
 
+/// Whether the frame number is part of the name.
+pub(super) fn is_numbered(parts: &[Part]) -> bool {
+    parts.iter().any(|part| matches!(part, Part::Frame { .. }))
+}
+
 /// The name with the number of a frame and the name of an AOV.
 pub(super) fn filled(parts: &[Part], frame: i64, layer: &str) -> PathBuf {
     let mut path = OsString::new();

@@ -4,7 +4,7 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use super::home_folder::check_expanded;
-use super::name_parts::{Part, filled, parse_parts};
+use super::name_parts::{Part, filled, is_numbered, parse_parts};
 use super::placeholder::{OutputNames, Placeholder, os_string};
 use crate::image_file::{MOVIE_ENDINGS, MovieFormat};
 
@@ -85,7 +85,7 @@ impl OutputPattern {
 
     /// Whether the frame number is part of the name.
     pub fn is_numbered(&self) -> bool {
-        self.parts.iter().any(|part| matches!(part, Part::Frame { .. }))
+        is_numbered(&self.parts)
     }
 
     /// Whether a placeholder is part of the name.

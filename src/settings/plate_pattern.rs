@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-use super::name_parts::{Part, filled, parse_parts};
+use super::name_parts::{Part, filled, is_numbered, parse_parts};
 use super::output_pattern::{OutputPattern, holds_folder};
 
 /// Prefix that makes any image a plate.
@@ -58,7 +58,7 @@ impl PlatePattern {
 
     /// Whether there is a file for each frame.
     pub fn is_numbered(&self) -> bool {
-        self.parts.iter().any(|part| matches!(part, Part::Frame { .. }))
+        is_numbered(&self.parts)
     }
 
     /// The file of `frame`.

@@ -61,10 +61,8 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
         ),
         (values.tone.is_some() && !is_seen, "tone", "EXR files hold light as it is; add `preview`"),
     ];
-    let warning = |(_, setting, why): (bool, &str, &str)| Warning {
-        pointer: String::new(),
-        message: format!("`{setting}` does nothing: {why}"),
-    };
+    let warning =
+        |(_, setting, why): (bool, &str, &str)| Warning::of_file(format!("`{setting}` does nothing: {why}"));
     let ineffective = ineffective.into_iter().filter(|(is_ineffective, ..)| *is_ineffective).map(warning);
     let stage = ground_without_shadows(values, job);
     ineffective.chain(stage).chain(equal_frames(job)).collect()
@@ -88,12 +86,11 @@ fn ground_without_shadows(values: &SettingValues, job: &SequenceJob) -> Option<W
     let traces_environment =
         job.render.integrator == Integrator::Path || job.render.env_samples != EnvSamples::Fixed(0);
     let casts_shadows = has_lamps || has_key_light(job) || traces_environment && job.environment.is_lit();
-    (values.ground != GroundKind::None && !casts_shadows).then(|| Warning {
-        pointer: String::new(),
-        message: format!(
+    (values.ground != GroundKind::None && !casts_shadows).then(|| {
+        Warning::of_file(format!(
             "`ground` shows no shadow: no light casts one; add a light to the scene, or light it with `env` studio{}",
             if job.render.env_samples == EnvSamples::Fixed(0) { " and without `env_samples`" } else { "" }
-        ),
+        ))
     })
 }
 
@@ -107,8 +104,7 @@ fn equal_frames(job: &SequenceJob) -> Option<Warning> {
         )
     };
     let changes_plate = job.plates.as_ref().is_some_and(Plates::differ);
-    (count > 1 && !moves(job) && !changes_plate)
-        .then(|| Warning { pointer: String::new(), message: message() })
+    (count > 1 && !moves(job) && !changes_plate).then(|| Warning::of_file(message()))
 }
 
 fn is_dark(environment: &Environment) -> bool {

@@ -40,7 +40,7 @@ pub(super) fn collisions(names: &[String], what: &str) -> Vec<Warning> {
                 other.escape_debug(),
                 name.escape_debug()
             );
-            warnings.push(Warning { pointer: String::new(), message });
+            warnings.push(Warning::of_file(message));
         }
     }
     warnings

@@ -7,6 +7,7 @@ use crate::bsdf::cosine_direction;
 use crate::bvh::{Hit, TraversalCounters};
 use crate::geometry::Ray;
 use crate::integrator::random::hash;
+use crate::integrator::unit_interval;
 use crate::integrator::walls::is_wall;
 use crate::integrator::whitted::local_frame;
 use crate::integrator::{CameraRays, Seed};
@@ -57,6 +58,5 @@ fn first_wall(view: SceneView<'_>, ray: &Ray) -> Option<ReachedPoint> {
 /// A random point of the unit square.
 pub(in crate::integrator::path) fn random_point(index: u32, stream: u32) -> Vec2 {
     let bits = hash(index ^ hash(stream));
-    let unit = |bits: u32| (bits >> 8) as f32 / (1 << 24) as f32;
-    Vec2::new(unit(bits), unit(hash(bits)))
+    Vec2::new(unit_interval(bits), unit_interval(hash(bits)))
 }

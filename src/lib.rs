@@ -38,6 +38,8 @@
 pub mod cancel;
 mod canonical_path;
 mod child_process;
+#[doc(hidden)]
+pub mod count_text;
 pub mod denoise;
 pub mod error;
 pub mod geometry;

@@ -5,6 +5,7 @@ use std::fmt;
 use serde::{Serialize, Serializer};
 
 use super::group_kind::GroupKind;
+use crate::count_text::grouped;
 use crate::error::readable_bytes;
 
 /// The value of a property.
@@ -107,19 +108,6 @@ fn short(number: f32) -> String {
     let text = format!("{number:.*}", (4 - magnitude).clamp(0, 6) as usize);
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
-}
-
-/// Digits in groups of three.
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(' ');
-        }
-        text.push(digit);
-    }
-    text
 }
 
 impl Serialize for Value {

@@ -1,5 +1,6 @@
 //! Summary: the first line of a run.
 
+use rayframe::count_text::{grouped, plural};
 use rayframe::framing::CameraRule;
 use rayframe::scene::{Scene, SelectedCamera, Selection};
 use rayframe::sequence::{Plan, SequenceJob, duration_seconds, frames_text, triangle_count};
@@ -91,22 +92,9 @@ pub(super) fn short(number: f32) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// Digits in groups of three.
-pub(super) fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(' ');
-        }
-        text.push(digit);
-    }
-    text
-}
-
-/// `1 part` or `2 parts`.
-pub(super) fn counted(count: u64, what: &str) -> String {
-    format!("{} {what}{}", grouped(count), if count == 1 { "" } else { "s" })
+/// `1 part` or `2 000 parts`.
+pub(super) fn counted(count: u64, noun: &str) -> String {
+    format!("{} {}", grouped(count), plural(count, noun))
 }
 
 #[cfg(test)]
@@ -114,14 +102,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn long_numbers_are_grouped() {
-        assert_eq!(grouped(7), "7");
+    fn numbers_are_short_and_grouped() {
         assert_eq!(
             (short(2.5), short(10.0), short(1.041_666_6)),
             ("2.5".into(), "10".into(), "1.042".into())
         );
-        assert_eq!(grouped(7936), "7 936");
-        assert_eq!(grouped(1_234_567), "1 234 567");
         assert_eq!(counted(1, "part"), "1 part");
         assert_eq!(counted(1000, "part"), "1 000 parts");
     }

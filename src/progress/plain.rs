@@ -2,6 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
+use rayframe::count_text::plural;
 use rayframe::sequence::{FrameReport, SequenceEvent, Summary};
 
 use super::eta::{Eta, duration_text};
@@ -122,10 +123,15 @@ pub(super) fn phases_text(report: &FrameReport) -> String {
     )
 }
 
+/// `, 3 kept`; nothing without any.
+pub(super) fn and_count(count: usize, what: &str) -> String {
+    if count == 0 { String::new() } else { format!(", {count} {what}") }
+}
+
 /// Last line of a run of `total` frames that writes `output`:
 /// `8 frames written to out/demo.####.exr in 24.7 s`.
 pub(super) fn summary_text(summary: &Summary, total: usize, output: &str) -> String {
-    let frames = |count: usize| if count == 1 { "frame" } else { "frames" };
+    let frames = |count: usize| plural(count as u64, "frame");
     let previews = match summary.previews {
         0 => String::new(),
         1 => ", 1 preview written beside what was kept".to_owned(),
@@ -155,10 +161,6 @@ pub(super) fn summary_text(summary: &Summary, total: usize, output: &str) -> Str
         [report] => format!(" to {}", report.path.display()),
         _ => format!(" to {output}"),
     };
-    let counted = |count: usize, what: &str| match count {
-        0 => String::new(),
-        _ => format!(", {count} {what}"),
-    };
     let stopped = if summary.is_interrupted {
         "; stopped before the end, the same command with --resume goes on from here"
     } else {
@@ -167,8 +169,8 @@ pub(super) fn summary_text(summary: &Summary, total: usize, output: &str) -> Str
     format!(
         "{written} written{place} in {}{}{previews}{}{stopped}",
         duration_text(summary.seconds),
-        counted(summary.kept.len(), "kept"),
-        counted(summary.failed.len(), "failed"),
+        and_count(summary.kept.len(), "kept"),
+        and_count(summary.failed.len(), "failed"),
     )
 }
 

@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
+use rayframe::count_text::counted;
 use rayframe::settings::ProgressStyle;
 
 use super::eta::duration_text;
 use super::json::print_json;
 use super::openjd::print_openjd_total;
+use super::plain::and_count;
 use super::print::print_note;
 
 const SCHEMA: u32 = 1;
@@ -51,16 +53,10 @@ impl Total {
 
     /// `55 scenes: 60 frames written, 3 kept in 41.2 s`, `53 of 55 scenes complete: …`.
     fn text(&self) -> String {
-        let plural =
-            |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
         let scenes = if self.is_complete() {
-            plural(self.scenes, "scene")
+            counted(self.scenes, "scene")
         } else {
-            format!("{} of {} complete", self.complete_scenes, plural(self.scenes, "scene"))
-        };
-        let counted = |count: usize, what: &str| match count {
-            0 => String::new(),
-            _ => format!(", {count} {what}"),
+            format!("{} of {} complete", self.complete_scenes, counted(self.scenes, "scene"))
         };
         let stopped = if self.is_interrupted {
             "; stopped before the end, the same command with --resume goes on from here"
@@ -69,9 +65,9 @@ impl Total {
         };
         format!(
             "{scenes}: {} written{}{} in {}{stopped}",
-            plural(self.written, "frame"),
-            counted(self.kept, "kept"),
-            counted(self.failed, "failed"),
+            counted(self.written, "frame"),
+            and_count(self.kept, "kept"),
+            and_count(self.failed, "failed"),
             duration_text(self.seconds),
         )
     }

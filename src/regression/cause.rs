@@ -11,6 +11,7 @@ use super::changes::{Part, changed_parts, has_moved};
 use super::shift::best_shift;
 use super::{Image, LayerDifference};
 use crate::color::luminance;
+use crate::count_text::counted;
 
 /// Share of the squared differences that a displacement must explain.
 const EXPLAINED_BY_SHIFT: f64 = 0.6;
@@ -90,13 +91,13 @@ impl std::fmt::Display for Cause {
             }
             Self::Camera { .. } => write!(formatter, "camera: it moved, or its field of view changed"),
             Self::Geometry { layer: Some(layer), pixels } => {
-                write!(formatter, "geometry: {layer} differs in {}", pixels_text(*pixels))
+                write!(formatter, "geometry: {layer} differs in {}", counted(*pixels, "pixel"))
             }
             Self::Geometry { layer: None, .. } => {
                 write!(formatter, "geometry: vertices, normals, texture coordinates or the pose changed")
             }
             Self::Material { layer: Some(layer), pixels, materials } => {
-                write!(formatter, "material: {layer} differs in {}", pixels_text(*pixels))?;
+                write!(formatter, "material: {layer} differs in {}", counted(*pixels, "pixel"))?;
                 if materials.is_empty() { Ok(()) } else { write!(formatter, " of {}", materials.join(", ")) }
             }
             Self::Material { layer: None, materials, .. } => {
@@ -125,10 +126,6 @@ impl std::fmt::Display for Cause {
             }
         }
     }
-}
-
-fn pixels_text(count: usize) -> String {
-    format!("{count} pixel{}", if count == 1 { "" } else { "s" })
 }
 
 /// The likely cause of the differences between two images of one size. `layers` are the layers of both images, with the numbers of

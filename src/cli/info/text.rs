@@ -1,7 +1,8 @@
 //! The report for people.
 
-use super::super::summary::{counted, grouped, quoted, short};
+use super::super::summary::{counted, quoted, short};
 use super::report::{NodeReport, Report, WarningReport};
+use rayframe::count_text::grouped;
 
 /// Items of a section that are listed.
 const MOST_ITEMS: usize = 20;

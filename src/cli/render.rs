@@ -35,7 +35,7 @@ use super::render_options::{NamedShot, RenderOptions, message};
 use super::signals::{self, CaughtSignal};
 use super::summary::{after_the_end, frames_beside_the_movie, rendered_in_bands, summary};
 use super::warnings::report_warnings;
-use common_sheets::CommonSheets;
+use common_sheets::{CommonSheets, SheetRun};
 use sequence::replacing_text;
 pub(super) use sequence::{check_others, other_files, perform, prepare};
 use written_files::{WrittenFiles, frame_files};
@@ -101,7 +101,11 @@ impl Session {
             ends_at_once,
             environments: LoadedEnvironments::default(),
             files: WrittenFiles::default(),
-            sheets: CommonSheets::default(),
+            sheets: CommonSheets::new(SheetRun {
+                is_many,
+                names_scenes: shots.len() > 1,
+                is_quiet: values().next().is_some_and(|values| values.quiet),
+            }),
             total: Total { scenes: shots.len(), ..Total::default() },
             part: Part::default(),
             code: 0,
@@ -110,9 +114,6 @@ impl Session {
 
     fn render(mut self, shots: &[NamedShot]) -> ExitStatus {
         let start = Instant::now();
-        let is_quiet =
-            shots.iter().find_map(|shot| shot.settings.as_ref().ok()).is_some_and(|shot| shot.values.quiet);
-        self.sheets = CommonSheets::new(self.is_many, self.total.scenes > 1).quiet(is_quiet);
         let stopped = self.render_all(shots).err();
         self.total.is_interrupted = matches!(stopped, Some(Stop::Signal(_)));
         if self.is_many && !self.is_dry_run {

@@ -12,14 +12,21 @@ use rayframe::shot::{RenderJob, SequenceOutline};
 
 use crate::cli::render_options::NamedShot;
 
-/// The sheets of a run, in the order of their first sequences.
-#[derive(Debug, Default)]
-pub(super) struct CommonSheets {
+/// What the sheets of a run depend on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SheetRun {
     /// Whether there are several sequences.
-    is_many: bool,
+    pub(super) is_many: bool,
     /// Whether labels name the scene.
-    names_scenes: bool,
-    is_quiet: bool,
+    pub(super) names_scenes: bool,
+    /// Whether the names of the sheets are not printed.
+    pub(super) is_quiet: bool,
+}
+
+/// The sheets of a run, in the order of their first sequences.
+#[derive(Debug)]
+pub(super) struct CommonSheets {
+    run: SheetRun,
     /// Each sheet with its tiles, and the position of the scene of each.
     sheets: Vec<(PathBuf, Vec<(usize, LabelledTile)>)>,
     /// Position of the current scene.
@@ -28,13 +35,8 @@ pub(super) struct CommonSheets {
 
 impl CommonSheets {
     /// No sheets yet.
-    pub(super) fn new(is_many: bool, names_scenes: bool) -> Self {
-        Self { is_many, names_scenes, ..Self::default() }
-    }
-
-    /// The same sheets, whose names are printed unless the run is quiet.
-    pub(super) fn quiet(self, is_quiet: bool) -> Self {
-        Self { is_quiet, ..self }
+    pub(super) fn new(run: SheetRun) -> Self {
+        Self { run, sheets: Vec::new(), position: 0 }
     }
 
     /// Makes the scene at `position` the current one.
@@ -71,9 +73,9 @@ impl CommonSheets {
     }
 
     fn is_common(&self, outline: &SequenceOutline, args: &SettingValues) -> bool {
-        let Some(name) = args.contact_sheet.as_deref().filter(|_| self.is_many) else { return false };
+        let Some(name) = args.contact_sheet.as_deref().filter(|_| self.run.is_many) else { return false };
         let has = |placeholder: Placeholder| placeholder.is_in(name);
-        let is_of_one_scene = !self.names_scenes || has(Placeholder::Scene) || has(Placeholder::Shot);
+        let is_of_one_scene = !self.run.names_scenes || has(Placeholder::Scene) || has(Placeholder::Shot);
         let is_of_one_clip = outline.clip.is_none() || has(Placeholder::Clip);
         let is_of_one_camera = outline.camera.is_none() || has(Placeholder::Camera);
         !(is_of_one_scene && is_of_one_clip && is_of_one_camera)
@@ -102,7 +104,7 @@ impl CommonSheets {
             },
             _ => None,
         };
-        let scene = self.names_scenes.then(|| outline.names.of(Placeholder::Shot).display().to_string());
+        let scene = self.run.names_scenes.then(|| outline.names.of(Placeholder::Shot).display().to_string());
         let parts = scene.into_iter().chain(outline.clip.clone()).chain(outline.camera.clone());
         let label = parts.collect::<Vec<_>>().join(" / ");
         self.add_tile(path, LabelledTile::new(label, image.as_ref()));
@@ -133,7 +135,7 @@ impl CommonSheets {
             tiles.drain(..).for_each(|(_, tile)| sheet.add(tile));
             let image = sheet.image();
             write_single_file(path, &encode_png(image.size, &image.pixels, CONTACT_SHEET)?)?;
-            if !self.is_quiet {
+            if !self.run.is_quiet {
                 print_note(&format!("all together: {}", path.display()));
             }
         }

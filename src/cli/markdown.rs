@@ -285,7 +285,7 @@ mod tests {
         let deep = "folder_\u{e9}/".repeat(40);
         let frames = ["a", "b"].map(|shot| FrameResult {
             actual: image.clone(),
-            ..FrameResult::new(format!("{deep}{shot}"), None, FrameStatus::Missing, String::new())
+            ..FrameResult::new(format!("{deep}{shot}"), None, FrameStatus::Missing)
         });
         let findings = frames.iter().map(|frame| (frame, PathBuf::new()));
         let findings = super::super::findings::findings(findings, FailOn::default());
@@ -308,7 +308,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let missing = |at: usize| {
             let message = "there is no reference ".to_owned() + &"folder/".repeat(30);
-            FrameResult::new(format!("shot_{at:04}"), None, FrameStatus::Orphaned, message)
+            FrameResult::new(format!("shot_{at:04}"), None, FrameStatus::Orphaned).because(message)
         };
         let result = SuiteResult { orphaned: (0..1000).map(missing).collect(), ..SuiteResult::default() };
         let file = folder.path().join("summary.md");

@@ -115,19 +115,26 @@ impl FrameStatus {
 }
 
 impl FrameResult {
-    /// A result of a single message, without images.
-    pub fn new(name: String, frame: Option<i64>, status: FrameStatus, message: String) -> Self {
+    /// A result without messages and images.
+    pub fn new(name: String, frame: Option<i64>, status: FrameStatus) -> Self {
         Self {
             name,
             frame,
             status,
-            messages: vec![message],
+            messages: Vec::new(),
             comparison: None,
             expected: None,
             actual: None,
             actual_hash: None,
             reference_hash: None,
         }
+    }
+
+    /// The same result with one more message.
+    #[must_use]
+    pub fn because(mut self, message: impl Into<String>) -> Self {
+        self.messages.push(message.into());
+        self
     }
 
     /// Whether the frame is identical, changed within the limits, or failed.

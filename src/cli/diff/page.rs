@@ -105,7 +105,7 @@ impl DiffPage {
         let message = if is_missing { "has no reference" } else { "is a reference without an image" };
         let (actual, expected) = if is_missing { (image, None) } else { (None, image) };
         let message = format!("{} {message}", shown(file));
-        let result = FrameResult::new(self.names.of(file), frame_number(file), status, message);
+        let result = FrameResult::new(self.names.of(file), frame_number(file), status).because(message);
         self.push(FrameResult { expected, actual, ..result });
         Ok(())
     }

@@ -252,7 +252,7 @@ impl Merging<'_> {
             comparison: (verdict == Verdict::Identical).then(Comparison::identical),
             actual_hash: hash,
             reference_hash: reference,
-            ..FrameResult::new(name.clone(), frame, status, String::new())
+            ..FrameResult::new(name.clone(), frame, status)
         };
         if reference_hash(self.suite, &reported.name) != reported.reference_hash
             && status != FrameStatus::Broken

@@ -130,7 +130,7 @@ impl<'a> Orphans<'a> {
             format!(", because {shot_file} names the scene {scene}; `whole_scene = true` in [test] of {shot_file} tests both")
         });
         let message = format!("no shot renders this reference{}", why.unwrap_or_default());
-        let mut result = FrameResult::new(name.to_owned(), None, FrameStatus::Orphaned, message);
+        let mut result = FrameResult::new(name.to_owned(), None, FrameStatus::Orphaned).because(message);
         add_reference(self.suite, &mut result);
         result
     }

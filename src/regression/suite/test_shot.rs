@@ -108,9 +108,8 @@ impl TestedShot {
         let frame = |(name, frame, reference)| {
             let result = FrameResult {
                 reference_hash: Some(reference),
-                messages: Vec::new(),
                 comparison: Some(Comparison::identical()),
-                ..FrameResult::new(name, frame, FrameStatus::Passed, String::new())
+                ..FrameResult::new(name, frame, FrameStatus::Passed)
             };
             TestedFrame { result, file: None }
         };
@@ -130,7 +129,7 @@ pub(super) struct TestedFrame {
 }
 
 fn unopened(shot: &SuiteShot, message: String) -> TestedShot {
-    let result = FrameResult::new(shot.name.clone(), None, FrameStatus::Broken, message);
+    let result = FrameResult::new(shot.name.clone(), None, FrameStatus::Broken).because(message);
     TestedShot {
         frames: vec![TestedFrame { result, file: None }],
         is_unopened: true,
@@ -202,7 +201,7 @@ fn admit(context: &TestContext<'_>, result: &mut FrameResult) {
 
 /// The failure of an image of something that the scene does not have. Its reference stays.
 fn lost_frame(context: &TestContext<'_>, name: String, error: &Error) -> TestedFrame {
-    let mut result = FrameResult::new(name, None, FrameStatus::Broken, error.to_string());
+    let mut result = FrameResult::new(name, None, FrameStatus::Broken).because(error.to_string());
     add_reference(context.suite, &mut result);
     if result.reference_hash.is_some() {
         let reference = reference_path(&context.suite.references, &result.name);
@@ -238,7 +237,7 @@ fn tested_view(
         let mut tested = match file {
             Ok(file) => test_frame(context.suite, limits, id, file)?,
             Err(error) => {
-                TestedFrame { result: id.result(FrameStatus::Broken, error.to_string()), file: None }
+                TestedFrame { result: id.result(FrameStatus::Broken).because(error.to_string()), file: None }
             }
         };
         admit(context, &mut tested.result);
@@ -258,8 +257,8 @@ pub(super) struct FrameId<'a> {
 }
 
 impl FrameId<'_> {
-    pub(super) fn result(self, status: FrameStatus, message: String) -> FrameResult {
-        FrameResult::new(self.name, self.frame, status, message)
+    fn result(self, status: FrameStatus) -> FrameResult {
+        FrameResult::new(self.name, self.frame, status)
     }
 }
 
@@ -279,10 +278,12 @@ pub(super) fn test_frame(
         Some(stored) => match Image::decode(&reference, stored) {
             Ok(expected) => compare_frame(id, &actual, &expected, limits),
             // The image cannot replace what was not fetched.
-            Err(error) if is_lfs_pointer(stored) => id.result(FrameStatus::Broken, error.to_string()),
-            Err(error) => id.result(FrameStatus::Different, error.to_string()),
+            Err(error) if is_lfs_pointer(stored) => id.result(FrameStatus::Broken).because(error.to_string()),
+            Err(error) => id.result(FrameStatus::Different).because(error.to_string()),
         },
-        None => id.result(FrameStatus::Missing, format!("there is no reference {}", reference.display())),
+        None => {
+            id.result(FrameStatus::Missing).because(format!("there is no reference {}", reference.display()))
+        }
     };
     result.reference_hash = stored.as_deref().map(file_hash);
     let size = stored.filter(|_| result.passes()).map_or(bytes.len(), |stored| stored.len());
@@ -312,8 +313,7 @@ fn compare_frame(id: FrameId<'_>, actual: &Image, expected: &Image, limits: &Lim
     if let Some(scene) = id.scene {
         comparison.name_materials(actual, expected, &|id| scene.material_of_id(id));
     }
-    let mut result = id.result(FrameStatus::Passed, String::new());
-    result.messages.clear();
+    let mut result = id.result(FrameStatus::Passed);
     match comparison.verdict() {
         Verdict::Identical => comparison.flip_map = None,
         Verdict::Changed => result.messages = comparison.largest_measure().into_iter().collect(),

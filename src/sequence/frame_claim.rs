@@ -55,11 +55,11 @@ impl FrameClaim {
             _ => None,
         };
         // Another run may have written the frame since the plan.
-        let (is_done, in_the_way) = existing_files(job, planned);
-        if is_done {
+        let files = existing_files(job, planned);
+        if files.is_done {
             return Ok(Claimed::Done);
         }
-        refuse_to_replace(in_the_way.as_slice(), job.existing)?;
+        refuse_to_replace(files.in_the_way.as_slice(), job.existing)?;
         Ok(Claimed::Here(Self { _lock: lock }))
     }
 }

@@ -78,14 +78,17 @@ impl Plan {
     pub fn new(job: &SequenceJob) -> Result<Self> {
         let band_rows = Self::check(job)?;
         let is_movie = job.output.is_movie();
-        let mut planned: Vec<_> = job.frames.par_iter().map(|&frame| plan_frame(job, frame)).collect();
+        let mut inspected: Vec<_> = job.frames.par_iter().map(|&frame| inspect_frame(job, frame)).collect();
         if is_movie {
             // A movie shows its frames in the order of time.
-            planned.sort_by_key(|(planned, ..)| planned.frame);
+            inspected.sort_by_key(|inspected| inspected.planned.frame);
         }
-        let (frames, (stamps, in_the_way)): (Vec<_>, (Vec<_>, Vec<_>)) =
-            planned.into_iter().map(|(planned, stamp, in_the_way)| (planned, (stamp, in_the_way))).unzip();
-        let replaced: Vec<ReplacedFile> = in_the_way.into_iter().flatten().collect();
+        let (mut frames, mut stamps, mut replaced) = (Vec::new(), Vec::new(), Vec::new());
+        for InspectedFrame { planned, stamp, in_the_way } in inspected {
+            frames.push(planned);
+            stamps.push(stamp);
+            replaced.extend(in_the_way);
+        }
         match frames.first() {
             Some(first) if is_movie => {
                 let overwrites = job.existing == ExistingFiles::Overwrite;
@@ -215,8 +218,16 @@ fn refuse_shared_names(frames: &[PlannedFrame]) -> Result<()> {
     }
 }
 
-/// The planned frame, its file before it was looked at, and an existing file with other content under one of its names.
-fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Option<FileStamp>, Option<ReplacedFile>) {
+/// A planned frame with what is there of it.
+struct InspectedFrame {
+    planned: PlannedFrame,
+    /// Its file before it was looked at.
+    stamp: Option<FileStamp>,
+    /// An existing file with other content under one of its names.
+    in_the_way: Option<ReplacedFile>,
+}
+
+fn inspect_frame(job: &SequenceJob, frame: i64) -> InspectedFrame {
     let path = job.output.path(frame);
     let stamp = FileStamp::of(&path);
     let aovs = job.exr.split_aovs().iter();
@@ -226,12 +237,20 @@ fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Option<FileStamp>
     let time_seconds = job.rate.time_seconds(frame);
     let planned =
         PlannedFrame { frame, time_seconds, path, aov_paths, preview_path, render_hash, is_done: false };
-    let (is_done, in_the_way) = existing_files(job, &planned);
-    (PlannedFrame { is_done, ..planned }, stamp, in_the_way)
+    let FilesOfFrame { is_done, in_the_way } = existing_files(job, &planned);
+    InspectedFrame { planned: PlannedFrame { is_done, ..planned }, stamp, in_the_way }
 }
 
-/// Whether all files of a frame but the preview are there, and a file with other content under one of its names, a foreign one if there is one.
-pub(super) fn existing_files(job: &SequenceJob, planned: &PlannedFrame) -> (bool, Option<ReplacedFile>) {
+/// The existing files of a frame.
+pub(super) struct FilesOfFrame {
+    /// Whether all files but the preview are there.
+    pub(super) is_done: bool,
+    /// A file with other content under one of its names, a foreign one if there is one.
+    pub(super) in_the_way: Option<ReplacedFile>,
+}
+
+/// Looks at the files under the names of a frame.
+pub(super) fn existing_files(job: &SequenceJob, planned: &PlannedFrame) -> FilesOfFrame {
     let PlannedFrame { path, aov_paths, preview_path, render_hash, .. } = planned;
     let files = std::iter::once(path).chain(aov_paths);
     let decisions: Vec<_> = files.map(|path| (path, decide(job, path, render_hash))).collect();
@@ -242,8 +261,7 @@ pub(super) fn existing_files(job: &SequenceJob, planned: &PlannedFrame) -> (bool
     });
     let preview =
         preview_path.iter().filter_map(|path| Some(preview_in_the_way(job, path, render_hash)?.at(path)));
-    let in_the_way = frames.chain(preview).min_by_key(|file| !file.is_foreign);
-    (is_done, in_the_way)
+    FilesOfFrame { is_done, in_the_way: frames.chain(preview).min_by_key(|file| !file.is_foreign) }
 }
 
 /// Refuses files that `existing` does not permit to replace; those first that only [`ExistingFiles::Overwrite`] does.

@@ -64,7 +64,8 @@ pub(super) fn import_primitive(
         Some(triangles) => triangles,
         None => read_triangles(context, data, primitive, mode, positions.len(), &pointer)?,
     };
-    let (normals, tangents) = read_tangent_frames(context, data, &attributes, &positions, &triangles)?;
+    let frames = read_tangent_frames(context, data, &attributes, &positions, &triangles)?;
+    let (normals, tangents) = frames.map_or((None, None), |frames| (Some(frames.normals), frames.tangents));
     let variants = variants::of_primitive(context, data.document, raw)?;
     let indices = std::iter::once(material).chain(variants.iter().map(|(_, material)| *material));
     let used: Vec<&Material> = indices.filter_map(|material| materials.get(material.index())).collect();
@@ -136,28 +137,33 @@ fn read_triangles(
     Ok(triangles)
 }
 
-/// Reads unit normals, and unit tangents if there are normals. Exporters write NaN where triangles have no area.
-#[expect(clippy::type_complexity, reason = "two optional lists, named by the caller")]
+/// Unit normals of vertices, and unit tangents, which there are with normals only.
+struct TangentFrames {
+    normals: Vec<Vec3>,
+    tangents: Option<Vec<Vec4>>,
+}
+
+/// Reads the normals and tangents. Exporters write NaN where triangles have no area.
 fn read_tangent_frames(
     context: &mut Context,
     data: &Data,
     attributes: &Attributes,
     positions: &[Vec3],
     triangles: &[[u32; 3]],
-) -> Result<(Option<Vec<Vec3>>, Option<Vec<Vec4>>)> {
+) -> Result<Option<TangentFrames>> {
     let Some(reference) = attributes.find("NORMAL") else {
-        return Ok((None, None));
+        return Ok(None);
     };
     let normals: Vec<[f32; 3]> = data.floats_or_zeros_as(context, reference, &formats::NORMAL)?;
     let mut normals: Vec<Vec3> = normals.into_iter().map(Vec3::from_array).collect();
     normals::normalize(context, &mut normals, positions, triangles, &reference.pointer);
     let Some(reference) = attributes.find("TANGENT") else {
-        return Ok((Some(normals), None));
+        return Ok(Some(TangentFrames { normals, tangents: None }));
     };
     let tangents: Vec<[f32; 4]> = data.floats_or_zeros_as(context, reference, &formats::TANGENT)?;
     let mut tangents: Vec<Vec4> = tangents.into_iter().map(Vec4::from_array).collect();
     normals::normalize_tangents(&mut tangents, &normals);
-    Ok((Some(normals), Some(tangents)))
+    Ok(Some(TangentFrames { normals, tangents: Some(tangents) }))
 }
 
 /// Reads the texture coordinates. Those beyond the first `used_sets` belong to no texture, so that their values and numbers may be wrong. Missing

@@ -11,7 +11,7 @@ mod sample_sums;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use crate::image::{ColorEncoding, Image, Plate, over};
+use crate::image::{Plate, over};
 
 pub use crate::image::PixelWindow;
 pub use aovs::{
@@ -82,13 +82,6 @@ impl Film {
             [r, g, b]
         });
         Some(over_plate.collect())
-    }
-
-    /// The colours as an image of the channels A, B, G and R.
-    pub fn to_image(&self) -> Image {
-        let display_window = PixelWindow::full(self.resolution.0, self.resolution.1);
-        let colors = Image::from_rgba(self.window.size(), ColorEncoding::Linear, &self.pixels_over_plate());
-        Image { display_window, data_window: self.window, ..colors }
     }
 
     /// Writes the pixels of a tile, which lies inside the window.
@@ -201,19 +194,5 @@ mod tests {
         assert_eq!(film.blacken_non_finite(), 2);
         assert_eq!(film.pixels, [[0.0; 4], [1.0; 4], [0.0; 4]]);
         assert_eq!(film.aovs.light, Some(vec![[[0.0; 3]; 6], [[0.5; 3]; 6], [[0.0; 3]; 6]]));
-    }
-
-    #[test]
-    fn films_become_images_with_their_windows() {
-        let window = PixelWindow { x0: 3, y0: 1, x1: 5, y1: 2 };
-        let mut film = Film::new((6, 5), window);
-        film.pixels = vec![[0.1, 0.2, 0.3, 1.0], [f32::INFINITY, 1e6, 0.0, 0.5]];
-        let image = film.to_image();
-        assert_eq!((image.display_window, image.data_window), (PixelWindow::full(6, 5), window));
-        assert_eq!(image.rgba().unwrap(), film.pixels);
-        // Halves have 11 bits, 2⁻¹⁴ apart at 0.1: 1638 · 2⁻¹⁴. The largest one is 65504.
-        let stored = image.rounded_to_halves().rgba().unwrap();
-        assert_eq!((stored[0][0], stored[0][3]), (1638.0 / 16384.0, 1.0));
-        assert_eq!(stored[1], [f32::INFINITY, 65504.0, 0.0, 0.5]);
     }
 }

@@ -16,11 +16,6 @@ impl Aabb {
     /// The empty box, the neutral element of [`Aabb::union`].
     pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
-    /// The smallest box around one point.
-    pub fn from_point(point: Vec3) -> Self {
-        Self { min: point, max: point }
-    }
-
     /// The smallest box around all `points`.
     pub fn from_points(points: &[Vec3]) -> Self {
         points.iter().fold(Self::EMPTY, |bounds, &point| bounds.union_point(point))

@@ -177,7 +177,9 @@ mod tests {
             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
             let point = vertices[0] * (1.0 - u - v) + vertices[1] * u + vertices[2] * v;
             let slack = 1.0e-6 * scale;
-            assert!(parts.iter().any(|part| part.bounds().grown(slack).contains(&Aabb::from_point(point))));
+            assert!(
+                parts.iter().any(|part| part.bounds().grown(slack).contains(&Aabb::from_points(&[point])))
+            );
         }
     }
 }

@@ -207,6 +207,17 @@ mod tests {
     use super::*;
 
     #[test]
+    fn halves_have_11_bits_and_keep_infinity() {
+        let pixels = [[0.1, 0.2, 0.3, 1.0], [f32::INFINITY, 1e6, 0.0, 0.5]];
+        let image = Image::from_rgba((2, 1), ColorEncoding::Linear, &pixels);
+        assert_eq!(image.rgba().unwrap(), pixels);
+        // They are 2⁻¹⁴ apart at 0.1: 1638 · 2⁻¹⁴. The largest one is 65504.
+        let stored = image.rounded_to_halves().rgba().unwrap();
+        assert_eq!((stored[0][0], stored[0][3]), (1638.0 / 16384.0, 1.0));
+        assert_eq!(stored[1], [f32::INFINITY, 65504.0, 0.0, 0.5]);
+    }
+
+    #[test]
     fn without_alpha_all_is_opaque_and_without_colours_there_is_nothing() {
         let mut image = Image::from_rgba((1, 1), ColorEncoding::Linear, &[[0.1, 0.2, 0.3, 0.4]]);
         image.channels.retain(|channel| channel.name != "A");

@@ -41,7 +41,7 @@ pub use compare::{compare, compare_with_each};
 pub use comparison::{Check, Comparison, Mismatch};
 pub use encoded_image::EncodedImage;
 pub use exact::{are_identical, pixel_hash};
-pub use flip::{Exposures, FlipMap, PIXELS_PER_DEGREE, flip_display, flip_light};
+pub use flip::{Exposures, FlipMap, PIXELS_PER_DEGREE, flip_display};
 pub use folder_files::all_files_below;
 pub use heat_map::{heat_map, magma};
 pub use non_finite::{NonFinite, non_finite};

@@ -146,7 +146,7 @@ mod tests {
             Projection::Perspective { fov_y_radians: 0.9, aspect_ratio: None, z_near: 0.0, z_far: None };
         let camera = PosedCamera { projection, ..PosedCamera::default() };
         let projector = Projector::new(&camera, (16, 16));
-        let around = |z: f32| Aabb::from_point(glam::Vec3::Z * z).grown(1.0);
+        let around = |z: f32| Aabb::from_points(&[glam::Vec3::Z * z]).grown(1.0);
         assert!(projected(&projector, &around(0.0), DVec2::ZERO).is_none());
         let behind = projected(&projector, &around(3.0), DVec2::ZERO).unwrap();
         assert_eq!((behind.low, behind.high), (DVec2::INFINITY, DVec2::NEG_INFINITY));

@@ -319,7 +319,7 @@ pub(crate) mod tests {
         let code = Grid::around(&flat).code(flat.max);
         assert_eq!(code & spread(0x1f_ffff) << 1, 0, "the flat axis has no bits");
         assert_ne!(code, 0);
-        let point = Aabb::from_point(Vec3::splat(1.0e30));
+        let point = Aabb::from_points(&[Vec3::splat(1.0e30)]);
         assert_eq!(Grid::around(&point).code(point.min), 0);
     }
 }

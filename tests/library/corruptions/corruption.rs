@@ -83,7 +83,7 @@ fn render(scenes: &Path, scene: &str, edit: impl Fn(&mut Scene)) -> Result<Image
     edit(Arc::make_mut(&mut job.scene));
     let frame = Frame::at(&job.scene, &job.selection, TIME_SECONDS);
     let (film, _) = render_single_frame(&job, &frame, &job.render, &CancelFlag::new())?;
-    Ok(film.to_image().rounded_to_halves())
+    Ok(Image::from_rgba(SIZE, ColorEncoding::Linear, &film.pixels_over_plate()).rounded_to_halves())
 }
 
 /// The third ball is the fifth node.

@@ -148,9 +148,9 @@ mod tests {
                     let [a, b, c] = t.vertices;
                     a * (1.0 - u - v) + b * u + c * v
                 };
-                if bounds.contains(&Aabb::from_point(point(&triangle()))) {
+                if bounds.contains(&Aabb::from_points(&[point(&triangle())])) {
                     inside += 1;
-                    assert!(box_of_part.grown(1.0e-5).contains(&Aabb::from_point(point(&moved))));
+                    assert!(box_of_part.grown(1.0e-5).contains(&Aabb::from_points(&[point(&moved)])));
                 }
             }
         }

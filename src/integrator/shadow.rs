@@ -64,7 +64,7 @@ impl ShadowTransmittance {
 /// Shadow rays that are traced together.
 #[derive(Debug, Default)]
 pub(super) struct ShadowBatch {
-    glass: GlassPassage,
+    passage: GlassPassage,
     rays: Vec<Ray>,
     is_occluded: Vec<bool>,
     /// Whether the ray hits a transparent surface; known for rays that hit no opaque one.
@@ -104,8 +104,8 @@ struct ConstantGlass {
 
 impl ShadowBatch {
     /// A batch without rays.
-    pub(super) fn new(glass: GlassPassage) -> Self {
-        Self { glass, ..Self::default() }
+    pub(super) fn new(passage: GlassPassage) -> Self {
+        Self { passage, ..Self::default() }
     }
 
     /// Adds a ray and returns its index.
@@ -140,12 +140,12 @@ impl ShadowBatch {
     /// Looks for opaque surfaces along all rays and collects the transparent ones.
     pub(super) fn trace(&mut self, context: &IntegratorContext<'_>, counters: &mut TraversalCounters) {
         let Self { rays, is_occluded, is_tinted, transparent_hits, .. } = self;
-        let glass = self.glass;
+        let passage = self.passage;
         transparent_hits.clear();
         is_occluded.resize(rays.len(), false);
         is_tinted.clear();
         is_tinted.resize(rays.len(), Cell::new(false));
-        let solid = |index: usize, hit: &Hit| match occlusion(context, hit, glass) {
+        let solid = |index: usize, hit: &Hit| match occlusion(context, hit, passage) {
             Occlusion::Opaque => true,
             Occlusion::Transparent => {
                 is_tinted[index].set(true);
@@ -178,7 +178,7 @@ impl ShadowBatch {
 
     /// The transmittance of a ray that hits nothing: that of the volume around it.
     fn unhindered(&self, index: u32) -> Vec3 {
-        self.glass.last_stretch(self.media[index as usize].stack(), &self.rays[index as usize], None)
+        self.passage.last_stretch(self.media[index as usize].stack(), &self.rays[index as usize], None)
     }
 
     /// The volumes in which a ray starts; found from where it ends, by what it hits before.
@@ -196,7 +196,7 @@ impl ShadowBatch {
         for _ in 0..TRANSPARENCY_LIMIT {
             let Some(hit) = next(after) else { break };
             after = Some(hit.order());
-            crossed.extend(clear_medium(context, &hit, self.glass).map(|medium| (medium, hit.facing)));
+            crossed.extend(clear_medium(context, &hit, self.passage).map(|medium| (medium, hit.facing)));
         }
         for (medium, facing) in crossed.into_iter().rev() {
             media.cross_back(medium, facing, cache);
@@ -214,14 +214,14 @@ impl ShadowBatch {
         let ray = &self.rays[index as usize];
         let mut cache = self.cache.borrow_mut();
         if self.transparent_hits.is_overfull() {
-            let mut next = |after| next_surface(context, (ray, self.glass), after, counters);
+            let mut next = |after| next_surface(context, (ray, self.passage), after, counters);
             let media = self.media_at_start(context, (index, &mut cache.media), &mut next);
-            through_surfaces(context, (ray, self.glass), (media, &mut *cache), next)
+            through_surfaces(context, (ray, self.passage), (media, &mut *cache), next)
         } else {
             let media =
                 self.media_at_start(context, (index, &mut cache.media), self.transparent_hits.along(index));
             let next = self.transparent_hits.along(index);
-            through_surfaces(context, (ray, self.glass), (media, &mut *cache), next)
+            through_surfaces(context, (ray, self.passage), (media, &mut *cache), next)
         }
     }
 
@@ -253,11 +253,11 @@ fn occlusion(context: &IntegratorContext<'_>, hit: &Hit, passage: GlassPassage) 
 /// where these are too many.
 fn next_surface(
     context: &IntegratorContext<'_>,
-    (ray, glass): (&Ray, GlassPassage),
+    (ray, passage): (&Ray, GlassPassage),
     after: Option<HitOrder>,
     counters: &mut TraversalCounters,
 ) -> Option<Hit> {
-    let is_surface = |hit: &Hit| occlusion(context, hit, glass) != Occlusion::Absent;
+    let is_surface = |hit: &Hit| occlusion(context, hit, passage) != Occlusion::Absent;
     context.view.bvh.closest_hit_of_any_side(ray, after, is_surface, counters)
 }
 
@@ -265,7 +265,7 @@ fn next_surface(
 /// the first surface after a given hit.
 fn through_surfaces(
     context: &IntegratorContext<'_>,
-    (ray, glass): (&Ray, GlassPassage),
+    (ray, passage): (&Ray, GlassPassage),
     (mut media, cache): (MediaStack, &mut ShadowCache),
     mut next: impl FnMut(Option<HitOrder>) -> Option<Hit>,
 ) -> ShadowTransmittance {
@@ -275,15 +275,15 @@ fn through_surfaces(
     let mut after = None;
     for _ in 0..TRANSPARENCY_LIMIT {
         let Some(hit) = next(after) else {
-            transmittance *= glass.last_stretch(&media, ray, Some((reached_t, length)));
+            transmittance *= passage.last_stretch(&media, ray, Some((reached_t, length)));
             return ShadowTransmittance { transmittance, hidden, limit_reached: false };
         };
         after = Some(hit.order());
-        let surface = through_surface(context, (ray, glass), &hit, cache);
+        let surface = through_surface(context, (ray, passage), &hit, cache);
         let to_surface = media.transmittance((hit.t - reached_t) * length);
         hidden += transmittance * to_surface * surface.hidden;
         transmittance *= to_surface * surface.transmittance;
-        if let Some(medium) = clear_medium(context, &hit, glass) {
+        if let Some(medium) = clear_medium(context, &hit, passage) {
             // A ray that started inside a volume unknowingly reveals it where it leaves.
             if hit.facing == Facing::Back && !media.holds(medium.volume) {
                 transmittance *= medium.transmittance((hit.t - ray.t_min) * length);
@@ -298,9 +298,9 @@ fn through_surfaces(
     ShadowTransmittance { limit_reached: true, ..ShadowTransmittance::NONE }
 }
 
-fn clear_medium(context: &IntegratorContext<'_>, hit: &Hit, glass: GlassPassage) -> Option<Medium> {
+fn clear_medium(context: &IntegratorContext<'_>, hit: &Hit, passage: GlassPassage) -> Option<Medium> {
     let straight =
-        glass == GlassPassage::Straight && context.settings.glass_shadows == GlassShadows::Straight;
+        passage == GlassPassage::Straight && context.settings.glass_shadows == GlassShadows::Straight;
     let instance = context.view.frame.instance(hit.triangle);
     straight.then(|| context.interiors.medium(instance)).flatten()
 }

@@ -95,7 +95,8 @@ impl<'a> TextureTable<'a> {
         let Some(Texture { image, sampler, .. }) = self.textures.get(texture.index()) else {
             return;
         };
-        if sampler.mip == MipFilter::None {
+        // Emitters are measured in mip levels whatever the sampler.
+        if sampler.mip == MipFilter::None && key != "emissiveTexture" {
             return;
         }
         let encodings: &[Encoding] = match key {

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 use super::surface::corner_indices;
 use super::texture_lookup::{self, Lookups, TextureProbes};
@@ -108,6 +108,60 @@ pub fn emission_at(view: SceneView<'_>, hit: &Hit) -> Vec3 {
     }
     let texture = texel_at_hit(view, hit, material.emissive_texture.as_ref(), Encoding::Srgb).truncate();
     material.emissive * texture * alpha_at(view, hit)
+}
+
+/// Emitted radiance around a hit, where halving the edges of the triangle so often leaves a part of it. Textures are looked up in a mip
+/// level whose texels are at least as wide, and coverage by its mean.
+pub(crate) fn emission_around(view: SceneView<'_>, hit: &Hit, halvings: u32) -> Vec3 {
+    let instance = view.frame.instance(hit.triangle);
+    let material = &view.frame.materials[instance.material.index()];
+    let corners = corner_indices(view, instance, hit.triangle);
+    let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+    let lookup = |reference: &TextureRef, encoding| {
+        let texels = longest_edge_texels(view, instance, corners, reference);
+        let level = libm::log2f((texels / (1_u64 << halvings) as f32).max(1.0)).ceil() as usize;
+        let [a, b, c] = instance.uvs(view.scene, reference.uv_set as usize, corners);
+        let uv = a * weights[0] + b * weights[1] + c * weights[2];
+        texture_lookup::sample_in_level(view.scene, reference, encoding, (uv, level))
+    };
+    let [color, alpha] = emission_textures(material);
+    let color = color.map_or(Vec3::ONE, |reference| lookup(reference, Encoding::Srgb).truncate());
+    let alpha = alpha.map_or_else(
+        || alpha_at(view, hit),
+        |reference| {
+            let texel = lookup(reference, Encoding::CoveredSrgb).w;
+            (material.base_color.w * texel * vertex_color(view, instance, corners, weights).w).clamp(0.0, 1.0)
+        },
+    );
+    material.emissive * color * alpha
+}
+
+/// Texels along the longest edge of a triangle, in that of the textures behind its emission which has most of them; zero without textures.
+pub(crate) fn emission_texels(view: SceneView<'_>, triangle: u32) -> f32 {
+    let instance = view.frame.instance(triangle);
+    let material = &view.frame.materials[instance.material.index()];
+    let corners = corner_indices(view, instance, triangle);
+    let texels = |reference| longest_edge_texels(view, instance, corners, reference);
+    emission_textures(material).into_iter().flatten().map(texels).fold(0.0, f32::max)
+}
+
+/// The textures behind the emission of a material: of its colour, and of its coverage.
+fn emission_textures(material: &Material) -> [Option<&TextureRef>; 2] {
+    let covering = material.base_color_texture.as_ref().filter(|_| material.alpha_mode != AlphaMode::Opaque);
+    [material.emissive_texture.as_ref(), covering]
+}
+
+fn longest_edge_texels(
+    view: SceneView<'_>,
+    instance: &MeshInstance,
+    corners: [u32; 3],
+    reference: &TextureRef,
+) -> f32 {
+    let image = &view.scene.images[view.scene.textures[reference.texture.index()].image.index()];
+    let size = Vec2::new(image.width as f32, image.height as f32);
+    let [a, b, c] = instance.uvs(view.scene, reference.uv_set as usize, corners);
+    let texels = |edge: Vec2| (reference.transform.of_vector(edge) * size).length();
+    texels(b - a).max(texels(c - b)).max(texels(a - c))
 }
 
 /// Base colour around a hit: the texture is looked up in a mip level of an eighth of its size, but of at least 16 texels a side.

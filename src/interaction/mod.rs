@@ -20,7 +20,7 @@ pub use material::{
     alpha_at, blurred_color_at, catches_shadows, clear_coat_at, emission_at, is_constant, material_values,
     surface_at, untextured_color,
 };
-pub(crate) use material::{is_opaque_at, transmits_at};
+pub(crate) use material::{emission_around, emission_texels, is_opaque_at, transmits_at};
 pub use material_sample::{
     AnisotropySample, ClearCoatSample, IridescenceSample, MaterialSample, SheenSample,
 };

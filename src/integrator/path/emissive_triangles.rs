@@ -4,6 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::emitters::{coat_transmittance, emitted, emitters};
 use super::mis::{LastScatter, power_heuristic};
+use super::triangle_part::TrianglePart;
 use crate::bvh::Hit;
 use crate::geometry::{Facing, Ray, Triangle};
 use crate::integrator::light_sampling::{LightTree, sample_triangle, triangle_pdf};
@@ -13,9 +14,9 @@ use crate::scene_view::SceneView;
 /// The emissive triangles of a frame, prepared for sampling.
 #[derive(Clone, Debug)]
 pub(in crate::integrator) struct EmissiveTriangles {
-    /// Ids of the emissive triangles, ascending.
-    triangles: Vec<u32>,
-    /// Luminance of the power of each.
+    /// What of them emits light, ascending.
+    parts: Vec<TrianglePart>,
+    /// Luminance of the power of each part.
     powers: Vec<f32>,
     tree: LightTree,
 }
@@ -35,24 +36,24 @@ pub(super) struct EmitterSample {
 impl EmissiveTriangles {
     /// The lights of a frame.
     pub(in crate::integrator) fn new(view: SceneView<'_>) -> Self {
-        let (triangles, emitters) = emitters(view);
+        let (parts, emitters) = emitters(view);
         let powers = emitters.iter().map(|emitter| emitter.power).collect();
-        Self { triangles, powers, tree: LightTree::new(&emitters, view.bvh.simd_level()) }
+        Self { parts, powers, tree: LightTree::new(&emitters, view.bvh.simd_level()) }
     }
 
-    /// Their ids, ascending.
-    pub(super) fn triangles(&self) -> &[u32] {
-        &self.triangles
+    /// What of them emits light, ascending.
+    pub(super) fn parts(&self) -> &[TrianglePart] {
+        &self.parts
     }
 
-    /// Luminance of the power of each.
+    /// Luminance of the power of each part.
     pub(super) fn powers(&self) -> &[f32] {
         &self.powers
     }
 
     /// Whether there are none.
     pub(super) fn is_empty(&self) -> bool {
-        self.triangles.is_empty()
+        self.parts.is_empty()
     }
 
     /// Samples a point on an emissive triangle for a surface at `position`. `normal` is that of a surface that scatters light of its own side
@@ -64,13 +65,14 @@ impl EmissiveTriangles {
         (u_emitter, u): (f32, Vec2),
     ) -> Option<EmitterSample> {
         let (emitter, probability) = self.tree.sample(position, normal, u_emitter)?;
-        let triangle = self.triangles[emitter as usize];
+        let part = self.parts[emitter as usize];
+        let triangle = part.triangle;
         let Triangle { vertices } = view.frame.triangles[triangle as usize];
-        let sample = sample_triangle(vertices, position, u)?;
+        let sample = sample_triangle(part.corners(vertices), position, u)?;
         let [a, b, c] = vertices;
         let is_front = (b - a).cross(c - a).dot(sample.direction) < 0.0;
         let facing = if is_front { Facing::Front } else { Facing::Back };
-        let [u, v] = sample.barycentrics;
+        let Vec2 { x: u, y: v } = part.in_triangle(Vec2::from(sample.barycentrics));
         let hit = Hit { t: sample.distance, triangle, u, v, facing };
         let radiance = emitted(view, &hit);
         if radiance == Vec3::ZERO {
@@ -97,11 +99,12 @@ impl EmissiveTriangles {
         last: Option<&LastScatter>,
     ) -> f32 {
         let Some(last) = last else { return 1.0 };
-        let Ok(emitter) = self.triangles.binary_search(&hit.triangle) else { return 1.0 };
+        let at = Vec2::new(hit.u, hit.v);
+        let Some(emitter) = TrianglePart::find(&self.parts, hit.triangle, at) else { return 1.0 };
         let Triangle { vertices } = view.frame.triangles[hit.triangle as usize];
         let span = point.position - last.position;
         let pdf = self.tree.probability(last.position, last.normal, emitter as u32)
-            * triangle_pdf(vertices, last.position, span.normalize());
+            * triangle_pdf(self.parts[emitter].corners(vertices), last.position, span.normalize());
         power_heuristic(last.pdf, pdf)
     }
 }

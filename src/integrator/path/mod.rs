@@ -29,6 +29,7 @@ mod photon_tracing;
 mod scatter;
 mod shade;
 mod shaded_point;
+mod triangle_part;
 mod visible_environment;
 
 pub(super) use dimensions::BounceKeys;

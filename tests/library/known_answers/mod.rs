@@ -18,5 +18,6 @@ mod path;
 mod reflection;
 mod skin;
 mod surface;
+mod textured_lamps;
 mod touching;
 mod visible_environment;

@@ -10,6 +10,7 @@ use crate::color::luminance;
 use crate::geometry::{Facing, Ray, Triangle};
 use crate::integrator::IntegratorContext;
 use crate::integrator::path::emitters::emitted;
+use crate::integrator::path::triangle_part::TrianglePart;
 use crate::integrator::path::visible_environment::random_point;
 use crate::integrator::whitted::local_frame;
 use crate::interaction::SurfacePoint;
@@ -21,10 +22,10 @@ const EMITTER: u32 = 1 << 16;
 const POINT: u32 = EMITTER + 1;
 const DIRECTION: u32 = EMITTER + 2;
 
-/// The emissive triangles of a frame by their power.
+/// What emissive triangles emit light in a frame, by power.
 pub(super) struct PhotonSources<'c, 'a> {
     view: SceneView<'a>,
-    triangles: &'c [u32],
+    parts: &'c [TrianglePart],
     /// Prefix sums of the shares of the power, from 0 to 1.
     sums: Vec<f32>,
     /// Luminance of the power of all.
@@ -47,17 +48,18 @@ impl<'c, 'a> PhotonSources<'c, 'a> {
         let lights = context.emissive_triangles.as_ref().filter(|lights| !lights.is_empty())?;
         let mut sums = vec![0.0; lights.powers().len() + 1];
         let power = prefix_sums(lights.powers().iter().map(|&power| f64::from(power)), &mut sums) as f32;
-        Some(Self { view: context.view, triangles: lights.triangles(), sums, power })
+        Some(Self { view: context.view, parts: lights.parts(), sums, power })
     }
 
     /// The photon of an index; `None` where the source is dark.
     pub(super) fn emit(&self, index: u32) -> Option<EmittedPhoton> {
-        // A triangle by its power, and a side
+        // A part of a triangle by its power, and a side
         let Vec2 { x: u_emitter, y: u_side } = random_point(index, EMITTER);
-        let last = self.triangles.len() - 1;
+        let last = self.parts.len() - 1;
         let emitter = self.sums[1..].partition_point(|&sum| sum <= u_emitter).min(last);
         let probability = self.sums[emitter + 1] - self.sums[emitter];
-        let triangle = self.triangles[emitter];
+        let part = self.parts[emitter];
+        let triangle = part.triangle;
         let is_two_sided = !self.view.frame.flags[triangle as usize].has(TriangleFlags::SINGLE_SIDED);
         let is_front = !is_two_sided || u_side < 0.5;
         let (facing, sign) = if is_front { (Facing::Front, 1.0) } else { (Facing::Back, -1.0) };
@@ -66,13 +68,15 @@ impl<'c, 'a> PhotonSources<'c, 'a> {
         let u_point = random_point(index, POINT);
         let root = u_point.x.sqrt();
         let (u, v) = (root * (1.0 - u_point.y), root * u_point.y);
-        let Triangle { vertices: [a, b, c] } = self.view.frame.triangles[triangle as usize];
+        let Triangle { vertices } = self.view.frame.triangles[triangle as usize];
+        let [a, b, c] = part.corners(vertices);
         let cross = (b - a).cross(c - a);
         let normal = cross.try_normalize()? * sign;
         let position = a + (b - a) * u + (c - a) * v;
 
         // A direction by its cosine
         let direction = local_frame(normal) * cosine_direction(random_point(index, DIRECTION));
+        let Vec2 { x: u, y: v } = part.in_triangle(Vec2::new(u, v));
         let hit = Hit { t: 1.0, triangle, u, v, facing };
         let point = SurfacePoint::flat(self.view, &Ray::new(position + direction, -direction), &hit);
         let radiance = emitted(self.view, &hit);

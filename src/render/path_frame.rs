@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
-use super::pixel_noise::display_error;
+use super::pixel_noise::{display_error, stopping_error};
 use super::sample_plan::path_samples;
 use super::settings::RenderSettings;
 use super::shutter_sample::ShutterSample;
@@ -159,7 +159,7 @@ impl PathFrame {
         }
         self.decision = self.samples.end.min(self.taken.saturating_mul(2));
         for ((is_finished, moments), sums) in self.finished.iter_mut().zip(moments).zip(&self.sums.pixels) {
-            *is_finished = *is_finished || display_error(moments, sums.count, self.exposure_scale) <= noise;
+            *is_finished = *is_finished || stopping_error(moments, sums.count, self.exposure_scale) <= noise;
         }
     }
 

@@ -11,6 +11,7 @@ mod fault_table;
 mod framing;
 mod known_answers;
 mod motion_blur;
+mod noise_threshold;
 mod posing;
 mod references;
 mod renderer;

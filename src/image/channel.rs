@@ -71,11 +71,17 @@ pub fn layer_of(channel: &str) -> &str {
         ("R" | "G" | "B" | "A" | "Y" | "RY" | "BY", _) => BEAUTY,
         ("Z", _) => "depth",
         (_, Some(("forward" | "backward", _))) => "motion",
-        (_, Some((layer, _))) if layer.starts_with("crypto_") => {
-            layer.trim_end_matches(|character: char| character.is_ascii_digit())
-        }
-        (_, Some((layer, _))) => layer,
+        (_, Some((layer, _))) => without_rank(layer),
         (name, None) => name,
+    }
+}
+
+/// A layer without the number of ranks of a Cryptomatte: `crypto_object00` is `crypto_object`.
+pub(super) fn without_rank(layer: &str) -> &str {
+    if is_cryptomatte(layer) {
+        layer.trim_end_matches(|character: char| character.is_ascii_digit())
+    } else {
+        layer
     }
 }
 
@@ -182,6 +188,7 @@ mod tests {
             ("normal.X", "normal"),
             ("backward.v", "motion"),
             ("crypto_object02.A", "crypto_object"),
+            ("View.CryptoMaterial01.r", "View.CryptoMaterial"),
             ("node_id", "node_id"),
             ("View.Combined.R", "View.Combined"),
         ] {

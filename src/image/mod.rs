@@ -13,6 +13,7 @@ use std::borrow::Cow;
 
 use crate::color::srgb_to_linear;
 
+use channel::without_rank;
 pub use channel::{
     BEAUTY, Channel, Samples, finite_f32, half_from_f32, halves_from_f32, is_cryptomatte, layer_of,
 };
@@ -98,7 +99,8 @@ impl Image {
     /// The image with the channels of `layers` alone.
     #[must_use]
     pub fn with_layers(mut self, layers: &[String]) -> Self {
-        self.channels.retain(|channel| layers.iter().any(|layer| layer == layer_of(&channel.name)));
+        self.channels
+            .retain(|channel| layers.iter().any(|layer| without_rank(layer) == layer_of(&channel.name)));
         self
     }
 

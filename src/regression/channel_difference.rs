@@ -28,12 +28,43 @@ pub struct ChannelDifference {
     pub beyond_absolute: usize,
     /// Values beyond the relative limit, as a share of the reference's magnitude.
     pub beyond_relative: usize,
-    /// The largest absolute difference. Ids differ by 1 or by 0.
+    /// The largest absolute difference. Ids differ by 1 or by 0. In a Cryptomatte, that of the coverage of an id.
     pub largest: f64,
     /// Column and row of the largest difference.
     pub largest_at: (u32, u32),
     /// The largest difference as a share of the reference's magnitude; infinite where that is 0.
     pub largest_relative: f64,
+}
+
+impl ChannelDifference {
+    /// No difference of the channel `name`.
+    pub(super) fn named(name: &str) -> Self {
+        Self { channel: name.to_owned(), ..Self::default() }
+    }
+
+    /// Counts the difference of pixel `at` of an image of a width, where the reference has this magnitude, and returns whether it is beyond
+    /// both limits.
+    pub(super) fn count(
+        &mut self,
+        difference: f64,
+        magnitude: f64,
+        limits: &ValueLimits,
+        (at, width): (usize, u32),
+    ) -> bool {
+        if difference == 0.0 {
+            return false;
+        }
+        let relative = difference / magnitude;
+        let beyond = (difference > limits.absolute, relative > limits.relative);
+        self.beyond_absolute += usize::from(beyond.0);
+        self.beyond_relative += usize::from(beyond.1);
+        if difference > self.largest {
+            self.largest = difference;
+            self.largest_at = (at as u32 % width, at as u32 / width);
+        }
+        self.largest_relative = self.largest_relative.max(relative);
+        beyond.0 && beyond.1
+    }
 }
 
 /// Limits on the difference of a value from its reference. A value is too far off when it is beyond both.
@@ -53,7 +84,7 @@ pub fn channel_difference(
     width: u32,
     is_beyond: &mut [bool],
 ) -> ChannelDifference {
-    let mut found = ChannelDifference { channel: name.to_owned(), ..ChannelDifference::default() };
+    let mut found = ChannelDifference::named(name);
     let floats = (values.0.floats(), values.1.floats());
     let values = match (&floats, values) {
         ((Some(actual), Some(reference)), _) => Pair::Floats(actual, reference),
@@ -67,21 +98,7 @@ pub fn channel_difference(
     for (at, is_beyond) in is_beyond.iter_mut().enumerate() {
         found.different += usize::from(!same_bits(values, at));
         let Some((difference, magnitude)) = difference(values, at, &renumbered) else { continue };
-        if difference == 0.0 {
-            continue;
-        }
-        let relative = difference / magnitude;
-        let beyond = (difference > limits.absolute, relative > limits.relative);
-        found.beyond_absolute += usize::from(beyond.0);
-        found.beyond_relative += usize::from(beyond.1);
-        *is_beyond |= beyond.0 && beyond.1;
-        if difference > found.largest {
-            found.largest = difference;
-            found.largest_at = (at as u32 % width, at as u32 / width);
-        }
-        if relative > found.largest_relative {
-            found.largest_relative = relative;
-        }
+        *is_beyond |= found.count(difference, magnitude, limits, (at, width));
     }
     found
 }

@@ -6,10 +6,12 @@ use super::color_checks::{ColorMeasure, measure_colors};
 use super::common_form::{in_form_of, is_light};
 use super::comparison::{Check, Comparison, Mismatch};
 use super::exact::are_identical;
+use super::matte_difference::matte_differences;
 use super::non_finite::non_finite;
 use super::presets::Limits;
 use super::verdict::Verdict;
 use super::{Channel, Image, Samples};
+use crate::image::is_cryptomatte;
 
 /// Compares an image with its reference.
 ///
@@ -197,8 +199,15 @@ fn layer_difference(
 ) -> LayerDifference {
     let width = reference.size().0;
     let mut is_beyond = vec![false; reference.data_window.pixel_count()];
-    let mut channels = Vec::new();
+    let mut channels = if is_cryptomatte(layer) {
+        matte_differences(layer, [actual, reference], limits, &mut is_beyond)
+    } else {
+        Vec::new()
+    };
     for channel in reference.channels_of(layer).filter(|channel| is_compared(channel)) {
+        if channels.iter().any(|compared| compared.channel == channel.name) {
+            continue;
+        }
         let ours = actual.channel(&channel.name);
         if let Some(ours) = ours.filter(|ours| have_one_type(&ours.samples, &channel.samples)) {
             let values = (&ours.samples, &channel.samples);

@@ -22,6 +22,7 @@ mod exact;
 mod flip;
 mod folder_files;
 mod heat_map;
+mod matte_difference;
 mod non_finite;
 mod pooling;
 mod presets;

@@ -20,6 +20,7 @@ mod exr_rgba;
 mod exr_write;
 mod ffmpeg;
 mod film_encoder;
+mod frame_delays;
 mod isolated;
 mod job_list;
 mod ktx2;

@@ -14,6 +14,7 @@ use image::{Delay, RgbaImage};
 use super::atomic::{Replacement, begin_replacing};
 use super::ffmpeg::{ffmpeg, has_ffmpeg, over_black};
 use super::film_encoder::FilmEncoder;
+use super::frame_delays::{png_delay, rounded_delay};
 use super::movie_mark::{MOVIE_MARK, gif_comment_and_trailer};
 use super::webp_animation::{self, WebpAnimation};
 use crate::cancel::CancelFlag;
@@ -234,24 +235,6 @@ fn animated_png(
     encoder.write_header()
 }
 
-/// Seconds a frame as a fraction of 16-bit integers, exact where possible.
-fn png_delay((numerator, denominator): (u32, u32)) -> (u16, u16) {
-    if let (Ok(seconds), Ok(parts)) = (u16::try_from(denominator), u16::try_from(numerator)) {
-        return (seconds, parts);
-    }
-    let ten_thousandths = 1e4 * f64::from(denominator) / f64::from(numerator);
-    (ten_thousandths.round().clamp(1.0, 65535.0) as u16, 10_000)
-}
-
-/// Duration of frame `index` in whole parts of a second, `parts` to the second. Rounding errors do not accumulate over frames.
-fn rounded_delay(index: u64, (numerator, denominator): (u32, u32), parts: u32) -> u32 {
-    let start = |index: u64| {
-        let exact = u128::from(parts) * u128::from(index) * u128::from(denominator);
-        (exact + u128::from(numerator) / 2) / u128::from(numerator.max(1))
-    };
-    u32::try_from(start(index + 1) - start(index)).unwrap_or(u32::MAX)
-}
-
 /// Of so many pixels at a time the palette learns from one, up to the 10 that look as good as 1 and take a fraction of the time. It takes
 /// some 25,000 to learn the colours of small things.
 fn gif_speed((width, height): (u32, u32)) -> i32 {
@@ -301,10 +284,6 @@ mod tests {
             assert_eq!(frame.buffer().as_raw().as_slice(), expected.as_flattened());
         }
         assert_eq!(written("a.png"), bytes);
-        assert_eq!(
-            [(24, 1), (24000, 1001), (100_000, 1)].map(png_delay),
-            [(1, 24), (1001, 24000), (1, 10_000)]
-        );
     }
 
     #[test]

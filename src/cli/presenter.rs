@@ -65,7 +65,10 @@ impl<'a> Presenter<'a> {
             }
             return Ok(Vec::new());
         }
-        let made = write_sequence_outputs(self.job, self.plan, look, cancel)?;
+        let (made, warnings) = write_sequence_outputs(self.job, self.plan, look, cancel)?;
+        for warning in &warnings {
+            print_warning(&warning.to_string());
+        }
         for path in made.iter().filter(|_| !self.is_quiet) {
             print_note(&format!("all frames together: {}", path.display()));
         }

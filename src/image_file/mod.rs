@@ -21,6 +21,7 @@ mod exr_write;
 mod ffmpeg;
 mod film_encoder;
 mod frame_delays;
+mod gif_frames;
 mod isolated;
 mod job_list;
 mod ktx2;

@@ -46,7 +46,10 @@ impl SequenceRenderer {
             return Err(Error::Interrupted(Cancelled));
         }
         if let (true, Some(look)) = (summary.failed.is_empty(), summary.look) {
-            write_sequence_outputs(&self.job, &plan, look, &self.cancel)?;
+            let (_, warnings) = write_sequence_outputs(&self.job, &plan, look, &self.cancel)?;
+            for warning in &warnings {
+                on_event(SequenceEvent::Warned(warning));
+            }
         }
         Ok(summary)
     }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 
 use crate::cancel::CancelFlag;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Warning};
 use crate::image_file::{DisplayImage, decode_png};
 use crate::output::PreviewLook;
 
@@ -16,7 +16,7 @@ use super::stored_frame::display_exr;
 use super::{OutputFormat, Plan, PlannedFrame, SequenceJob, SequenceOutputs};
 
 /// Writes the movie and the contact sheet of `job` from the frames of `plan`, in the order of their numbers. All frames must
-/// exist. Returns the paths.
+/// exist. Returns the paths, and what the movie does not keep of its frames.
 ///
 /// # Errors
 /// Those of reading the frames and writing the files; [`Error::Interrupted`] when `cancel` is raised.
@@ -25,17 +25,17 @@ pub fn write_sequence_outputs(
     plan: &Plan,
     look: PreviewLook,
     cancel: &CancelFlag,
-) -> Result<Vec<PathBuf>> {
+) -> Result<(Vec<PathBuf>, Vec<Warning>)> {
     let mut frames: Vec<&PlannedFrame> = plan.frames.iter().collect();
     frames.sort_by_key(|planned| planned.frame);
     let SequenceOutputs { movie, contact_sheet, .. } = &job.sequence_outputs;
     let paths: Vec<_> = job.sequence_outputs.files().map(|(path, _)| path.to_owned()).collect();
     if job.output.is_movie() {
         // The frames went to these files as they were rendered.
-        return Ok(paths);
+        return Ok((paths, Vec::new()));
     }
     if frames.is_empty() || (movie.is_none() && contact_sheet.is_none()) {
-        return Ok(Vec::new());
+        return Ok((Vec::new(), Vec::new()));
     }
     let mut files = JointFiles::begin(job, movie.as_deref(), frames.len() as u32, cancel)?;
 
@@ -48,8 +48,7 @@ pub fn write_sequence_outputs(
             files.add(planned.frame, &image)?;
         }
     }
-    files.finish()?;
-    Ok(paths)
+    Ok((paths, files.finish()?))
 }
 
 /// Number of frames read at a time: one a thread, but no more than fit into memory together.

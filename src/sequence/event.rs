@@ -48,8 +48,8 @@ pub enum SequenceEvent<'a> {
     FrameImage(&'a DisplayImage),
     /// A frame failed.
     FrameFailed(&'a PlannedFrame, &'a Error),
-    /// A warning about the rendered frames.
+    /// A warning about the rendered frames or their movie.
     Warned(&'a Warning),
-    /// The run is over; no event follows.
+    /// The run is over; no event follows but warnings about a movie beside the frames.
     Finished(&'a Summary),
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::cancel::CancelFlag;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Warning};
 use crate::image_file::{
     CONTACT_SHEET, DisplayImage, MovieFormat, MovieWriter, encode_png, write_atomically,
 };
@@ -58,11 +58,12 @@ impl<'a> JointFiles<'a> {
         Ok(())
     }
 
-    /// Completes the files under their names.
+    /// Completes the files under their names. Returns what the movie does not keep of its frames.
     ///
     /// # Errors
     /// Those of writing them.
-    pub(super) fn finish(self) -> Result<()> {
+    pub(super) fn finish(self) -> Result<Vec<Warning>> {
+        let warnings = self.movie.as_ref().map(MovieWriter::warnings).unwrap_or_default();
         if let Some(movie) = self.movie {
             movie.finish()?;
         }
@@ -70,6 +71,6 @@ impl<'a> JointFiles<'a> {
             let DisplayImage { size, pixels } = sheet.image();
             write_atomically(path, &encode_png(*size, pixels, CONTACT_SHEET)?)?;
         }
-        Ok(())
+        Ok(warnings)
     }
 }

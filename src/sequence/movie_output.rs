@@ -41,7 +41,10 @@ impl<'a> MovieOutput<'a> {
         files.add(frame, image)?;
         self.added += 1;
         if self.added == self.frames {
-            return files.finish();
+            for warning in &files.finish()? {
+                on_event(SequenceEvent::Warned(warning));
+            }
+            return Ok(());
         }
         self.files = Some(files);
         Ok(())

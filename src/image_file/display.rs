@@ -7,6 +7,7 @@ use std::path::Path;
 use image::{ImageFormat, ImageReader};
 
 use super::isolated::isolated;
+use super::png_text::png_frames;
 use crate::error::{Error, Result, over_limit};
 use crate::image::{ColorEncoding, Image};
 
@@ -73,9 +74,17 @@ pub fn decode_png(path: &Path, bytes: &[u8]) -> Result<DisplayImage> {
 /// Decodes a PNG file of any kind to sRGB values between 0 and 1, with straight alpha where the file has any, in the file's precision.
 ///
 /// # Errors
-/// [`Error::Invalid`] when `bytes`, the content of `path`, are not a PNG file; [`Error::Refused`] when they would take more
-/// than `max_memory_bytes`.
+/// [`Error::Invalid`] when `bytes`, the content of `path`, are not a PNG file, or an animated one of several frames; [`Error::Refused`] when
+/// they would take more than `max_memory_bytes`.
 pub fn decode_png_values(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Image> {
+    let frames = png_frames(bytes);
+    if frames > 1 {
+        return Err(Error::invalid(
+            path,
+            "",
+            format!("is a movie of {frames} frames; compare its frames as files"),
+        ));
+    }
     let damaged =
         |error: image::ImageError| Error::invalid(path, "", format!("not a readable PNG file: {error}"));
     let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
@@ -99,6 +108,23 @@ pub fn decode_png_values(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Re
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn animated_files_are_no_images() {
+        let decoded = |frames: u32| {
+            let mut bytes = Vec::new();
+            let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
+            encoder.set_animated(frames, 0).unwrap();
+            let mut writer = encoder.write_header().unwrap();
+            (0..frames).for_each(|frame| writer.write_image_data(&[frame as u8]).unwrap());
+            writer.finish().unwrap();
+            decode_png_values(Path::new("a.png"), &bytes, 1 << 20)
+        };
+        let error = decoded(6).unwrap_err();
+        assert_eq!(error.exit_code(), 65);
+        assert!(error.to_string().contains("is a movie of 6 frames"), "{error}");
+        assert_eq!(decoded(1).unwrap().size(), (1, 1));
+    }
 
     #[test]
     fn reduced_images_are_means() {

@@ -49,6 +49,19 @@ pub fn inspect_png(path: &Path) -> Result<StoredFrame, String> {
     }
 }
 
+/// Number of frames of an animated PNG file (PNG specification, third edition, 11.3.6.1), 1 of any other.
+pub(super) fn png_frames(bytes: &[u8]) -> u32 {
+    let mut rest = bytes.strip_prefix(SIGNATURE).unwrap_or_default();
+    // The chunk stands before the pixels.
+    while let Some((typed, after)) = next_chunk(rest).filter(|(typed, _)| !typed.starts_with(b"IDAT")) {
+        if let Some(frames) = typed.strip_prefix(b"acTL").and_then(|data| data.get(..4)) {
+            return be_u32(frames);
+        }
+        rest = after;
+    }
+    1
+}
+
 /// Big-endian number of four bytes; 0 for any other length.
 fn be_u32(bytes: &[u8]) -> u32 {
     bytes.try_into().map_or(0, u32::from_be_bytes)

@@ -132,6 +132,20 @@ fn movies_and_contact_sheets_are_in_the_manifest() {
 }
 
 #[test]
+fn animated_pngs_are_checked_whatever_their_ending() {
+    let stage = Stage::of_frames("1-2");
+    assert_eq!(stage.render(&["--overwrite", "--movie", "out/m.apng"]).status.code(), Some(0));
+    assert_eq!(stage.check(&["out/m.apng"]), (Some(0), vec!["1 whole file".to_owned()]));
+    let mut bytes = stage.bytes("out/m.apng");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    stage.write("out/m.apng", &bytes);
+    assert_eq!(stage.check(&["out/m.apng"]).0, Some(1));
+    // It is no image of which the first frame alone would be compared.
+    assert_eq!(stage.run(&["diff", "out/m.apng", "out/m.apng"]).status.code(), Some(65));
+}
+
+#[test]
 fn a_delivery_is_compared_with_its_manifest() {
     let stage = Stage::new();
     let manifest = ["--manifest", "out/manifest.json"];

@@ -45,7 +45,7 @@ pub(super) fn of_file(path: &Path, listed: Option<&ListedFile>) -> (FileStatus, 
 fn by_its_checksum(path: &Path) -> (FileStatus, String) {
     let damaged = |why: String| (FileStatus::Damaged, format!("is damaged: {why}"));
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    if extension == OsStr::new("png") {
+    if extension == OsStr::new("png") || extension == OsStr::new("apng") {
         return match inspect_png(path) {
             Ok(_) => (FileStatus::Whole, String::new()),
             Err(why) => damaged(why),

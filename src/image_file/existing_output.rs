@@ -9,6 +9,7 @@ use std::path::Path;
 use super::exr_header::MAGIC;
 use super::movie_mark::MOVIE_MARK;
 use super::png_text::SIGNATURE;
+use super::stored_frame::saved_by;
 use crate::error::{Error, Result};
 
 /// Bytes that are read at each end of a file.
@@ -175,8 +176,9 @@ fn has_exr_mark(ends: &[u8]) -> bool {
 }
 
 /// Whether a file that is no whole EXR frame may be what is left of one of this program, or is zeros, as some are after the system stopped.
+/// One that another program has saved since is that program's.
 pub(crate) fn may_be_damaged_exr(path: &Path) -> bool {
-    ends_of(path).is_ok_and(|ends| is_zeros(&ends) || has_exr_mark(&ends))
+    ends_of(path).is_ok_and(|ends| is_zeros(&ends) || has_exr_mark(&ends) && saved_by(path).is_none())
 }
 
 /// The same of PNG frames. One that was cut off has lost its mark, so that it may be of any program.

@@ -62,7 +62,7 @@ pub use png_text::inspect_png;
 pub use png_write::encode_png;
 pub use regular_file::read_regular_file;
 pub(crate) use regular_file::{MAX_LFS_POINTER_BYTES, check_fetched, is_lfs_pointer};
-pub use stored_frame::{StoredFrame, inspect_exr};
+pub use stored_frame::{StoredFrame, inspect_exr, saved_by};
 pub(crate) use texture_decode::{
     DecodedTexels, decode_texels, decompression_bomb, image_header, png_decompression_bomb,
 };

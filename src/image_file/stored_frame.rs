@@ -10,6 +10,7 @@ use exr::meta::header::Header;
 use super::exr_attributes::{RENDER_HASH, SAMPLE_RANGE};
 use super::exr_checksum::{ExrIntegrity, verify_exr};
 use super::exr_chunks::check_chunks;
+use super::exr_header::ExrHeader;
 use super::isolated::isolated;
 use crate::image::PixelWindow;
 
@@ -36,7 +37,10 @@ pub fn inspect_exr(path: &Path) -> Result<StoredFrame, String> {
     let mut file = BufReader::new(File::open(path).map_err(text)?);
     let integrity = verify_exr(&mut file).map_err(text)?;
     if integrity == ExrIntegrity::Damaged {
-        return Err("its bytes do not match its checksum".to_owned());
+        return Err(match saved_by(path) {
+            None => "its bytes do not match its checksum".to_owned(),
+            Some(program) => format!("{program} has saved it since it was rendered"),
+        });
     }
     check_chunks(&mut file)?;
     file.rewind().map_err(text)?;
@@ -45,6 +49,17 @@ pub fn inspect_exr(path: &Path) -> Result<StoredFrame, String> {
         return Err("it has no checksum".to_owned());
     }
     Ok(stored)
+}
+
+/// The other program that has saved an EXR file of this one, by the attribute `software`. Such programs copy the checksum, too. A name in
+/// which bits have changed is no other program's.
+pub fn saved_by(path: &Path) -> Option<String> {
+    const OWN: &[u8] = b"rayframe";
+    let header = ExrHeader::read(path).ok()?;
+    // OpenImageIO has a capital letter.
+    let software = ["software", "Software"].into_iter().find_map(|name| header.text(name))?;
+    let same = software.bytes().zip(OWN).filter(|(letter, own)| letter == *own).count();
+    (same < OWN.len() / 2 && !software.is_empty()).then_some(software)
 }
 
 fn inspect(file: BufReader<File>) -> Result<StoredFrame, String> {

@@ -31,7 +31,19 @@ fn resuming_replaces_damaged_frames_of_this_program_alone() {
         damaged[at] ^= 1;
         damaged
     });
-    let cases: [(&str, &[u8], bool); 13] = [
+    // Another program saves the frame with all attributes but its own name; or a bit of that has changed.
+    let [saved, renamed] = [&b"OpenImag"[..], b"rayfrale"].map(|name| {
+        let mut saved = exr.clone();
+        let attribute = b"software\0string\0";
+        let at = saved.windows(attribute.len()).position(|part| part == attribute).unwrap();
+        saved[at] = if name == b"OpenImag" { b'S' } else { b's' };
+        let value = at + attribute.len() + 4;
+        saved[value..value + name.len()].copy_from_slice(name);
+        saved
+    });
+    let cases: [(&str, &[u8], bool); 15] = [
+        ("a.exr", &saved, false),
+        ("a.exr", &renamed, true),
         ("a.exr", &exr[..exr.len() / 2], true),
         ("a.exr", &[&exr[..], b"\n"].concat(), true),
         ("a.exr", &no_checksum, true),

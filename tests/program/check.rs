@@ -132,6 +132,23 @@ fn movies_and_contact_sheets_are_in_the_manifest() {
 }
 
 #[test]
+fn frames_that_another_program_has_saved_are_neither_damaged_nor_replaced() {
+    let stage = Stage::of_frames("1");
+    let mut saved = stage.bytes("out/a.0001.exr");
+    let own = b"software\0string\0";
+    let at = saved.windows(own.len()).position(|part| part == own).unwrap() + own.len() + 4;
+    saved[at..at + 8].copy_from_slice(b"OpenImag");
+    stage.write("out/a.0001.exr", &saved);
+    let report = stage.json(&["out/a.0001.exr"]);
+    assert_eq!(report["files"][0]["status"], "unknown", "{report}");
+    let message = report["files"][0]["message"].as_str().unwrap();
+    assert!(message.contains("OpenImag") && message.contains("has saved it since"), "{message}");
+    let resumed = stage.render(&["--resume"]);
+    assert_eq!(resumed.status.code(), Some(73), "{resumed:?}");
+    assert!(stage.bytes("out/a.0001.exr") == saved);
+}
+
+#[test]
 fn animated_pngs_are_checked_whatever_their_ending() {
     let stage = Stage::of_frames("1-2");
     assert_eq!(stage.render(&["--overwrite", "--movie", "out/m.apng"]).status.code(), Some(0));

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::Path;
 
-use rayframe::image_file::{ExrIntegrity, inspect_exr, inspect_png, verify_exr};
+use rayframe::image_file::{ExrIntegrity, inspect_exr, inspect_png, saved_by, verify_exr};
 use rayframe::sequence::{ListedFile, sha256_of_file};
 
 use super::checked_file::FileStatus;
@@ -57,7 +57,10 @@ fn by_its_checksum(path: &Path) -> (FileStatus, String) {
     match File::open(path).and_then(|file| verify_exr(&mut BufReader::new(file))) {
         Err(error) => unreadable(&error),
         Ok(ExrIntegrity::Whole) => (FileStatus::Whole, String::new()),
-        Ok(ExrIntegrity::Damaged) => damaged("its bytes do not match its checksum".to_owned()),
+        Ok(ExrIntegrity::Damaged) => match saved_by(path) {
+            None => damaged("its bytes do not match its checksum".to_owned()),
+            Some(program) => unknown(&format!("its checksum is out of date: {program} has saved it since")),
+        },
         Ok(ExrIntegrity::NoChecksum) => match inspect_exr(path) {
             Err(why) => damaged(why),
             Ok(_) => unknown("has no checksum: another program wrote it"),

@@ -200,10 +200,10 @@ fn numbered_name(name: &str) -> (String, Option<i64>) {
         return (name.to_owned(), None);
     };
     let digits = stem[..=last].rfind(|character: char| !character.is_ascii_digit()).map_or(0, |at| at + 1);
-    // A minus sign belongs to the number after a dot or at the start of the name, but not in `shot-0001`.
+    // A minus sign belongs to the number, as in `a_-001` and `shot--001`, but not after a letter or digit, as in `shot-0001`.
     let before = &stem[..digits];
     let start = match before.strip_suffix('-') {
-        Some(rest) if rest.is_empty() || rest.ends_with('.') => digits - 1,
+        Some(rest) if !rest.ends_with(char::is_alphanumeric) => digits - 1,
         _ => digits,
     };
     match stem[start..=last].parse() {
@@ -268,6 +268,21 @@ mod tests {
         }
         let paired = pair_files(ours.path(), &theirs.path().join("b_#.exr")).unwrap();
         assert_eq!(frames_of(&paired), [1, 2]);
+    }
+
+    #[test]
+    fn a_minus_belongs_to_a_number_unless_it_follows_a_word() {
+        for (name, frame) in [
+            ("a.-001.exr", -1),
+            ("-3.exr", -3),
+            ("neg_-001.exr", -1),
+            ("shot--001.exr", -1),
+            ("shot-0001.exr", 1),
+            ("v2-0001.exr", 1),
+            ("\u{e9}-0001.exr", 1),
+        ] {
+            assert_eq!(frame_number(Path::new(name)), Some(frame), "{name}");
+        }
     }
 
     #[test]

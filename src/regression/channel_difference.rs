@@ -4,7 +4,8 @@ use std::collections::{HashMap, HashSet};
 
 use serde::Serialize;
 
-use super::Samples;
+use super::common_form::holds_counts;
+use super::{Samples, layer_of};
 
 /// The differences of one EXR layer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -88,12 +89,15 @@ pub fn channel_difference(
     let floats = (values.0.floats(), values.1.floats());
     let values = match (&floats, values) {
         ((Some(actual), Some(reference)), _) => Pair::Floats(actual, reference),
+        (_, (Samples::Uint(actual), Samples::Uint(reference))) if holds_counts(layer_of(name)) => {
+            Pair::Counts(actual, reference)
+        }
         (_, (Samples::Uint(actual), Samples::Uint(reference))) => Pair::Ids(actual, reference),
         _ => Pair::Mixed,
     };
     let renumbered = match values {
         Pair::Ids(actual, reference) => renumbering(actual, reference),
-        Pair::Floats(..) | Pair::Mixed => HashMap::new(),
+        Pair::Floats(..) | Pair::Counts(..) | Pair::Mixed => HashMap::new(),
     };
     for (at, is_beyond) in is_beyond.iter_mut().enumerate() {
         found.different += usize::from(!same_bits(values, at));
@@ -108,6 +112,7 @@ pub fn channel_difference(
 enum Pair<'a> {
     Floats(&'a [f32], &'a [f32]),
     Ids(&'a [u32], &'a [u32]),
+    Counts(&'a [u32], &'a [u32]),
     /// Floats and ids.
     Mixed,
 }
@@ -115,7 +120,7 @@ enum Pair<'a> {
 fn same_bits(values: Pair<'_>, at: usize) -> bool {
     match values {
         Pair::Floats(actual, reference) => actual[at].to_bits() == reference[at].to_bits(),
-        Pair::Ids(actual, reference) => actual[at] == reference[at],
+        Pair::Ids(actual, reference) | Pair::Counts(actual, reference) => actual[at] == reference[at],
         Pair::Mixed => false,
     }
 }
@@ -128,6 +133,10 @@ fn difference(values: Pair<'_>, at: usize, renumbered: &HashMap<u32, u32>) -> Op
             let (actual, reference) = (f64::from(actual[at]), f64::from(reference[at]));
             let is_finite = actual.is_finite() && reference.is_finite();
             is_finite.then(|| ((actual - reference).abs(), reference.abs()))
+        }
+        Pair::Counts(actual, reference) => {
+            let (actual, reference) = (f64::from(actual[at]), f64::from(reference[at]));
+            Some(((actual - reference).abs(), reference))
         }
         Pair::Ids(actual, reference) => {
             let is_other = renumbered.get(&reference[at]) != Some(&actual[at]);
@@ -173,6 +182,21 @@ mod tests {
         assert_eq!((found.different, found.beyond_absolute, found.beyond_relative), (4, 2, 2));
         assert_eq!((found.largest, found.largest_at, found.largest_relative), (0.5, (0, 0), 0.5));
         assert_eq!(beyond, [false, true, false, false, false, false]);
+    }
+
+    #[test]
+    fn counts_of_samples_are_numbers() {
+        let difference = |name: &str| {
+            let values = (&Samples::Uint(vec![16, 17, 16, 0]), &Samples::Uint(vec![64, 16, 16, 0]));
+            let mut beyond = [false; 4];
+            let limits = ValueLimits { absolute: 0.0, relative: 0.5 };
+            let found = channel_difference(name, values, &limits, 4, &mut beyond);
+            (found.different, found.largest, found.largest_relative, beyond)
+        };
+        for name in ["sample_count", "sums.count"] {
+            assert_eq!(difference(name), (2, 48.0, 0.75, [true, false, false, false]));
+        }
+        assert_eq!(difference("node_id").1, 1.0);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use super::{Channel, Image, Samples};
 use crate::image::{is_cryptomatte, layer_of};
+use crate::image_file::SUM_LAYER;
 use crate::output::Aov;
 
 /// The image as `other` holds it: without the alpha of a layer whose every pixel is opaque, where the other has that layer without alpha, and
@@ -43,6 +44,12 @@ fn ids_of(channel: &Channel, other: &Image) -> Option<Vec<u32>> {
 pub(super) fn is_light(layer: &str, image: &Image) -> bool {
     let known = Aov::ALL.into_iter().find(|known| known.name() == layer);
     known.is_none_or(Aov::is_light) && image.has_colors(layer) && !is_cryptomatte(layer)
+}
+
+/// Whether integers of a layer are numbers rather than ids: counts of samples, and sums of samples. They are statistics of a render, which
+/// have no limit but where every bit counts.
+pub(super) fn holds_counts(layer: &str) -> bool {
+    layer == Aov::SampleCount.name() || layer == SUM_LAYER.trim_end_matches('.')
 }
 
 #[cfg(test)]

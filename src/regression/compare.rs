@@ -3,7 +3,7 @@
 use super::cause::likely_cause;
 use super::channel_difference::{LayerDifference, ValueLimits, channel_difference};
 use super::color_checks::{ColorMeasure, measure_colors};
-use super::common_form::{in_form_of, is_light};
+use super::common_form::{holds_counts, in_form_of, is_light};
 use super::comparison::{Check, Comparison, Mismatch};
 use super::exact::are_identical;
 use super::matte_difference::matte_differences;
@@ -141,7 +141,9 @@ fn compare_layers(comparison: &mut Comparison, actual: &Image, reference: &Image
         let is_light = is_light(layer, reference);
         let layer_limits = if is_light { light } else { data };
         let difference = layer_difference(layer, images, layer_limits.0, |_| true);
-        comparison.checks.extend(share_check(layer, &difference, layer_limits, pixels));
+        if !holds_counts(layer) {
+            comparison.checks.extend(share_check(layer, &difference, layer_limits, pixels));
+        }
         comparison.layers.push(difference);
         if is_light {
             // Such as a depth beside the colours of a layer.
@@ -299,6 +301,23 @@ mod tests {
         }
         let worst = compare(&gone, &reference, &Preset::Visual.limits()).flip.and_then(|flip| flip.object);
         assert_eq!(worst.map(|worst| worst.id), Some(2));
+    }
+
+    #[test]
+    fn counts_of_samples_have_no_limit() {
+        let with_count = |count: u32| {
+            let mut image = flat((20, 20), 0.5);
+            let samples = Samples::Uint((0..400).map(|at| count + at % 3).collect());
+            image.channels.push(Channel { name: "sample_count".to_owned(), samples });
+            image
+        };
+        for preset in [Preset::Strict, Preset::Visual, Preset::Noisy] {
+            let comparison = compare(&with_count(16), &with_count(64), &preset.limits());
+            assert_eq!(comparison.verdict(), Verdict::Changed, "{:?}", comparison.failures());
+            let told = comparison.largest_measure().unwrap();
+            assert!(told.starts_with("largest difference of sample_count: 48, at"), "{told}");
+        }
+        assert!(!compare(&with_count(16), &with_count(64), &Preset::Exact.limits()).passes());
     }
 
     #[test]

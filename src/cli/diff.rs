@@ -14,8 +14,9 @@ mod text;
 
 use crate::progress::{print_json, print_output, print_warning};
 use rayframe::error::{Error, Result};
+use rayframe::image::PixelWindow;
 use rayframe::image_file::write_single_file;
-use rayframe::regression::{FilePair, Image, compare, pair_files, pixel_hash};
+use rayframe::regression::{FilePair, FlipMap, Image, compare, pair_files, pixel_hash};
 
 pub(super) use args::DiffArgs;
 use asset_options::is_scene;
@@ -53,7 +54,9 @@ fn run_images(args: &DiffArgs) -> Result<bool> {
         let (report, map) = compared(args, pair, page.as_mut())?;
         for pattern in [&heat_map, &flip_map].into_iter().flatten() {
             match &map {
-                Some(map) => write_single_file(&pattern.path(pair.frame), &pattern.encoded(map)?)?,
+                Some((map, windows)) => {
+                    write_single_file(&pattern.path(pair.frame), &pattern.encoded(map, *windows)?)?;
+                }
                 None => print_warning(&format!(
                     "{} and {}: no map, because their sizes differ or they have no colours",
                     pair.actual.display(),
@@ -75,11 +78,14 @@ fn run_images(args: &DiffArgs) -> Result<bool> {
     Ok(!args.fail_on.value().fails(report.verdict))
 }
 
+/// A map, and the display and the data window of its reference.
+type WindowedMap = (FlipMap, [PixelWindow; 2]);
+
 fn compared(
     args: &DiffArgs,
     pair: &FilePair,
     page: Option<&mut DiffPage>,
-) -> Result<(FrameReport, Option<rayframe::regression::FlipMap>)> {
+) -> Result<(FrameReport, Option<WindowedMap>)> {
     let read = |path: &std::path::Path| Image::read_within(path, args.bytes_a_side());
     let whole = (read(&pair.actual)?, read(&pair.reference)?);
     let layers = layer_options::aovs_in_files(&args.aovs, &[whole.0.layers(), whole.1.layers()].concat())
@@ -93,5 +99,6 @@ fn compared(
         page.add(pair, [&whole.0, &whole.1], &comparison, map.as_ref());
     }
     let hashes = [pixel_hash(&actual), pixel_hash(&reference)];
-    Ok((FrameReport::new(pair, comparison, hashes), map))
+    let windows = [reference.display_window, reference.data_window];
+    Ok((FrameReport::new(pair, comparison, hashes), map.map(|map| (map, windows))))
 }

@@ -62,7 +62,8 @@ fn limited(
             likely_cause(actual, reference, &beyond_limits(&comparison.layers, reference, limits))
         }
     };
-    comparison
+    let window = reference.data_window;
+    comparison.of_window_at((window.x0, window.y0))
 }
 
 /// Whether all values have the same bits, all are finite, and the scenes have the same content.
@@ -125,7 +126,9 @@ fn mismatches(actual: &Image, reference: &Image) -> Vec<Mismatch> {
                 }
                 Some(_) => {}
             }
-            if let Some(values) = non_finite(channel, image.size().0) {
+            if let Some(mut values) = non_finite(channel, image.size().0) {
+                let (x, y) = values.first_at;
+                values.first_at = (x + image.data_window.x0, y + image.data_window.y0);
                 mismatches.push(Mismatch::NotFinite { in_reference: is_reference, values });
             }
         }
@@ -223,6 +226,7 @@ fn layer_difference(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::PixelWindow;
     use crate::regression::color_checks::OBJECT_IDS;
     use crate::regression::{ColorEncoding, Preset};
 
@@ -318,6 +322,28 @@ mod tests {
             assert!(told.starts_with("largest difference of sample_count: 48, at"), "{told}");
         }
         assert!(!compare(&with_count(16), &with_count(64), &Preset::Exact.limits()).passes());
+    }
+
+    #[test]
+    fn positions_in_crops_are_those_of_the_whole_image() {
+        let cropped = |change: f32| {
+            let mut image = flat((31, 31), 0.5);
+            red(&mut image)[10 * 31 + 20] += change;
+            image.data_window = PixelWindow { x0: 100, y0: 50, x1: 131, y1: 81 };
+            image.display_window = PixelWindow::full(200, 150);
+            image
+        };
+        let comparison = compare(&cropped(0.5), &cropped(0.0), &Preset::Exact.limits());
+        assert_eq!(
+            comparison.layers[0].channels.iter().find(|c| c.channel == "R").unwrap().largest_at,
+            (120, 60)
+        );
+        assert_eq!(comparison.flip.as_ref().unwrap().largest_at, (120, 60));
+        let failures = comparison.failures().join("\n");
+        assert!(failures.contains("worst at column 120, row 60"), "{failures}");
+        let failures =
+            compare(&cropped(f32::NAN), &cropped(0.0), &Preset::Noisy.limits()).failures().join("\n");
+        assert!(failures.contains("the first at column 120, row 60"), "{failures}");
     }
 
     #[test]

@@ -63,7 +63,7 @@ pub struct Check {
     pub measured: f64,
     /// The largest value that passes.
     pub limit: f64,
-    /// Column and row of the largest difference, for measures that have a location.
+    /// Column and row in the whole image of the largest difference, for measures that have a location.
     pub at: Option<(u32, u32)>,
     /// Whether the value is within the limit.
     pub passes: bool,
@@ -136,6 +136,22 @@ impl Comparison {
             let largest = short(channel.largest);
             format!("largest difference of {}: {largest}, at column {x}, row {y}", channel.channel)
         })
+    }
+
+    /// The comparison of windows that begin at a column and row: positions in them become positions in the whole image. Those of
+    /// mismatches are so already.
+    #[must_use]
+    pub(super) fn of_window_at(mut self, origin: (u32, u32)) -> Self {
+        let channels = self.layers.iter_mut().flat_map(|layer| &mut layer.channels);
+        let of_flip = self.flip.iter_mut().flat_map(|flip| {
+            let object = flip.object.as_mut().map(|object| &mut object.at);
+            [Some(&mut flip.largest_at), Some(&mut flip.tile_at), object].into_iter().flatten()
+        });
+        let of_checks = self.checks.iter_mut().filter_map(|check| check.at.as_mut());
+        for at in channels.map(|channel| &mut channel.largest_at).chain(of_flip).chain(of_checks) {
+            *at = (at.0 + origin.0, at.1 + origin.1);
+        }
+        self
     }
 
     /// Mismatches and failed checks, one line each.

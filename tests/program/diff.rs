@@ -6,6 +6,7 @@ mod report;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use rayframe::image::PixelWindow;
 use rayframe::regression::{ColorEncoding, Image, Samples};
 use serde_json::Value;
 
@@ -135,6 +136,26 @@ fn json_and_maps_locate_differences() {
     let heat = Image::read(Path::new(&heat)).unwrap();
     let red = heat.colors().unwrap();
     assert!(red[12 * 40 + 8][0] > 0.4 && red[22 * 40 + 38][0] < 0.2, "{:?}", red[12 * 40 + 8]);
+}
+
+#[test]
+fn differences_of_crops_are_told_and_mapped_in_the_whole_image() {
+    let stage = Stage::new();
+    let cropped = |name: &str, column: u32| {
+        let path = stage.square(name, (40, 24), column);
+        let mut image = Image::read(Path::new(&path)).unwrap();
+        image.display_window = PixelWindow::full(200, 150);
+        image.data_window = PixelWindow { x0: 100, y0: 50, x1: 140, y1: 74 };
+        image.write(Path::new(&path)).unwrap();
+        (path, image)
+    };
+    let ((a, reference), (b, _)) = (cropped("a.exr", 4), cropped("b.exr", 24));
+    let flip = stage.at("flip.exr");
+    let output = rayframe(&["diff", &b, &a, "--json", "--preset", "strict", "--flip-map", &flip]);
+    let at = &json(&output)["frames"][0]["layers"][0]["channels"][0]["largest_at"];
+    assert_eq!((at[0].as_u64(), at[1].as_u64()), (Some(104), Some(58)));
+    let map = Image::read(Path::new(&flip)).unwrap();
+    assert_eq!([map.display_window, map.data_window], [reference.display_window, reference.data_window]);
 }
 
 #[test]

@@ -67,20 +67,19 @@ impl MapPattern {
         paired.pairs.iter().try_for_each(|pair| check_output(&self.path(pair.frame), kind, overwrites))
     }
 
-    /// The contents of the file of a map.
-    pub(super) fn encoded(&self, map: &FlipMap) -> Result<Vec<u8>> {
+    /// The contents of the file of a map of an image with these display and data windows.
+    pub(super) fn encoded(&self, map: &FlipMap, windows: [PixelWindow; 2]) -> Result<Vec<u8>> {
         match self.format {
             OutputFormat::Png | OutputFormat::Movie(_) => encode_png(map.size, &heat_map(map), HEAT_MAP),
-            OutputFormat::Exr => encode_errors(map),
+            OutputFormat::Exr => encode_errors(map, windows),
         }
     }
 }
 
-fn encode_errors(map: &FlipMap) -> Result<Vec<u8>> {
-    let window = PixelWindow::full(map.size.0, map.size.1);
+fn encode_errors(map: &FlipMap, [display_window, data_window]: [PixelWindow; 2]) -> Result<Vec<u8>> {
     let image = Image {
-        display_window: window,
-        data_window: window,
+        display_window,
+        data_window,
         encoding: ColorEncoding::Linear,
         channels: vec![Channel { name: "Y".to_owned(), samples: Samples::Float(map.errors.clone()) }],
         scene: RenderedScene::default(),

@@ -43,18 +43,20 @@ pub fn over(pixel: [f32; 4], behind: [f32; 4]) -> [f32; 4] {
     std::array::from_fn(|channel| pixel[channel] + behind[channel] * left)
 }
 
-/// The pixels of `window` of an image of size `resolution` that shows `source` as `fit` says.
+/// The pixels of `window` of an image of size `resolution` that shows `source`, whose pixels have the ratio `pixel_aspect` of width to
+/// height, as `fit` says.
 ///
 /// Reduced images take the mean over the area of each pixel, enlarged ones are interpolated linearly. A pixel does not depend on
 /// the window.
 pub fn resample(
     source: &RgbaImage,
+    pixel_aspect: f64,
     resolution: (u32, u32),
     window: PixelWindow,
     fit: PlateFit,
 ) -> Vec<[f32; 4]> {
     let (width, height) = source.size;
-    let scales = scales(source.size, resolution, fit);
+    let scales = scales(source.size, pixel_aspect, resolution, fit);
     let columns = axis_weights(width, resolution.0, scales.0, window.x0..window.x1);
     let rows = axis_weights(height, resolution.1, scales.1, window.y0..window.y1);
 
@@ -77,14 +79,15 @@ pub fn resample(
 }
 
 /// Pixels of the image a pixel of the source, along both axes.
-fn scales(source: (u32, u32), resolution: (u32, u32), fit: PlateFit) -> (f64, f64) {
+fn scales(source: (u32, u32), pixel_aspect: f64, resolution: (u32, u32), fit: PlateFit) -> (f64, f64) {
     let x = f64::from(resolution.0) / f64::from(source.0);
     let y = f64::from(resolution.1) / f64::from(source.1);
-    match fit {
-        PlateFit::Fill => (x.max(y), x.max(y)),
-        PlateFit::Fit => (x.min(y), x.min(y)),
-        PlateFit::Stretch => (x, y),
-    }
+    let height = match fit {
+        PlateFit::Fill => y.max(x / pixel_aspect),
+        PlateFit::Fit => y.min(x / pixel_aspect),
+        PlateFit::Stretch => return (x, y),
+    };
+    (height * pixel_aspect, height)
 }
 
 /// For each pixel of `range` along one axis of the image, the pixels of the source that it shows, with weights whose sum is the
@@ -146,14 +149,14 @@ mod tests {
 
     fn reds(source: &RgbaImage, resolution: (u32, u32), fit: PlateFit) -> Vec<f32> {
         let window = PixelWindow::full(resolution.0, resolution.1);
-        resample(source, resolution, window, fit).iter().map(|pixel| pixel[0]).collect()
+        resample(source, 1.0, resolution, window, fit).iter().map(|pixel| pixel[0]).collect()
     }
 
     #[test]
     fn an_image_of_the_same_size_is_copied() {
         for fit in [PlateFit::Fill, PlateFit::Fit, PlateFit::Stretch] {
             let source = counted(7, 5);
-            assert_eq!(resample(&source, (7, 5), PixelWindow::full(7, 5), fit), source.pixels);
+            assert_eq!(resample(&source, 1.0, (7, 5), PixelWindow::full(7, 5), fit), source.pixels);
         }
     }
 
@@ -177,9 +180,26 @@ mod tests {
         assert_eq!(reds(&counted(4, 2), (2, 2), PlateFit::Fill), [2.0, 3.0, 6.0, 7.0]);
         assert_eq!(reds(&counted(4, 2), (2, 2), PlateFit::Stretch), [1.5, 3.5, 5.5, 7.5]);
         // Inside: the first row covers half of the first row of the image. Half the mean of 1 and 2.
-        let fitted = resample(&counted(4, 2), (2, 2), PixelWindow::full(2, 2), PlateFit::Fit);
+        let fitted = resample(&counted(4, 2), 1.0, (2, 2), PixelWindow::full(2, 2), PlateFit::Fit);
         assert_eq!(fitted[0], [0.75, 0.75, 0.75, 0.5]);
-        assert_eq!(resample(&counted(1, 1), (3, 1), PixelWindow::full(3, 1), PlateFit::Fit)[0], [0.0; 4]);
+        assert_eq!(
+            resample(&counted(1, 1), 1.0, (3, 1), PixelWindow::full(3, 1), PlateFit::Fit)[0],
+            [0.0; 4]
+        );
+    }
+
+    #[test]
+    fn wide_pixels_are_shown_wide() {
+        let wide = |resolution: (u32, u32), fit| {
+            let window = PixelWindow::full(resolution.0, resolution.1);
+            let pixels = resample(&counted(2, 2), 2.0, resolution, window, fit);
+            pixels.iter().map(|pixel| pixel[0]).collect::<Vec<_>>()
+        };
+        let whole = [1.0, 1.25, 1.75, 2.0, 3.0, 3.25, 3.75, 4.0];
+        for fit in [PlateFit::Fill, PlateFit::Fit, PlateFit::Stretch] {
+            assert_eq!(wide((4, 2), fit), whole);
+        }
+        assert_eq!(wide((2, 2), PlateFit::Fill), [1.25, 1.75, 3.25, 3.75]);
     }
 
     #[test]
@@ -188,9 +208,9 @@ mod tests {
         for resolution in [(19, 31), (80, 60), (5, 5)] {
             for fit in [PlateFit::Fill, PlateFit::Fit, PlateFit::Stretch] {
                 let (width, height) = resolution;
-                let whole = resample(&source, resolution, PixelWindow::full(width, height), fit);
+                let whole = resample(&source, 1.0, resolution, PixelWindow::full(width, height), fit);
                 let window = PixelWindow { x0: 1, y0: 2, x1: 4, y1: 5 };
-                let part = resample(&source, resolution, window, fit);
+                let part = resample(&source, 1.0, resolution, window, fit);
                 for (index, pixel) in part.iter().enumerate() {
                     let (x, y) = (1 + index % 3, 2 + index / 3);
                     assert_eq!(*pixel, whole[y * width as usize + x]);

@@ -35,6 +35,8 @@ pub(super) struct WindowedRgba {
     pub(super) image: RgbaImage,
     /// Column and row of the first pixel in the display window.
     pub(super) position: (i64, i64),
+    /// Width of a pixel as a share of its height.
+    pub(super) pixel_aspect: f64,
 }
 
 /// Decodes what [`decode_exr_rgba`] does, with its place in the display window.
@@ -55,9 +57,15 @@ pub(super) fn decode_exr_window(
             pixels.par_iter_mut().for_each(|pixel| *pixel = converted(*pixel, &matrix));
         }
         let image = RgbaImage { size, pixels };
-        Ok(WindowedRgba { image, position: (offset(start.0, origin.0), offset(start.1, origin.1)) })
+        let position = (offset(start.0, origin.0), offset(start.1, origin.1));
+        Ok(WindowedRgba { image, position, pixel_aspect: plausible_aspect(attributes.pixel_aspect) })
     };
     isolated(decoded).map_err(|why| Error::invalid(path, "", why))
+}
+
+/// A ratio of pixels that lenses have; 1 in place of any other, such as 0.
+fn plausible_aspect(ratio: f32) -> f64 {
+    if (0.1..=10.0).contains(&ratio) { ratio.into() } else { 1.0 }
 }
 
 /// Size of the display window, and the bytes that decoding the file takes.

@@ -24,6 +24,8 @@ pub struct PlateImage {
     pub image: RgbaImage,
     /// Whether the file holds sRGB values for displays.
     pub is_display_referred: bool,
+    /// Width of a pixel as a share of its height: 2 for anamorphic OpenEXR files.
+    pub pixel_aspect: f64,
 }
 
 /// Size, kind and memory of a plate, from its header.
@@ -90,6 +92,7 @@ pub fn plate_header(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<
 /// Those of [`plate_header`], and [`Error::Invalid`] for damaged files.
 pub fn read_plate(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<PlateImage> {
     let PlateHeader { size, is_display_referred, .. } = plate_header(path, bytes, max_memory_bytes)?;
+    let mut pixel_aspect = 1.0;
     let mut pixels = if is_display_referred {
         let texels = decode_upright_texels(bytes).map_err(|why| Error::invalid(path, "", why))?;
         linear_pixels(&texels)
@@ -97,14 +100,16 @@ pub fn read_plate(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Pl
         let environment = read_environment(path, bytes, max_memory_bytes)?;
         environment.pixels.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect()
     } else {
-        within(&decode_exr_window(path, bytes, max_memory_bytes)?, size)
+        let windowed = decode_exr_window(path, bytes, max_memory_bytes)?;
+        pixel_aspect = windowed.pixel_aspect;
+        within(&windowed, size)
     };
     for value in pixels.as_flattened_mut() {
         if !value.is_finite() {
             *value = if *value == f32::INFINITY { 65504.0 } else { 0.0 };
         }
     }
-    Ok(PlateImage { image: RgbaImage { size, pixels }, is_display_referred })
+    Ok(PlateImage { image: RgbaImage { size, pixels }, is_display_referred, pixel_aspect })
 }
 
 fn pixels((width, height): (u32, u32)) -> u64 {
@@ -128,7 +133,7 @@ fn linear_pixels(texels: &DecodedTexels) -> Vec<[f32; 4]> {
 
 /// The pixels of a display window of `size`.
 fn within(windowed: &WindowedRgba, (width, height): (u32, u32)) -> Vec<[f32; 4]> {
-    let WindowedRgba { image, position } = windowed;
+    let WindowedRgba { image, position, .. } = windowed;
     if (image.size, *position) == ((width, height), (0, 0)) {
         return image.pixels.clone();
     }
@@ -150,7 +155,8 @@ fn within(windowed: &WindowedRgba, (width, height): (u32, u32)) -> Vec<[f32; 4]>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image_file::encode_png;
+    use crate::image::{ColorEncoding, Image};
+    use crate::image_file::{ExrCompression, FrameAttributes, encode_exr, encode_png};
 
     #[test]
     fn display_files_become_premultiplied_light() {
@@ -212,10 +218,23 @@ mod tests {
     }
 
     #[test]
+    fn pixels_of_exr_files_have_an_aspect_ratio() {
+        let image = Image::from_rgba((2, 1), ColorEncoding::Linear, &[[0.5; 4]; 2]);
+        let exr = encode_exr(image, ExrCompression::None, &FrameAttributes::unknown()).unwrap();
+        let name = b"pixelAspectRatio\0float\0\x04\0\0\0";
+        let at = exr.windows(name.len()).position(|part| part == name).unwrap() + name.len();
+        for (stored, read) in [(1.0_f32, 1.0), (2.0, 2.0), (0.0, 1.0), (f32::NAN, 1.0)] {
+            let mut exr = exr.clone();
+            exr[at..at + 4].copy_from_slice(&stored.to_le_bytes());
+            assert_eq!(read_plate(Path::new("a.exr"), &exr, 1 << 20).unwrap().pixel_aspect, read);
+        }
+    }
+
+    #[test]
     fn the_display_window_counts() {
         let pixel = |value: f32| [value; 4];
         let image = RgbaImage { size: (3, 2), pixels: (1..=6).map(|value| pixel(value as f32)).collect() };
-        let shifted = within(&WindowedRgba { image, position: (-1, 1) }, (3, 2));
+        let shifted = within(&WindowedRgba { image, position: (-1, 1), pixel_aspect: 1.0 }, (3, 2));
         assert_eq!(shifted, [pixel(0.0), pixel(0.0), pixel(0.0), pixel(2.0), pixel(3.0), pixel(0.0)]);
     }
 }

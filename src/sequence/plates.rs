@@ -110,7 +110,7 @@ impl Plates {
             return Err(Error::invalid(&path, "", "has changed since the run began; start it again"));
         }
         let plate = read_plate(&path, &bytes, self.max_memory_bytes)?;
-        let pixels = resample(&plate.image, resolution, window, self.fit);
+        let pixels = resample(&plate.image, plate.pixel_aspect, resolution, window, self.fit);
         Ok(Plate { pixels, is_display_referred: plate.is_display_referred })
     }
 }

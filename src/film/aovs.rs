@@ -146,10 +146,11 @@ impl FilmAovs {
             light[index].as_flattened_mut().iter_mut().for_each(|channel| *channel = mean(*channel));
         }
         if let Some(coverage) = &mut self.coverage {
-            coverage[index].retain_mut(|(_, share)| {
-                *share = mean(*share).clamp(0.0, 1.0);
-                *share > 0.0
-            });
+            let shares = &mut coverage[index];
+            for (_, share) in shares.iter_mut() {
+                *share = mean(*share);
+            }
+            clamp_shares(shares);
         }
     }
 
@@ -185,6 +186,23 @@ impl FilmAovs {
     }
 }
 
+/// Drops negative shares, which negative lobes of a filter leave. The others keep the sum of all, which is at most one.
+pub(super) fn clamp_shares(shares: &mut CoverageSample) {
+    /// Largest excess that is left as it is.
+    const ROUNDING_ERROR: f32 = 1e-5;
+    let sum = |shares: &CoverageSample| shares.iter().map(|(_, share)| share).sum::<f32>();
+    let all = sum(shares).clamp(0.0, 1.0);
+    shares.retain_mut(|(_, share)| {
+        *share = share.clamp(0.0, 1.0);
+        *share > 0.0
+    });
+    let kept = sum(shares);
+    if kept - all > ROUNDING_ERROR {
+        scale_shares(shares, all / kept);
+        shares.retain(|(_, share)| *share > 0.0);
+    }
+}
+
 fn scale_light(light: &mut LightPasses, factor: f32) {
     light.as_flattened_mut().iter_mut().for_each(|channel| *channel *= factor);
 }
@@ -211,6 +229,23 @@ mod tests {
         sum.scale(0.5);
         assert_eq!(sum.coverage, Some(vec![vec![(1, 0.5), (2, 0.25), (7, 0.375), (9, 0.0625)]]));
         assert_eq!(sum.light, Some(vec![[[0.75, 1.0, 2.0]; 6]]));
+    }
+
+    #[test]
+    fn shares_keep_their_sum_where_lobes_are_negative() {
+        let clamped = |shares: &[f32]| {
+            let mut aovs = FilmAovs::new(1, AovFlags { coverage: true, ..AovFlags::NONE });
+            aovs.coverage = Some(vec![(0..).zip(shares.iter().copied()).collect()]);
+            aovs.map_pixel(0, |share| share);
+            aovs.coverage.unwrap_or_default().concat()
+        };
+        // The background, or another instance, has what is missing.
+        assert_eq!(clamped(&[0.75, 0.5]), [(0, 0.6), (1, 0.4)]);
+        assert_eq!(clamped(&[1.25, -0.25]), [(0, 1.0)]);
+        assert_eq!(clamped(&[0.75, 0.25, -0.5]), [(0, 0.375), (1, 0.125)]);
+        assert_eq!(clamped(&[0.25, -0.5]), []);
+        assert_eq!(clamped(&[0.25, 0.5]), [(0, 0.25), (1, 0.5)]);
+        assert_eq!(clamped(&[f32::NAN, 0.5]), [(1, 0.5)]);
     }
 
     #[test]

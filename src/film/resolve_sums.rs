@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::Film;
-use super::aovs::{CoverageSample, FilmAovs, GuideSample, LightPasses, NoiseSample, add_share};
+use super::aovs::{CoverageSample, FilmAovs, GuideSample, LightPasses, NoiseSample, add_share, clamp_shares};
 use super::exact_sum::ExactSum;
 use super::sample_sums::{GuideSums, LightSums, PixelMoments, PixelSums, SampleSums};
 
@@ -83,10 +83,8 @@ fn mean_shares(sums: &[(u32, ExactSum)], weight: i32) -> CoverageSample {
     let scale = scale(weight);
     let mut shares = CoverageSample::new();
     for &(instance, sum) in sums {
-        let share = ((sum.to_f64() * scale) as f32).clamp(0.0, 1.0);
-        if share > 0.0 {
-            add_share(&mut shares, instance, share);
-        }
+        add_share(&mut shares, instance, (sum.to_f64() * scale) as f32);
     }
+    clamp_shares(&mut shares);
     shares
 }

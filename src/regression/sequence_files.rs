@@ -1,7 +1,7 @@
 //! Pairing of the files of two sequences by frame number.
 //!
-//! A sequence is a folder, or a path whose file name has a field for the frame number: `####`, `%04d`, `%d`, `{frame:04}` or
-//! `{frame}`. A path of an existing file is that file, whatever its name contains.
+//! A sequence is a folder, or a path with placeholders for the frame number as in output names. A path of an existing file is that file,
+//! whatever its name contains.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::image_file::{OutputKind, is_output};
+use crate::settings::SequencePattern;
 
 /// File name extensions of images in folders.
 const IMAGES: [&str; 3] = ["exr", "png", "hdr"];
@@ -40,7 +41,7 @@ type Key = (PathBuf, String, Option<i64>);
 
 /// Whether a path is a sequence.
 pub fn is_sequence(path: &Path) -> bool {
-    path.is_dir() || (!path.is_file() && number_field(path).is_some())
+    path.is_dir() || (!path.is_file() && SequencePattern::parse(path).is_some())
 }
 
 /// Pairs the files of two sequences, or two files, by frame number; also by name where a folder holds several sequences. Of two folders all
@@ -136,41 +137,49 @@ fn frames(path: &Path, depth: Depth) -> Result<BTreeMap<Key, PathBuf>> {
 }
 
 fn keyed_files(path: &Path, depth: Depth) -> Result<Vec<(Key, PathBuf)>> {
-    let missing =
-        |folder: &Path, source| Error::Missing { path: folder.to_owned(), pointer: String::new(), source };
-    let around = if path.is_dir() { None } else { number_field(path) };
-    let folder = match &around {
-        None => path,
-        Some(_) => path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new(".")),
+    let files = match SequencePattern::parse(path).filter(|_| !path.is_dir()) {
+        Some(pattern) => files_of_pattern(&pattern)?,
+        None => files_of_folder(path, depth)?,
     };
+    if files.is_empty() {
+        return Err(missing(path, std::io::Error::new(ErrorKind::NotFound, "the sequence has no frames")));
+    }
+    Ok(files)
+}
+
+fn files_of_pattern(pattern: &SequencePattern) -> Result<Vec<(Key, PathBuf)>> {
+    let folder = pattern.folder();
+    let read = if folder.as_os_str().is_empty() { Path::new(".") } else { &folder };
+    let mut frames = BTreeSet::new();
+    for entry in std::fs::read_dir(read).map_err(|source| missing(read, source))? {
+        let entry = entry.map_err(|source| missing(read, source))?;
+        frames.extend(pattern.frames_of(&entry.file_name()));
+    }
+    let files = frames.into_iter().map(|frame| (frame, pattern.path(frame)));
+    let files = files.filter(|(_, file)| file.is_file());
+    Ok(files.map(|(frame, file)| ((PathBuf::new(), String::new(), Some(frame)), file)).collect())
+}
+
+fn files_of_folder(path: &Path, depth: Depth) -> Result<Vec<(Key, PathBuf)>> {
     let mut files = Vec::new();
-    let mut folders = vec![(PathBuf::new(), folder.to_owned())];
+    let mut folders = vec![(PathBuf::new(), path.to_owned())];
     while let Some((below, folder)) = folders.pop() {
         for entry in std::fs::read_dir(&folder).map_err(|source| missing(&folder, source))? {
             let entry = entry.map_err(|source| missing(&folder, source))?;
             let (file, name) = (entry.path(), entry.file_name());
             if depth == Depth::All && may_hold_frames(&file) {
                 folders.push((below.join(name), file));
-                continue;
-            }
-            let name = name.to_str().unwrap_or_default();
-            let key = match &around {
-                Some((before, after, width)) => {
-                    number_between(name, before, after, *width).map(|frame| (String::new(), Some(frame)))
-                }
-                None if !is_hidden(&file) && is_image(&file) => Some(numbered_name(name)),
-                None => None,
-            };
-            if let Some((name, frame)) = key.filter(|_| file.is_file()) {
+            } else if !is_hidden(&file) && is_image(&file) && file.is_file() {
+                let (name, frame) = numbered_name(name.to_str().unwrap_or_default());
                 files.push(((below.clone(), name, frame), file));
             }
         }
     }
-    if files.is_empty() {
-        let none = std::io::Error::new(ErrorKind::NotFound, "the sequence has no frames");
-        return Err(missing(path, none));
-    }
     Ok(files)
+}
+
+fn missing(path: &Path, source: std::io::Error) -> Error {
+    Error::Missing { path: path.to_owned(), pointer: String::new(), source }
 }
 
 fn is_hidden(path: &Path) -> bool {
@@ -210,31 +219,6 @@ fn numbered_name(name: &str) -> (String, Option<i64>) {
         Ok(frame) => (format!("{}#{}", &name[..start], &name[last + 1..]), Some(frame)),
         Err(_) => (name.to_owned(), None),
     }
-}
-
-/// The number of a name that is exactly `before`, a number padded to `width`, `after`.
-fn number_between(name: &str, before: &str, after: &str, width: usize) -> Option<i64> {
-    let digits = name.strip_prefix(before)?.strip_suffix(after)?;
-    let frame: i64 = digits.parse().ok()?;
-    (format!("{frame:0width$}") == digits).then_some(frame)
-}
-
-/// Text before and after the number field of a file name, and the field's width.
-fn number_field(path: &Path) -> Option<(String, String, usize)> {
-    let name = path.file_name()?.to_str()?;
-    if let Some(start) = name.find('#') {
-        let width = name[start..].bytes().take_while(|byte| *byte == b'#').count();
-        return Some((name[..start].to_owned(), name[start + width..].to_owned(), width));
-    }
-    for (opening, end) in [("{frame:", '}'), ("{frame", '}'), ("%", 'd')] {
-        let Some((before, rest)) = name.split_once(opening) else { continue };
-        let Some((digits, after)) = rest.split_once(end) else { continue };
-        let width = if digits.is_empty() { Some(1) } else { digits.parse().ok() };
-        if let Some(width) = width.filter(|width| *width < 100) {
-            return Some((before.to_owned(), after.to_owned(), width));
-        }
-    }
-    None
 }
 
 #[cfg(test)]
@@ -282,6 +266,18 @@ mod tests {
             ("\u{e9}-0001.exr", 1),
         ] {
             assert_eq!(frame_number(Path::new(name)), Some(frame), "{name}");
+        }
+    }
+
+    #[test]
+    fn names_that_render_writes_are_found() {
+        let files =
+            folder(&["a01_01.exr", "a01_02.exr", "p%q.0001.exr", "x0001/y0001.exr", "x0002/y0003.exr"]);
+        for pattern in ["a##_##.exr", "p%%q.%04d.exr", "x####/y####.exr"] {
+            let pattern = files.path().join(pattern);
+            let paired = pair_files(&pattern, &pattern).unwrap();
+            assert_eq!(frames_of(&paired), [1], "{}", pattern.display());
+            assert_eq!(sequence_files(&pattern).unwrap().len(), 1);
         }
     }
 
@@ -360,7 +356,7 @@ mod tests {
         assert_eq!(pair_files(&file, full.path()).unwrap_err().exit_code(), 2);
         assert_eq!(pair_files(full.path(), empty.path()).unwrap_err().exit_code(), 66);
         assert_eq!(pair_files(&file, &file).unwrap().pairs.len(), 1);
-        let pattern = full.path().join("a.%4d.png");
+        let pattern = full.path().join("a.%04d.png");
         assert_eq!(pair_files(&pattern, &pattern).unwrap_err().exit_code(), 66);
     }
 }

@@ -116,7 +116,7 @@ pub(super) fn rebased(text: &OsStr, folder: &Path) -> Option<OsString> {
 }
 
 /// The numbers that a place for the frame may have been filled with: those of all digits in a row, with their signs.
-fn numbers_in(text: &[u8]) -> BTreeSet<i64> {
+pub(super) fn numbers_in(text: &[u8]) -> BTreeSet<i64> {
     let mut numbers = BTreeSet::new();
     for first in 0..text.len() {
         let mut number: i64 = 0;

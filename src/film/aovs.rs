@@ -31,7 +31,7 @@ impl AovFlags {
 /// It is the first surface with a coverage of at least one half. Shadow catchers do not count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelCenterSample {
-    /// Index into [`crate::frame::Frame::instances`]; `None` where the ray hits nothing, and then the fields up to `uv` are zero.
+    /// Index into [`crate::frame::Frame::instances`]; `None` where the ray hits nothing, and then the fields up to `albedo` are zero.
     pub instance: Option<u32>,
     /// Distance along the camera's axis, metres.
     pub depth: f32,
@@ -43,8 +43,8 @@ pub struct PixelCenterSample {
     pub shading_normal: Vec3,
     /// Linear base colour, also of metal and of specular-glossiness materials.
     pub albedo: Vec3,
-    /// First set of texture coordinates as stored in the file; v grows downwards.
-    pub uv: Vec2,
+    /// First set of texture coordinates as stored in the file; v grows downwards. `None` where there is none.
+    pub uv: Option<Vec2>,
     /// Motion to the next frame, pixels: where the same surface point is in the next frame's image less where it is in this
     /// one; x to the right, y downwards.
     ///
@@ -65,7 +65,7 @@ impl Default for PixelCenterSample {
             geometric_normal: Vec3::ZERO,
             shading_normal: Vec3::ZERO,
             albedo: Vec3::ZERO,
-            uv: Vec2::ZERO,
+            uv: None,
             motion_forward: Vec2::ZERO,
             motion_back: Vec2::ZERO,
         }

@@ -36,11 +36,13 @@ impl MeshInstance {
 
     /// Texture coordinates of set `set` at three vertices; zero if the primitive has no such set.
     pub fn uvs(&self, scene: &Scene, set: usize, corners: [u32; 3]) -> [Vec2; 3] {
+        self.stored_uvs(scene, set, corners).unwrap_or_default()
+    }
+
+    /// Texture coordinates of set `set` at three vertices; `None` where there is no such set.
+    pub fn stored_uvs(&self, scene: &Scene, set: usize, corners: [u32; 3]) -> Option<[Vec2; 3]> {
         let sets = self.morphed.uvs.as_ref().unwrap_or(&self.primitive(scene).uvs);
-        match sets.get(set) {
-            Some(uvs) => gathered(uvs, corners),
-            None => [Vec2::ZERO; 3],
-        }
+        Some(gathered(sets.get(set)?, corners))
     }
 
     /// Whether the primitive has vertex colours.

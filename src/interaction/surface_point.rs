@@ -79,10 +79,10 @@ impl SurfacePoint<'_> {
         (uv, UvDifferential([change(self.weight_steps[0]), change(self.weight_steps[1])]))
     }
 
-    /// Texture coordinates of set `set`, without the texture transform; zero where there is no such set.
-    pub fn texture_coordinates(&self, scene: &Scene, set: usize) -> Vec2 {
-        let [a, b, c] = self.instance.uvs(scene, set, self.corners);
-        a * self.weights[0] + b * self.weights[1] + c * self.weights[2]
+    /// Texture coordinates of set `set`, without the texture transform; `None` where there is no such set.
+    pub fn texture_coordinates(&self, scene: &Scene, set: usize) -> Option<Vec2> {
+        let [a, b, c] = self.instance.stored_uvs(scene, set, self.corners)?;
+        Some(a * self.weights[0] + b * self.weights[1] + c * self.weights[2])
     }
 
     /// World-space position of the same surface point in `frame`, which poses the same scene at another time, metres. `None` where

@@ -154,7 +154,7 @@ fn data_channels(aov: Aov) -> &'static [(&'static str, Value)] {
             &[("albedo.R", |s| s.albedo.x), ("albedo.G", |s| s.albedo.y), ("albedo.B", |s| s.albedo.z)]
         }
         Aov::Uv => {
-            &[("uv.U", |s| s.uv.x), ("uv.V", |s| if s.instance.is_some() { 1.0 - s.uv.y } else { 0.0 })]
+            &[("uv.U", |s| s.uv.map_or(0.0, |uv| uv.x)), ("uv.V", |s| s.uv.map_or(0.0, |uv| 1.0 - uv.y))]
         }
         Aov::Motion => &[
             ("forward.u", |s| s.motion_forward.x),
@@ -236,7 +236,7 @@ mod tests {
             instance: Some(0),
             depth: 3.0,
             position: Vec3::new(1.0, 2.0, 3.0),
-            uv: Vec2::new(0.25, 0.125),
+            uv: Some(Vec2::new(0.25, 0.125)),
             motion_forward: Vec2::new(5.0, 2.0),
             motion_back: Vec2::new(-5.0, -2.0),
             ..PixelCenterSample::default()
@@ -302,6 +302,15 @@ mod tests {
         assert_eq!(values(Aov::Motion, half), expected);
         assert_eq!(values(Aov::Uv, half), named(&[("uv.U", [0.25, 0.0]), ("uv.V", [0.875, 0.0])]));
         assert_eq!(values(Aov::Depth, half), named(&[("Z", [3.0, DEPTH_WITHOUT_HIT])]));
+    }
+
+    #[test]
+    fn a_surface_without_texture_coordinates_has_zeros() {
+        let mut film = film();
+        film.aovs.centers.as_mut().unwrap()[0].uv = None;
+        for channel in aov_channels(Aov::Uv, &film, LightSamples::Half, &InstanceIds::default()).unwrap() {
+            assert_eq!(channel.samples, Samples::Float(vec![0.0, 0.0]), "{}", channel.name);
+        }
     }
 
     #[test]

@@ -140,7 +140,7 @@ fn every_emitter_that_lights_a_point_has_a_probability() {
                 );
             }
         }
-        assert!(lit > 0, "set {set}");
+        assert!(lit > 0 || emitters.is_empty(), "set {set}");
     }
 }
 

@@ -44,7 +44,7 @@ fn sampler_filters_are_imported() {
             "images": [{"uri": png(4, 255, 0)}],
             "samplers": [sampler],
             "textures": [{"source": 0, "sampler": 0}],
-            "materials": [{"emissiveTexture": {"index": 0}}]
+            "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
         });
         let scene = import_json(&document).unwrap();
         let sampler = scene.textures[0].sampler;
@@ -56,6 +56,9 @@ fn sampler_filters_are_imported() {
             document["textures"][0].as_object_mut().unwrap().remove("sampler");
             assert_eq!(import_json(&document).unwrap().textures[0].sampler, sampler);
         }
+        // Emitters are measured in them, too.
+        document["materials"] = json!([{"emissiveTexture": {"index": 0}}]);
+        assert_eq!(import_json(&document).unwrap().mips[0].levels(Encoding::Srgb).len(), 2);
     }
 }
 

@@ -49,11 +49,7 @@ pub(super) fn import_primitive(
     let (decoded, compressed_triangles) =
         compressed.map(|primitive| (primitive.decoded, primitive.triangles)).unzip();
     let data = &Data { decoded: decoded.as_ref().unwrap_or(data.decoded), ..*data };
-    let vertex_count = data.accessor(context, position.accessor, &position.pointer)?.count.0;
-    if u32::try_from(vertex_count).is_err() {
-        let message = format!("has {vertex_count} vertices, more than 32-bit indices can address");
-        return Err(context.refused(&position.pointer, message));
-    }
+    let vertex_count = count_vertices(context, data, position)?;
     attributes.check_counts(context, data, vertex_count)?;
     attributes.warn_unused(context);
 
@@ -88,6 +84,16 @@ pub(super) fn import_primitive(
         add_material_attributes(context, &mut imported, material, &pointer)?;
     }
     Ok(Some(imported))
+}
+
+/// The number of vertices, by that of positions.
+fn count_vertices(context: &Context, data: &Data, position: &Reference) -> Result<u64> {
+    let count = data.accessor(context, position.accessor, &position.pointer)?.count.0;
+    if u32::try_from(count).is_err() {
+        let message = format!("has {count} vertices, more than 32-bit indices can address");
+        return Err(context.refused(&position.pointer, message));
+    }
+    Ok(count)
 }
 
 pub(super) fn unsupported_topology(mode: Mode) -> Option<&'static str> {

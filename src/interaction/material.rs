@@ -129,8 +129,12 @@ pub(crate) fn emission_around(view: SceneView<'_>, hit: &Hit, halvings: u32) -> 
     let alpha = alpha.map_or_else(
         || alpha_at(view, hit),
         |reference| {
-            let texel = lookup(reference, Encoding::CoveredSrgb).w;
-            (material.base_color.w * texel * vertex_color(view, instance, corners, weights).w).clamp(0.0, 1.0)
+            let image = view.scene.textures[reference.texture.index()].image.index();
+            let has_levels = !view.scene.mips[image].levels(Encoding::CoveredSrgb).is_empty();
+            // Points of the full image could miss all that is visible.
+            let texel = if has_levels { lookup(reference, Encoding::CoveredSrgb).w } else { 1.0 };
+            let alpha = material.base_color.w * texel * vertex_color(view, instance, corners, weights).w;
+            mean_coverage(material, alpha)
         },
     );
     material.emissive * color * alpha
@@ -242,6 +246,16 @@ fn texel_at_corners(
     let [a, b, c] = instance.uvs(view.scene, reference.uv_set as usize, corners);
     let uv = a * weights[0] + b * weights[1] + c * weights[2];
     texture_lookup::sample_at(view.scene, reference, encoding, uv)
+}
+
+/// An estimate of the covered share of an area with this mean of alpha; positive where any of it is covered.
+fn mean_coverage(material: &Material, alpha: f32) -> f32 {
+    match material.alpha_mode {
+        // Alpha of masks is mostly 0 or far above the cutoff.
+        AlphaMode::Mask { cutoff } if cutoff > 0.0 => (alpha / (2.0 * cutoff)).clamp(0.0, 1.0),
+        AlphaMode::Mask { .. } | AlphaMode::Opaque => 1.0,
+        AlphaMode::Blend => alpha.clamp(0.0, 1.0),
+    }
 }
 
 fn coverage(material: &Material, alpha: f32) -> f32 {

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use serde::Serialize;
 
-use super::common_form::holds_counts;
+use super::common_form::{is_count, is_statistic};
 use super::{Samples, layer_of};
 
 /// The differences of one EXR layer.
@@ -89,15 +89,18 @@ pub fn channel_difference(
     let floats = (values.0.floats(), values.1.floats());
     let values = match (&floats, values) {
         ((Some(actual), Some(reference)), _) => Pair::Floats(actual, reference),
-        (_, (Samples::Uint(actual), Samples::Uint(reference))) if holds_counts(layer_of(name)) => {
+        (_, (Samples::Uint(actual), Samples::Uint(reference))) if is_count(name) => {
             Pair::Counts(actual, reference)
+        }
+        (_, (Samples::Uint(actual), Samples::Uint(reference))) if is_statistic(layer_of(name)) => {
+            Pair::Words(actual, reference)
         }
         (_, (Samples::Uint(actual), Samples::Uint(reference))) => Pair::Ids(actual, reference),
         _ => Pair::Mixed,
     };
     let renumbered = match values {
         Pair::Ids(actual, reference) => renumbering(actual, reference),
-        Pair::Floats(..) | Pair::Counts(..) | Pair::Mixed => HashMap::new(),
+        Pair::Floats(..) | Pair::Counts(..) | Pair::Words(..) | Pair::Mixed => HashMap::new(),
     };
     for (at, is_beyond) in is_beyond.iter_mut().enumerate() {
         found.different += usize::from(!same_bits(values, at));
@@ -113,6 +116,8 @@ enum Pair<'a> {
     Floats(&'a [f32], &'a [f32]),
     Ids(&'a [u32], &'a [u32]),
     Counts(&'a [u32], &'a [u32]),
+    /// Parts of numbers, of which bits alone are compared.
+    Words(&'a [u32], &'a [u32]),
     /// Floats and ids.
     Mixed,
 }
@@ -120,7 +125,9 @@ enum Pair<'a> {
 fn same_bits(values: Pair<'_>, at: usize) -> bool {
     match values {
         Pair::Floats(actual, reference) => actual[at].to_bits() == reference[at].to_bits(),
-        Pair::Ids(actual, reference) | Pair::Counts(actual, reference) => actual[at] == reference[at],
+        Pair::Ids(actual, reference) | Pair::Counts(actual, reference) | Pair::Words(actual, reference) => {
+            actual[at] == reference[at]
+        }
         Pair::Mixed => false,
     }
 }
@@ -142,6 +149,7 @@ fn difference(values: Pair<'_>, at: usize, renumbered: &HashMap<u32, u32>) -> Op
             let is_other = renumbered.get(&reference[at]) != Some(&actual[at]);
             Some((f64::from(u8::from(is_other)), 0.0))
         }
+        Pair::Words(..) => None,
         Pair::Mixed => Some((1.0, 0.0)),
     }
 }

@@ -46,10 +46,15 @@ pub(super) fn is_light(layer: &str, image: &Image) -> bool {
     known.is_none_or(Aov::is_light) && image.has_colors(layer) && !is_cryptomatte(layer)
 }
 
-/// Whether integers of a layer are numbers rather than ids: counts of samples, and sums of samples. They are statistics of a render, which
-/// have no limit but where every bit counts.
-pub(super) fn holds_counts(layer: &str) -> bool {
+/// Whether integers of a layer are statistics of a render rather than ids: counts of samples, and sums of samples. They have no limit but where
+/// every bit counts.
+pub(super) fn is_statistic(layer: &str) -> bool {
     layer == Aov::SampleCount.name() || layer == SUM_LAYER.trim_end_matches('.')
+}
+
+/// Whether integers of a channel of statistics are numbers. Those of sums are words of longer numbers, but for the count.
+pub(super) fn is_count(channel: &str) -> bool {
+    channel == Aov::SampleCount.name() || channel.strip_prefix(SUM_LAYER) == Some("count")
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::cause::likely_cause;
 use super::channel_difference::{LayerDifference, ValueLimits, channel_difference};
 use super::color_checks::{ColorMeasure, measure_colors};
-use super::common_form::{holds_counts, in_form_of, is_light};
+use super::common_form::{in_form_of, is_light, is_statistic};
 use super::comparison::{Check, Comparison, Mismatch};
 use super::exact::are_identical;
 use super::matte_difference::matte_differences;
@@ -97,8 +97,9 @@ fn beyond_limits(layers: &[LayerDifference], reference: &Image, limits: &Limits)
 /// The layers, with the number of pixels that differ at all. Other numbers of ids alone are no difference.
 fn with_any_difference(layers: &[LayerDifference]) -> Vec<LayerDifference> {
     let counted = layers.iter().map(|layer| {
-        let differing = layer.channels.iter().filter(|channel| channel.largest > 0.0);
-        let different = differing.map(|channel| channel.different);
+        // Of a Cryptomatte, coverage differs where ids have other bits.
+        let differs = layer.channels.iter().any(|channel| channel.largest > 0.0);
+        let different = layer.channels.iter().filter(|_| differs).map(|channel| channel.different);
         LayerDifference { different_pixels: different.max().unwrap_or(0), ..layer.clone() }
     });
     counted.collect()
@@ -144,7 +145,9 @@ fn compare_layers(comparison: &mut Comparison, actual: &Image, reference: &Image
         let is_light = is_light(layer, reference);
         let layer_limits = if is_light { light } else { data };
         let difference = layer_difference(layer, images, layer_limits.0, |_| true);
-        if !holds_counts(layer) {
+        let holds_integers =
+            || reference.channels_of(layer).all(|channel| matches!(channel.samples, Samples::Uint(_)));
+        if !(is_statistic(layer) && holds_integers()) {
             comparison.checks.extend(share_check(layer, &difference, layer_limits, pixels));
         }
         comparison.layers.push(difference);
@@ -172,7 +175,7 @@ fn share_check(
     pixels: usize,
 ) -> Option<Check> {
     let measured = difference.different_pixels as f64 / pixels.max(1) as f64;
-    let worst = difference.channels.iter().filter(|channel| channel.different > 0);
+    let worst = difference.channels.iter().filter(|channel| channel.different > 0 || channel.largest > 0.0);
     let worst = worst.max_by(|a, b| a.largest.total_cmp(&b.largest));
     let (absolute, percent) = (values.absolute, values.relative * 100.0);
     (share < f64::INFINITY).then(|| Check {

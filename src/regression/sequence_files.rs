@@ -169,7 +169,11 @@ fn files_of_folder(path: &Path, depth: Depth) -> Result<Vec<(Key, PathBuf)>> {
             let (file, name) = (entry.path(), entry.file_name());
             if depth == Depth::All && may_hold_frames(&file) {
                 folders.push((below.join(name), file));
-            } else if !is_hidden(&file) && is_image(&file) && file.is_file() {
+            } else if !is_hidden(&file)
+                && is_image(&file)
+                && file.is_file()
+                && !is_output(&file, OutputKind::Movie)
+            {
                 let (name, frame) = numbered_name(name.to_str().unwrap_or_default());
                 files.push(((below.clone(), name, frame), file));
             }

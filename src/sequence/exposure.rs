@@ -55,6 +55,7 @@ fn small_renders(
         resolution: SIZE,
         window: PixelWindow::full(SIZE.0, SIZE.1),
         samples: 1,
+        adaptive: None,
         // Base colours and emission, which a background does not have.
         aovs: AovFlags { centers: !show_background, light: !show_background, ..AovFlags::NONE },
         show_background,

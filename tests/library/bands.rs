@@ -135,7 +135,8 @@ fn bands_are_planned_where_whole_frames_do_not_fit() {
     for (setting, name) in named {
         let error = planned(&["max_memory=1500M", "integrator=path", setting]).unwrap_err();
         let message = format!(
-            "more than the limit of 1.5 GB; render a smaller image or raise `max_memory`; without {name} it"
+            "more than the limit of 1.5 GB; without {name} it is rendered in bands of rows, which fit; render a \
+             smaller image or raise `max_memory`"
         );
         assert!(error.exit_code() == 77 && error.to_string().contains(&message), "{error}");
     }

@@ -77,7 +77,7 @@ fn small_lit_texels_are_lamps() {
     let lamp = lamp_above_floor(16_384, (0.5, 64), 4096.0, one);
     let light = expected((0.5, 64), 4096.0, one);
     assert_close(middle(&lamp), Vec3::splat(light), 0.1 * light);
-    let lamp = lamp_above_floor(4096, (0.5, 256), 50.0, squares);
+    let lamp = lamp_above_floor(16_384, (0.5, 256), 50.0, squares);
     let light = expected((0.5, 256), 50.0, squares);
     assert_close(middle(&lamp), Vec3::splat(light), 0.03 * light);
 }

@@ -9,7 +9,7 @@ use super::glass_passage::GlassPassage;
 use super::interiors::Interiors;
 use super::lights::PreparedLight;
 use super::media::{MediaStack, Medium, VolumeId};
-use super::occluders::OccluderSphere;
+use super::occluders::OccluderBox;
 use super::opaque_materials::OpaqueAlbedos;
 use super::path::{EmissiveTriangles, PathGuide, VisibleEntry, VisibleEnvironment};
 use super::settings::{EnvSamples, IntegratorSettings};
@@ -46,8 +46,8 @@ pub struct IntegratorContext<'a> {
     /// Directions of the shadow rays to the environment from the surfaces of [`Integrator::Whitted`], and from shadow catchers and the ground; `None` where its
     /// light is not occluded.
     pub(super) environment_directions: Option<EnvironmentDirections>,
-    /// What can hide the environment from shadow catchers and the ground, where shadow rays decide about it.
-    pub(super) occluders: Option<OccluderSphere>,
+    /// What can cast shadows on shadow catchers and the ground, where there are any.
+    pub(super) occluders: Option<OccluderBox>,
     /// The environment's peaks as lights of shadow catchers and the ground, where they are not among all lights.
     pub(super) receiver_peaks: Vec<PreparedLight>,
     /// Whether shadow rays of paths sample the environment by its radiance.

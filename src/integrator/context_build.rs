@@ -10,7 +10,7 @@ use super::context::{follows_frosted_glass, follows_rough_reflection};
 use super::environment_directions::EnvironmentDirections;
 use super::interiors::Interiors;
 use super::lights::{self, PreparedLight};
-use super::occluders::OccluderSphere;
+use super::occluders::OccluderBox;
 use super::opaque_materials::{OpaqueAlbedos, is_opaque};
 use super::path::{EmissiveTriangles, PathGuide, VisibleEnvironment};
 use super::random::hash;
@@ -77,9 +77,9 @@ impl<'a> IntegratorContext<'a> {
             camera_media,
             lamp_volumes,
             emissive_triangles: is_path.then(|| EmissiveTriangles::new(view)),
-            occluders: shades_receivers.then(|| OccluderSphere::of(view.frame)),
+            occluders: has_receivers.then(|| OccluderBox::of(view.frame)),
             environment_directions: (traces_environment || shades_receivers)
-                .then(|| EnvironmentDirections::new(view.environment)),
+                .then(|| environment_directions(view, &settings, shades_receivers)),
             receiver_peaks: if is_path && shades_receivers {
                 lights::peak_lights(view.environment, &settings)
             } else {
@@ -105,6 +105,17 @@ impl<'a> IntegratorContext<'a> {
         }
         context
     }
+}
+
+/// Directions of shadow rays to the environment. Receivers are most often horizontal.
+fn environment_directions(
+    view: SceneView<'_>,
+    settings: &IntegratorSettings,
+    shades_receivers: bool,
+) -> EnvironmentDirections {
+    let directions = EnvironmentDirections::new(view.environment);
+    let up = settings.ground.map_or(Vec3::Y, |ground| ground.up);
+    if shades_receivers { directions.with_receivers(up) } else { directions }
 }
 
 /// Share of the environment's light that shadow rays decide about, and of what their occluders reflect that is traced. Automatic ones fade out as the

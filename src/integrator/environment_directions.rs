@@ -9,10 +9,10 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
-use super::occluders::Cone;
+use super::occluders::DirectionRange;
 use super::whitted::local_frame;
 use crate::geometry::sin_cos_of_turn;
-use crate::scene::{Environment, LightGrid, LuminanceImage};
+use crate::scene::{ElevationLimits, Environment, LightGrid, LuminanceImage};
 
 /// The golden ratio less one: the share of a turn from one candidate to the next.
 pub(super) const GOLDEN_SHARE: f32 = 0.618_034;
@@ -25,31 +25,34 @@ const CANDIDATES: usize = 4;
 pub(super) struct EnvironmentDirections {
     /// Directions of diffuse surfaces.
     pub(super) grid: Arc<LightGrid>,
+    /// Limits of the luminance above most receivers.
+    limits: Option<ElevationLimits>,
 }
 
 impl EnvironmentDirections {
     /// Directions of an environment that is lit.
     pub(super) fn new(environment: &Environment) -> Self {
-        Self { grid: environment.light_grid() }
+        Self { grid: environment.light_grid(), limits: None }
+    }
+
+    /// The same with closer limits above receivers of this unit normal.
+    pub(super) fn with_receivers(mut self, normal: Vec3) -> Self {
+        self.limits = Some(self.grid.elevation_limits(normal));
+        self
     }
 
     /// The largest irradiance that [`EnvironmentDirections::within`] may find.
-    pub(super) fn most_within(&self, cone: &Cone, normal: Vec3) -> f32 {
-        self.grid.brightest() * cone.largest_cosine(normal) * cone.solid_angle()
+    pub(super) fn most_within(&self, range: &DirectionRange) -> f32 {
+        let limits = self.limits.as_ref().filter(|limits| limits.normal() == range.normal());
+        let luminance =
+            limits.map_or_else(|| self.grid.brightest(), |limits| limits.up_to(range.highest_sine()));
+        luminance * range.projected_solid_angle()
     }
 
-    /// A direction in a cone above a diffuse surface, and an estimate of the irradiance that the cone holds, by luminance; `None` if it holds
-    /// none. Directions below the surface are mirrored by it, as those of [`LightGrid::diffuse`].
-    pub(super) fn within(&self, cone: &Cone, normal: Vec3, u: Vec2) -> Option<(Vec3, f32)> {
-        let direction = cone.direction(u);
-        let height = direction.dot(normal);
-        let mirrored = direction - normal * (2.0 * height);
-        let above = if height < 0.0 { mirrored } else { direction };
-        // Directions whose mirror image is in the cone, too, are twice as frequent.
-        let has_both = cone.contains(mirrored);
-        let frequency = if has_both { 2.0 } else { 1.0 };
-        let irradiance = self.grid.luminance(above) * height.abs() * cone.solid_angle() / frequency;
-        ((height >= 0.0 || has_both) && irradiance > 0.0).then_some((above, irradiance))
+    /// A direction in a range of a diffuse surface, and an estimate of the irradiance that the range holds, by luminance.
+    pub(super) fn within(&self, range: &DirectionRange, u: Vec2) -> (Vec3, f32) {
+        let wi = range.direction(u);
+        (wi, self.grid.luminance(wi) * range.projected_solid_angle())
     }
 
     /// A direction from which light reaches a diffuse surface ([`LightGrid::diffuse`]); where none does, one of those from which other

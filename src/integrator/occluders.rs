@@ -1,39 +1,42 @@
-//! Where shadow rays can be blocked: in a sphere around all surfaces that cast shadows.
+//! Where shadow rays can be blocked: in a box around all surfaces that cast shadows.
 
 use std::f32::consts::TAU;
 
-use glam::{Vec2, Vec3};
+use glam::{Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::whitted::local_frame;
 use crate::bvh::TriangleFlags;
 use crate::frame::Frame;
-use crate::geometry::{Aabb, sin_cos_of_turn};
+use crate::geometry::{Aabb, Ray, sin_cos_of_turn};
 
-/// Largest squared sine of half the angle of a cone: 30°. In wider ones, directions are better chosen by the light.
-const MAX_SINE_SQUARED: f32 = 0.25;
-/// Margin of the sphere for the rounding of rays.
-const MARGIN: f32 = 1.001;
+/// Margin of the box for the rounding of rays, as a share of its diagonal.
+const MARGIN: f32 = 0.0005;
 /// Triangles of one parallel task.
 const TRIANGLES_PER_TASK: usize = 16_384;
 
-/// A sphere around all surfaces that cast shadows.
+/// A box around all surfaces that cast shadows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct OccluderSphere {
+pub(super) struct OccluderBox {
     center: Vec3,
-    radius: f32,
+    half_extent: Vec3,
 }
 
-/// Directions around an axis.
+/// Directions above a surface in a range of azimuths and elevations.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Cone {
-    axis: Vec3,
-    /// One less the cosine of half the angle.
-    height: f32,
+pub(super) struct DirectionRange {
+    /// Tangent, bitangent and normal of the surface.
+    frame: Mat3,
+    /// Unit vector in the tangent plane from which azimuths count, towards the bitangent.
+    start: Vec2,
+    /// Azimuths, radians: at most half a turn, or a whole one.
+    span: f32,
+    /// Squared sines of the lowest and the highest elevation.
+    sines_squared: [f32; 2],
 }
 
-impl OccluderSphere {
-    /// The sphere around the visible triangles of a frame but those of shadow catchers.
+impl OccluderBox {
+    /// The box around the visible triangles of a frame but those of shadow catchers.
     pub(super) fn of(frame: &Frame) -> Self {
         let casts_shadows = |instance: u32| {
             let material = frame.instances[instance as usize].material;
@@ -48,52 +51,111 @@ impl OccluderSphere {
             })
             .map(|((triangle, _), _)| triangle.bounds())
             .reduce(|| Aabb::EMPTY, Aabb::union);
+        Self::new(bounds)
+    }
+
+    pub(super) fn new(bounds: Aabb) -> Self {
         if bounds.is_empty() {
-            return Self::new(Vec3::ZERO, 0.0);
+            return Self { center: Vec3::ZERO, half_extent: Vec3::NEG_INFINITY };
         }
-        Self::new(bounds.center(), 0.5 * bounds.extent().length() * MARGIN)
+        let margin = bounds.extent().length() * MARGIN;
+        Self { center: bounds.center(), half_extent: bounds.extent() * 0.5 + margin }
     }
 
-    pub(super) fn new(center: Vec3, radius: f32) -> Self {
-        Self { center, radius }
+    /// Whether nothing casts shadows.
+    fn is_empty(&self) -> bool {
+        self.half_extent.x < 0.0
     }
 
-    /// The directions from a point towards the sphere; `None` if they are not a narrow cone.
-    pub(super) fn cone_from(&self, point: Vec3) -> Option<Cone> {
+    /// Whether a ray misses the box.
+    pub(super) fn is_missed_by(&self, ray: &Ray) -> bool {
+        let (to_center, inverse) = (self.center - ray.origin, ray.direction.recip());
+        let [low, high] = [-self.half_extent, self.half_extent].map(|offset| (to_center + offset) * inverse);
+        let near = low.min(high).max_element().max(ray.t_min);
+        let far = low.max(high).min_element().min(ray.t_max);
+        self.is_empty() || near > far
+    }
+
+    /// The directions from a point of a surface towards the box; `None` if they may have any azimuth. They are those to a box that lies along the
+    /// surface's tangents.
+    pub(super) fn range_from(&self, point: Vec3, normal: Vec3) -> Option<DirectionRange> {
+        let frame = local_frame(normal);
+        let nothing = DirectionRange { frame, start: Vec2::X, span: 0.0, sines_squared: [0.0; 2] };
         let span = self.center - point;
-        let sine_squared = self.radius * self.radius / span.length_squared();
-        let height = sine_squared / (1.0 + (1.0 - sine_squared).sqrt());
-        (sine_squared <= MAX_SINE_SQUARED).then(|| Cone { axis: span.normalize(), height })
+        let along = |axis: Vec3| (span.dot(axis), self.half_extent.dot(axis.abs()));
+        let [(x, half_x), (y, half_y), (height, half_height)] =
+            [frame.x_axis, frame.y_axis, frame.z_axis].map(along);
+        let (lowest, highest) = (height - half_height, height + half_height);
+        if self.is_empty() || highest <= 0.0 {
+            return Some(nothing);
+        }
+
+        // Elevations: the top at the nearest distance, the base at the farthest.
+        let nearest = Vec2::new((x.abs() - half_x).max(0.0), (y.abs() - half_y).max(0.0)).length_squared();
+        let is_below = nearest <= 0.0;
+        if is_below && lowest <= 0.0 {
+            return None;
+        }
+        let farthest = Vec2::new(x.abs() + half_x, y.abs() + half_y).length_squared();
+        let sine_squared =
+            |height: f32, distance_squared: f32| height * height / (height * height + distance_squared);
+        let sines_squared = [sine_squared(lowest.max(0.0), farthest), sine_squared(highest, nearest)];
+        if is_below {
+            return Some(DirectionRange { span: TAU, sines_squared, ..nothing });
+        }
+
+        // Azimuths: the two corners between which all others are seen
+        let center = Vec2::new(x, y);
+        let corners = [(-half_x, -half_y), (half_x, -half_y), (-half_x, half_y), (half_x, half_y)]
+            .map(|(x, y)| center + Vec2::new(x, y));
+        let (mut first, mut last) = ((f32::INFINITY, center), (f32::NEG_INFINITY, center));
+        for corner in corners {
+            let order = angle_order(center, corner);
+            if order < first.0 {
+                first = (order, corner);
+            }
+            if order > last.0 {
+                last = (order, corner);
+            }
+        }
+        let (first, last) = (first.1, last.1);
+        let span = libm::atan2f(first.perp_dot(last), first.dot(last)).max(0.0);
+        Some(DirectionRange { start: first.normalize_or(Vec2::X), span, sines_squared, ..nothing })
     }
 }
 
-impl Cone {
-    /// Solid angle, steradians.
-    pub(super) fn solid_angle(&self) -> f32 {
-        TAU * self.height
+/// A number that grows with the angle from one vector to another, from -2 at minus half a turn to 2 at half a turn.
+fn angle_order(from: Vec2, to: Vec2) -> f32 {
+    let (sine, cosine) = (from.perp_dot(to), from.dot(to));
+    let share = cosine / (sine.abs() + cosine.abs());
+    if sine >= 0.0 { 1.0 - share } else { share - 1.0 }
+}
+
+impl DirectionRange {
+    /// Unit normal of the surface.
+    pub(super) fn normal(&self) -> Vec3 {
+        self.frame.z_axis
     }
 
-    /// The largest cosine between a direction and a unit vector; 0 if none is positive.
-    pub(super) fn largest_cosine(&self, normal: Vec3) -> f32 {
-        let (to_axis, half) = (self.axis.dot(normal), 1.0 - self.height);
-        if to_axis >= half {
-            return 1.0;
-        }
-        let sines = (1.0 - to_axis * to_axis).max(0.0) * self.height * (2.0 - self.height);
-        (to_axis * half + sines.sqrt()).max(0.0)
+    /// The sine of the highest elevation.
+    pub(super) fn highest_sine(&self) -> f32 {
+        self.sines_squared[1].sqrt()
     }
 
-    /// A direction, evenly by solid angle.
+    /// The irradiance of the surface by a radiance of 1 from all directions of the range: its projected solid angle, steradians.
+    pub(super) fn projected_solid_angle(&self) -> f32 {
+        let [lowest, highest] = self.sines_squared;
+        0.5 * self.span * (highest - lowest)
+    }
+
+    /// A direction, by its cosine to the normal.
     pub(super) fn direction(&self, u: Vec2) -> Vec3 {
-        let height = self.height * u.x;
-        let radius = (height * (2.0 - height)).sqrt();
-        let (sine, cosine) = sin_cos_of_turn(u.y * TAU);
-        local_frame(self.axis) * Vec3::new(radius * cosine, radius * sine, 1.0 - height)
-    }
-
-    /// Whether a unit vector lies within.
-    pub(super) fn contains(&self, direction: Vec3) -> bool {
-        direction.dot(self.axis) >= 1.0 - self.height
+        let (sine, cosine) = sin_cos_of_turn(u.x * self.span);
+        let azimuth = self.start.rotate(Vec2::new(cosine, sine));
+        let [lowest, highest] = self.sines_squared;
+        let sine_squared = lowest + (highest - lowest) * u.y;
+        let level = (1.0 - sine_squared).max(0.0).sqrt();
+        self.frame * Vec3::new(azimuth.x * level, azimuth.y * level, sine_squared.sqrt())
     }
 }
 
@@ -103,23 +165,35 @@ mod tests {
     use crate::geometry::spiral_direction;
     use crate::scene::{Selection, SelectionRequest, mark_shadow_catchers};
 
+    fn around(center: Vec3, half_extent: Vec3) -> OccluderBox {
+        OccluderBox::new(Aabb { min: center - half_extent, max: center + half_extent })
+    }
+
+    /// The azimuth of a direction from the range's first one, in turns, and its squared sine of elevation.
+    fn coordinates(range: &DirectionRange, direction: Vec3) -> (f32, f32) {
+        let local = range.frame.transpose() * direction.normalize();
+        let (sine, cosine) = (range.start.perp_dot(local.truncate()), range.start.dot(local.truncate()));
+        (libm::atan2f(sine, cosine), local.z * local.z)
+    }
+
     #[test]
-    fn the_sphere_holds_what_casts_shadows_and_nothing_else() {
+    fn the_box_holds_what_casts_shadows_and_nothing_else() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/environment/shadow_catcher.gltf");
         let mut scene = crate::gltf::import(path.as_ref(), &crate::gltf::ImportOptions::default()).unwrap();
         let (selection, _) = Selection::resolve(&SelectionRequest::default(), &scene).unwrap();
-        let with_floor = OccluderSphere::of(&Frame::at(&scene, &selection, 0.0));
+        let with_floor = OccluderBox::of(&Frame::at(&scene, &selection, 0.0));
         assert!(mark_shadow_catchers(&mut scene, "floor") > 0);
         let mut frame = Frame::at(&scene, &selection, 0.0);
-        let without_floor = OccluderSphere::of(&frame);
-        assert!(without_floor.radius < 0.5 * with_floor.radius);
+        let without_floor = OccluderBox::of(&frame);
+        assert!(without_floor.half_extent.length() < 0.5 * with_floor.half_extent.length());
         let casts = |frame: &Frame, index: usize| {
             let material = frame.instances[frame.instance_of_triangle[index] as usize].material;
             !frame.materials[material.index()].is_shadow_catcher
         };
         for (index, triangle) in frame.triangles.iter().enumerate().filter(|(index, _)| casts(&frame, *index))
         {
-            let is_inside = |corner: &Vec3| corner.distance(without_floor.center) <= without_floor.radius;
+            let is_inside =
+                |corner: &Vec3| (*corner - without_floor.center).abs().cmple(without_floor.half_extent).all();
             assert!(triangle.vertices.iter().all(is_inside), "{index}");
         }
 
@@ -130,58 +204,115 @@ mod tests {
                 frame.flags[index] = frame.flags[index].with(TriangleFlags::HIDDEN);
             }
         }
-        let of_last = OccluderSphere::of(&frame);
-        assert_eq!(of_last.center, frame.triangles[last].bounds().center());
-        assert!(of_last.radius > 0.0 && of_last.radius < without_floor.radius);
-        assert_eq!(OccluderSphere::of(&Frame::default()), OccluderSphere::new(Vec3::ZERO, 0.0));
-    }
-
-    /// The largest cosine between directions on the rim of a cone or its axis and a normal.
-    fn spiral_cosines(cone: &Cone, normal: Vec3) -> f32 {
-        let rim = (0..128).map(|i| cone.direction(Vec2::new(1.0, i as f32 / 128.0)).dot(normal));
-        let inside = (0..4096).map(|i| {
-            let i = i as f32 / 4096.0;
-            cone.direction(Vec2::new(i, i * 64.0 % 1.0)).dot(normal)
-        });
-        rim.chain(inside).fold(f32::NEG_INFINITY, f32::max)
+        let of_last = OccluderBox::of(&frame);
+        assert_eq!(of_last, OccluderBox::new(frame.triangles[last].bounds()));
+        assert_eq!(OccluderBox::of(&Frame::default()), OccluderBox::new(Aabb::EMPTY));
     }
 
     #[test]
-    fn cones_hold_the_directions_to_the_sphere_and_no_others() {
-        let sphere = OccluderSphere::new(Vec3::new(1.0, -2.0, 0.5), 0.75);
-        for point in [Vec3::new(1.0, 0.0, 0.5), Vec3::new(-7.0, 3.0, 2.0), Vec3::new(900.0, 0.0, 0.0)] {
-            let cone = sphere.cone_from(point).unwrap();
-            let to_center = sphere.center - point;
-            let is_hit = |wi: Vec3| to_center.reject_from_normalized(wi).length();
-            for i in 0..64_u8 {
-                let u = Vec2::new((f32::from(i) + 0.5) / 64.0, f32::from(i) * 0.618_034 % 1.0);
-                let inside = cone.direction(u);
-                assert!((inside.length() - 1.0).abs() < 1e-6);
-                assert!(is_hit(inside) <= sphere.radius * 1.0001 && inside.dot(to_center) > 0.0);
-                let normal = spiral_direction(u32::from(i), 64);
-                let cosines = spiral_cosines(&cone, normal);
-                assert!(cosines <= cone.largest_cosine(normal) + 1e-6);
-                assert!(cosines.max(0.0) > cone.largest_cosine(normal) - 0.02, "{normal}");
-                let far = spiral_direction(u32::from(i), 64);
-                let hits = is_hit(far) < sphere.radius && far.dot(to_center) > 0.0;
-                assert_eq!(cone.contains(far), hits, "{far}");
+    fn ranges_hold_the_directions_to_the_box() {
+        let (center, half_extent) = (Vec3::new(1.0, 0.5, -2.0), Vec3::new(0.3, 0.8, 1.5));
+        let occluders = around(center, half_extent);
+        let mut ranges = 0;
+        for i in 0..200 {
+            let normal = if i % 2 == 0 { Vec3::Y } else { spiral_direction(i, 200) };
+            let point = center + spiral_direction(i * 7 % 200, 200) * (0.4 + 0.02 * i as f32);
+            let Some(range) = occluders.range_from(point, normal) else { continue };
+            ranges += 1;
+            assert!((0.0..=std::f32::consts::PI).contains(&range.span) || range.span == TAU);
+            for j in 0..500 {
+                let j = j as f32;
+                let share = Vec3::new(j * 0.8191725, j * 0.6710436, j * 0.5497004).fract() * 2.0 - 1.0;
+                let to_box = center + half_extent * share - point;
+                if to_box.dot(normal) <= 0.0 {
+                    continue;
+                }
+                let (azimuth, sine_squared) = coordinates(&range, to_box);
+                let azimuth = if range.span == TAU { azimuth.rem_euclid(TAU) } else { azimuth };
+                let [lowest, highest] = range.sines_squared;
+                assert!((-1e-4..range.span + 1e-4).contains(&azimuth), "{i}: {azimuth} {}", range.span);
+                assert!((lowest..=highest).contains(&sine_squared), "{i}: {sine_squared}");
             }
-            // A sphere of radius r at distance d fills 2 pi (1 - sqrt(1 - r²/d²)).
-            let distance = f64::from(to_center.length());
-            let expected =
-                std::f64::consts::TAU * (1.0 - (1.0 - (f64::from(sphere.radius) / distance).powi(2)).sqrt());
-            assert!((f64::from(cone.solid_angle()) / expected - 1.0).abs() < 1e-4);
         }
+        assert!(ranges > 100, "{ranges}");
     }
 
     #[test]
-    fn near_points_and_points_inside_have_no_cone() {
-        let sphere = OccluderSphere::new(Vec3::ZERO, 1.0);
-        for point in [Vec3::ZERO, Vec3::X * 0.5, Vec3::X, Vec3::X * 1.9] {
-            assert_eq!(sphere.cone_from(point), None);
+    fn rays_miss_the_box_where_no_part_of_them_is_inside() {
+        let (center, half_extent) = (Vec3::new(1.0, 0.5, -2.0), Vec3::new(0.3, 0.8, 1.5));
+        let occluders = around(center, half_extent);
+        let mut missed = 0;
+        for i in 0..2000 {
+            let (origin, direction) =
+                (center + spiral_direction(i * 7 % 2000, 2000) * 2.5, spiral_direction(i, 2000));
+            let direction = (center + direction - origin).normalize();
+            let t_max = if i % 2 == 0 { f32::INFINITY } else { 2.0 };
+            let ray = Ray { t_max, ..Ray::new(origin, direction) };
+            let is_inside = |step: u32| {
+                let distance = (ray.at(step as f32 * 0.002) - center).abs();
+                distance.cmple(half_extent).all()
+            };
+            let ends = if i % 2 == 0 { 3000 } else { 1000 };
+            let enters = (0..ends).any(is_inside);
+            let is_missed = occluders.is_missed_by(&ray);
+            missed += u32::from(is_missed);
+            assert!(!(enters && is_missed), "{i}");
         }
-        let empty = OccluderSphere::new(Vec3::ZERO, 0.0);
-        assert_eq!(empty.cone_from(Vec3::X).map(|cone| cone.solid_angle()), Some(0.0));
-        assert_eq!(empty.cone_from(Vec3::ZERO), None);
+        assert!((600..1900).contains(&missed), "{missed}");
+        // Rays along an axis, and what is no box
+        assert!(!occluders.is_missed_by(&Ray::new(center - Vec3::X * 9.0, Vec3::X)));
+        assert!(occluders.is_missed_by(&Ray::new(center - Vec3::X * 9.0 + Vec3::Y, Vec3::X)));
+        assert!(OccluderBox::new(Aabb::EMPTY).is_missed_by(&Ray::new(Vec3::ZERO, Vec3::X)));
+        let flat = OccluderBox::new(Aabb { min: -Vec3::X - Vec3::Z, max: Vec3::X + Vec3::Z });
+        assert!(!flat.is_missed_by(&Ray::new(Vec3::NEG_Y, Vec3::Y)));
+    }
+
+    #[test]
+    fn directions_of_a_range_are_spread_by_their_cosine() {
+        let point = Vec3::new(-3.0, 0.0, 0.5);
+        let range = around(Vec3::new(0.0, 1.5, 0.0), Vec3::ONE).range_from(point, Vec3::Y).unwrap();
+        let inside = |wi: Vec3| {
+            let (azimuth, sine_squared) = coordinates(&range, wi);
+            let [lowest, highest] = range.sines_squared;
+            wi.y > 0.0
+                && (-1e-5..range.span + 1e-5).contains(&azimuth)
+                && (lowest - 1e-5..highest + 1e-5).contains(&sine_squared)
+        };
+        // The integral of the cosine over the directions within, and their mean by the cosine
+        let count = 400_000;
+        let (mut irradiance, mut mean) = (0.0, Vec3::ZERO);
+        for wi in (0..count).map(|i| spiral_direction(i, count)).filter(|wi| inside(*wi)) {
+            irradiance += f64::from(wi.y);
+            mean += wi * wi.y;
+        }
+        mean /= irradiance as f32;
+        irradiance *= 4.0 * std::f64::consts::PI / f64::from(count);
+        assert!((f64::from(range.projected_solid_angle()) / irradiance - 1.0).abs() < 5e-3);
+
+        let samples = 10_000;
+        let mut of_samples = Vec3::ZERO;
+        for i in 0..samples {
+            let wi = range.direction(Vec2::new(i as f32 * 0.754_877_7, i as f32 * 0.569_840_3).fract());
+            assert!((wi.length() - 1.0).abs() < 1e-5 && inside(wi));
+            of_samples += wi / samples as f32;
+        }
+        assert!(of_samples.distance(mean) < 5e-3, "{of_samples} {mean}");
+    }
+
+    #[test]
+    fn points_inside_a_box_have_no_range_and_points_above_an_empty_one() {
+        let occluders = around(Vec3::Y * 3.0, Vec3::ONE);
+        assert_eq!(occluders.range_from(Vec3::Y * 2.0, Vec3::Y), None);
+        assert_eq!(occluders.range_from(Vec3::Y * 3.0, Vec3::Y), None);
+        let solid_angle = |occluders: OccluderBox, point: Vec3| {
+            occluders.range_from(point, Vec3::Y).map(|range| range.projected_solid_angle())
+        };
+        assert_eq!(solid_angle(occluders, Vec3::Y * 5.0), Some(0.0));
+        assert_eq!(solid_angle(OccluderBox::new(Aabb::EMPTY), Vec3::ZERO), Some(0.0));
+        assert!(solid_angle(occluders, Vec3::X * 1.5).unwrap() > 0.5);
+        // Below, those around the zenith: within 45° here
+        let below = around(Vec3::Y * 3.0, Vec3::new(1.0, 1.585_786, 1.0));
+        let half = solid_angle(below, Vec3::ZERO).unwrap() / std::f32::consts::PI;
+        assert!((half - 0.5).abs() < 5e-3, "{half}");
     }
 }

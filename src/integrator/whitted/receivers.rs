@@ -24,10 +24,16 @@ const RAYS_TOGETHER: usize = 4096;
 
 /// Shadow rays to the environment from a receiver that a camera sees, unless their number is set. Most of them miss everything and are cheap;
 /// each that does not is a speck on an even surface.
-const ENVIRONMENT_RAYS: u32 = 4;
+const RAYS_OF_ALL_LIGHT: u32 = 4;
+/// The same where they go towards the occluders alone.
+const RAYS_TO_OCCLUDERS: u32 = 2;
 
 /// Share of the light about which a single ray may decide at most, to be no worse than that many.
 const MOST_OF_ONE_RAY: f32 = 0.5;
+
+/// Share of the light for which a ray is traced at least. Where less is in question, rays are traced for some samples, and decide about this much there:
+/// that takes a fifth of the time of a character on the ground away, and its shadow has 4 % more noise.
+const LEAST_OF_ONE_RAY: f32 = 0.25;
 
 /// First dimension of the sample points of receivers, beyond those of surfaces and paths.
 const FIRST_DIMENSION: u32 = 1 << 31;
@@ -146,15 +152,21 @@ impl Tracer<'_, '_> {
         shadow_end: impl Fn(Vec3) -> Vec3,
     ) {
         let context = self.context;
+        let mut certain = 0.0;
         for (index, light) in context.receiver_lights().enumerate() {
             let Some(incidence) = light.incidence(receiver.position) else { continue };
             let cosine = incidence.wi.dot(receiver.normal);
             if cosine > 0.0 {
                 let ray = light.shadow_ray(shadow_end(incidence.span), receiver.seed, index);
-                shadows.push(index, ray, incidence.irradiance * cosine);
+                let irradiance = incidence.irradiance * cosine;
+                if context.occluders.is_some_and(|occluders| occluders.is_missed_by(&ray)) {
+                    certain += luminance(irradiance);
+                } else {
+                    shadows.push(index, ray, irradiance);
+                }
             }
         }
-        let certain = self.add_environment(shadows, receiver, &shadow_end);
+        certain += self.add_environment(shadows, receiver, &shadow_end);
         shadows.receivers.push(QueuedReceiver { end: shadows.rays.len(), certain });
     }
 
@@ -174,47 +186,62 @@ impl Tracer<'_, '_> {
         }
         let origin = shadow_end(Vec3::ZERO);
         let lights = context.receiver_lights().count();
-        // The light in a cone is known on the grid of the directions; what counts is its share of all light there. A ray may not decide about
+        // The light in a range is known on the grid of the directions; what counts is its share of all light there. A ray may not decide about
         // more than that: shadows would be too light where they are limited to it.
         let of_grid = luminance(all) / irradiance.of_grid;
-        let cone = context.occluders.and_then(|occluders| occluders.cone_from(origin));
-        let most =
-            cone.map_or(f32::INFINITY, |cone| directions.most_within(&cone, receiver.normal)) * of_grid;
-        let cone = cone.filter(|_| most <= luminance(all));
-        let rays = match context.settings.env_samples {
-            _ if receiver.points.is_none() => 1,
-            // Paths take many samples.
-            _ if context.settings.integrator == Integrator::Path => 1,
-            EnvSamples::Fixed(rays) => rays,
-            EnvSamples::Auto if most <= MOST_OF_ONE_RAY * luminance(all) => 1,
-            EnvSamples::Auto => ENVIRONMENT_RAYS,
-        };
-        let mut add = |wi: Vec3, irradiance: Vec3| {
-            shadows.push(lights, Ray::new(origin, wi), irradiance);
-        };
+        let range = context.occluders.and_then(|occluders| occluders.range_from(origin, receiver.normal));
+        let most = range.map_or(f32::INFINITY, |range| directions.most_within(&range)) * of_grid;
+        let range = range.filter(|_| most <= luminance(all));
+        let (rays, probability) =
+            self.environment_rays(receiver, range.is_some().then_some(most / luminance(all)));
         // The rays of a sample share one sample point, which each moves on.
         let point = |number| receiver.environment_point(lights, number);
-        let (share, u) = (all / rays as f32, point(0));
-        let Some(cone) = cone else {
-            let choice = point(1).x;
+        let (u, choice) = (point(0), point(1).x);
+        let Some(range) = range else {
             for number in 0..rays {
                 let random = (choice + number as f32 * GOLDEN_SHARE).fract();
                 if let Some(wi) = directions.grid.diffuse(receiver.normal, r2_moved(u, number), random) {
-                    add(wi, share);
+                    shadows.push(lights, Ray::new(origin, wi), all / rays as f32);
                 }
             }
             return 0.0;
         };
-        // All light from beyond the cone arrives.
+        // All light from beyond the range arrives.
         let mut certain = luminance(all);
+        if choice >= probability {
+            return certain;
+        }
         for number in 0..rays {
-            if let Some((wi, in_cone)) = directions.within(&cone, receiver.normal, r2_moved(u, number)) {
-                let decided = in_cone * of_grid / rays as f32;
+            let (wi, in_range) = directions.within(&range, r2_moved(u, number));
+            if in_range > 0.0 {
+                let decided = in_range * of_grid / (rays as f32 * probability);
                 certain -= decided;
-                add(wi, share * (decided / luminance(share)));
+                shadows.push(lights, Ray::new(origin, wi), all * (decided / luminance(all)));
             }
         }
         certain
+    }
+
+    /// How many shadow rays go to the environment, and the probability that they are traced. `most` is the share of its light that one ray may decide
+    /// about where rays go towards the occluders alone.
+    fn environment_rays(&self, receiver: &Receiver, most: Option<f32>) -> (u32, f32) {
+        let settings = &self.context.settings;
+        let rays = match settings.env_samples {
+            _ if receiver.points.is_none() => 1,
+            // Paths take many samples.
+            _ if settings.integrator == Integrator::Path => 1,
+            EnvSamples::Fixed(rays) => rays,
+            EnvSamples::Auto => match most {
+                Some(most) if most <= MOST_OF_ONE_RAY => 1,
+                Some(_) => RAYS_TO_OCCLUDERS,
+                None => RAYS_OF_ALL_LIGHT,
+            },
+        };
+        let probability = match (settings.env_samples, most) {
+            (EnvSamples::Auto, Some(most)) => (most / LEAST_OF_ONE_RAY).min(1.0),
+            _ => 1.0,
+        };
+        (rays, probability)
     }
 
     fn trace_receivers(&mut self, shadows: &mut ReceiverShadows) {

@@ -4,15 +4,18 @@
 //! arrives: a ratio of shadowed to unshadowed samples (Heitz, Hill and McGuire, "Combining Analytic Direct Illumination and Stochastic
 //! Shadows", I3D 2018). Directions follow the light that the lookup averages, so that the ratio is the mean visibility of the samples.
 
+mod hemisphere_light;
+
 use std::f32::consts::TAU;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
+use self::hemisphere_light::{HemisphereLight, LightWindow};
 use super::occluders::DirectionRange;
 use super::whitted::local_frame;
 use crate::geometry::sin_cos_of_turn;
-use crate::scene::{ElevationLimits, Environment, LightGrid, LuminanceImage};
+use crate::scene::{Environment, LightGrid, LuminanceImage};
 
 /// The golden ratio less one: the share of a turn from one candidate to the next.
 pub(super) const GOLDEN_SHARE: f32 = 0.618_034;
@@ -25,34 +28,47 @@ const CANDIDATES: usize = 4;
 pub(super) struct EnvironmentDirections {
     /// Directions of diffuse surfaces.
     pub(super) grid: Arc<LightGrid>,
-    /// Limits of the luminance above most receivers.
-    limits: Option<ElevationLimits>,
+    /// The light above most receivers.
+    above_receivers: Option<HemisphereLight>,
+}
+
+/// The light of a range of directions above a diffuse surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum RangeLight<'a> {
+    /// By the light of the directions, above most receivers.
+    Windowed(&'a HemisphereLight, LightWindow),
+    /// By the cosine of the directions, above others.
+    Even {
+        range: DirectionRange,
+        grid: &'a LightGrid,
+        /// Projected solid angle over the irradiance by the grid: the share of all light for one of luminance.
+        share: f32,
+    },
 }
 
 impl EnvironmentDirections {
     /// Directions of an environment that is lit.
     pub(super) fn new(environment: &Environment) -> Self {
-        Self { grid: environment.light_grid(), limits: None }
+        Self { grid: environment.light_grid(), above_receivers: None }
     }
 
-    /// The same with closer limits above receivers of this unit normal.
+    /// The same for receivers, most of which have this unit normal.
     pub(super) fn with_receivers(mut self, normal: Vec3) -> Self {
-        self.limits = Some(self.grid.elevation_limits(normal));
+        self.above_receivers = Some(HemisphereLight::new(normal, |wi| self.grid.luminance(wi)));
         self
     }
 
-    /// The largest irradiance that [`EnvironmentDirections::within`] may find.
-    pub(super) fn most_within(&self, range: &DirectionRange) -> f32 {
-        let limits = self.limits.as_ref().filter(|limits| limits.normal() == range.normal());
-        let luminance =
-            limits.map_or_else(|| self.grid.brightest(), |limits| limits.up_to(range.highest_sine()));
-        luminance * range.projected_solid_angle()
-    }
-
-    /// A direction in a range of a diffuse surface, and an estimate of the irradiance that the range holds, by luminance.
-    pub(super) fn within(&self, range: &DirectionRange, u: Vec2) -> (Vec3, f32) {
-        let wi = range.direction(u);
-        (wi, self.grid.luminance(wi) * range.projected_solid_angle())
+    /// The light of a range. `irradiance` is that of its surface by the grid.
+    pub(super) fn in_range(&self, range: DirectionRange, irradiance: f32) -> RangeLight<'_> {
+        match &self.above_receivers {
+            Some(light) if light.normal() == range.normal() => {
+                RangeLight::Windowed(light, light.window(&range))
+            }
+            _ => {
+                let share = range.projected_solid_angle() / irradiance;
+                RangeLight::Even { range, grid: &self.grid, share }
+            }
+        }
     }
 
     /// A direction from which light reaches a diffuse surface ([`LightGrid::diffuse`]); where none does, one of those from which other
@@ -75,6 +91,27 @@ impl EnvironmentDirections {
         let chosen = sums.iter().position(|sum_to| random * sum < *sum_to);
         let any = ((random * CANDIDATES as f32) as usize).min(CANDIDATES - 1);
         candidates.get(chosen.unwrap_or(any))
+    }
+}
+
+impl RangeLight<'_> {
+    /// The largest share of the surface's light that [`RangeLight::sample`] may find in the range.
+    pub(super) fn most(&self) -> f32 {
+        match self {
+            Self::Windowed(light, window) => window.irradiance() / light.irradiance(),
+            Self::Even { grid, share, .. } => grid.brightest() * share,
+        }
+    }
+
+    /// A direction, and an estimate of the share of the surface's light that comes from the range.
+    pub(super) fn sample(&self, u: Vec2) -> (Vec3, f32) {
+        match self {
+            Self::Windowed(light, window) => (light.direction(window, u.into()), self.most()),
+            Self::Even { range, grid, share } => {
+                let wi = range.direction(u);
+                (wi, grid.luminance(wi) * share)
+            }
+        }
     }
 }
 

@@ -137,9 +137,20 @@ impl DirectionRange {
         self.frame.z_axis
     }
 
-    /// The sine of the highest elevation.
-    pub(super) fn highest_sine(&self) -> f32 {
-        self.sines_squared[1].sqrt()
+    /// The first azimuth from the tangent of [`local_frame`], from 0 to a whole turn, radians.
+    pub(super) fn start_azimuth(&self) -> f32 {
+        let azimuth = libm::atan2f(self.start.y, self.start.x);
+        if azimuth < 0.0 { azimuth + TAU } else { azimuth }
+    }
+
+    /// Azimuths, radians.
+    pub(super) fn span(&self) -> f32 {
+        self.span
+    }
+
+    /// Squared sines of the lowest and the highest elevation.
+    pub(super) fn sines_squared(&self) -> [f32; 2] {
+        self.sines_squared
     }
 
     /// The irradiance of the surface by a radiance of 1 from all directions of the range: its projected solid angle, steradians.

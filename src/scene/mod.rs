@@ -56,8 +56,8 @@ pub use environment::{
     BuiltInLight, ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, KeyLight,
 };
 pub(crate) use environment::{
-    ElevationLimits, EnvironmentSectors, LightGrid, LookupLanes, LuminanceImage, SECTOR_COLUMNS, SECTOR_ROWS,
-    SECTORS, columns_for_cube, interval, prefix_sums,
+    EnvironmentSectors, LightGrid, LookupLanes, LuminanceImage, SECTOR_COLUMNS, SECTOR_ROWS, SECTORS,
+    columns_for_cube, interval, prefix_sums,
 };
 pub use file_storage::{AssetCacheUse, FileStorage, StoredImage};
 pub use ground::Ground;

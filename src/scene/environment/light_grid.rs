@@ -5,7 +5,6 @@ use std::f32::consts::TAU;
 use glam::{Vec2, Vec3};
 
 use super::LuminanceImage;
-use super::elevation_limits::ElevationLimits;
 use super::lookup_lanes::LookupLanes;
 use crate::geometry::{F32Lanes, Vec3Lanes};
 
@@ -122,11 +121,6 @@ impl LightGrid {
     #[inline(always)]
     pub(crate) fn luminance_at_uv(&self, uv: Vec2) -> f32 {
         self.luminance.at_uv(uv)
-    }
-
-    /// The largest luminances above a plane of a unit normal.
-    pub(crate) fn elevation_limits(&self, normal: Vec3) -> ElevationLimits {
-        ElevationLimits::new(normal, LuminanceImage::SPACING, self.luminance.nodes())
     }
 
     /// The largest luminance from any direction.

@@ -63,14 +63,6 @@ impl LuminanceImage {
         self.0.largest()
     }
 
-    /// Largest angle between a direction and a node whose luminance counts there, radians: the diagonal of a cell.
-    pub(super) const SPACING: f32 = 0.06;
-
-    /// The directions of all nodes with their luminances.
-    pub(super) fn nodes(&self) -> impl Iterator<Item = (Vec3, f32)> {
-        node_directions(Self::CELLS).zip(self.0.numbers().iter().copied())
-    }
-
     /// Luminance from the direction of a position in the unit square.
     #[inline(always)]
     pub(crate) fn at_uv(&self, uv: Vec2) -> f32 {

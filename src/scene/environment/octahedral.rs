@@ -50,11 +50,6 @@ impl OctahedralImage<f32> {
         self.interpolated(uv)
     }
 
-    /// The numbers of the nodes.
-    pub(super) fn numbers(&self) -> &[f32] {
-        &self.nodes
-    }
-
     /// The largest number.
     pub(super) fn largest(&self) -> f32 {
         self.nodes.iter().copied().fold(0.0, f32::max)

@@ -67,15 +67,16 @@ pub fn run(job: &SequenceJob, plan: &Plan, cancel: &CancelFlag, on_event: OnEven
     summary
 }
 
-/// Tone mapping of the run, where anything is tone-mapped. Automatic exposure is computed here, once.
+/// Tone mapping of the run, where anything is tone-mapped or rendered by the exposure. Automatic exposure is computed here, once.
 fn tone_mapping(
     job: &SequenceJob,
     plan: &Plan,
     cancel: &CancelFlag,
     on_event: OnEvent<'_>,
 ) -> std::result::Result<Option<PreviewLook>, Cancelled> {
-    let renders_display = job.output.format() != OutputFormat::Exr && plan.remaining() > 0;
-    if !(job.preview || renders_display || job.sequence_outputs.needs_tone_mapping()) {
+    let is_display = job.output.format() != OutputFormat::Exr;
+    let is_rendered_by_it = plan.remaining() > 0 && (is_display || job.renders_by_exposure());
+    if !(job.preview || is_rendered_by_it || job.sequence_outputs.needs_tone_mapping()) {
         return Ok(None);
     }
     let exposure_ev = exposure_ev(job, cancel)?;

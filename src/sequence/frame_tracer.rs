@@ -150,11 +150,9 @@ impl<'a> FrameTracer<'a> {
         Ok(rendered)
     }
 
-    /// Finds the exposure where display values decide about samples, or are shown while a time limit runs.
+    /// Finds the exposure where frames are rendered by it.
     fn find_exposure(&mut self) -> Result<()> {
-        let render = &self.job.render;
-        let is_needed = render.decides_by_display_values() || render.path.time_limit_seconds.is_some();
-        if is_needed && self.exposure_ev.is_none() {
+        if self.job.renders_by_exposure() && self.exposure_ev.is_none() {
             self.exposure_ev = Some(exposure_ev(self.job, self.cancel)?);
         }
         Ok(())

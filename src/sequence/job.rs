@@ -76,6 +76,11 @@ impl SequenceJob {
     pub fn look(&self, exposure_ev: f32) -> PreviewLook {
         PreviewLook { exposure_ev, tone: self.tone, background: self.display_background }
     }
+
+    /// Whether rendering needs the exposure: display values decide about samples, or are shown while a time limit runs.
+    pub(super) fn renders_by_exposure(&self) -> bool {
+        self.render.decides_by_display_values() || self.render.path.time_limit_seconds.is_some()
+    }
 }
 
 /// Time of the last keyframe of the selected clips and of the camera path, seconds.

@@ -72,6 +72,23 @@ fn render_with_an_obstacle(folder: &Path, options: &[&str]) -> Output {
 }
 
 #[test]
+fn exr_runs_that_measure_the_exposure_tell_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let exposures = |name: &str, options: &[&str]| -> Vec<Value> {
+        let told = ["-o", name, "-f", "0-1", "--progress", "json", "--integrator", "path"];
+        let run = render(folder.path(), &[&told, options].concat());
+        assert_eq!(run.status.code(), Some(0), "{run:?}");
+        events(&run).into_iter().filter(|event| event["event"] == "exposure").collect()
+    };
+    let noise = exposures("n.#.exr", &["--noise", "0.5"]);
+    assert!(noise.len() == 1 && noise[0]["automatic"] == true, "{noise:?}");
+    // Display values decide about nothing.
+    assert_eq!(exposures("p.#.exr", &[]), [] as [Value; 0]);
+    // Nothing is rendered.
+    assert_eq!(exposures("n.#.exr", &["--noise", "0.5", "--resume"]), [] as [Value; 0]);
+}
+
+#[test]
 fn json_lines_match_the_schema() {
     let schema = Schema::read("progress");
     let folder = tempfile::tempdir().unwrap();

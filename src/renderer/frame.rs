@@ -21,6 +21,8 @@ pub struct RenderedFrame {
     over_plate: Option<Vec<[f32; 4]>>,
     attributes: FrameAttributes,
     instance_ids: Arc<InstanceIds>,
+    /// The exposure that the frame was rendered by, if it was.
+    exposure_ev: Option<f32>,
     cancel: CancelFlag,
 }
 
@@ -32,9 +34,11 @@ impl RenderedFrame {
         tracer.render(frame, &mut film, None, &|_| ())?;
         let attributes = tracer.attributes(frame, &render_hash(&job, frame));
         let instance_ids = tracer.instance_ids();
+        let exposure_ev = tracer.exposure_ev();
         drop(tracer);
         let over_plate = film.plate.as_ref().map(|plate| plate.under(&film.pixels));
-        Ok(Self { job, frame, film, over_plate, attributes, instance_ids, cancel: cancel.clone() })
+        let cancel = cancel.clone();
+        Ok(Self { job, frame, film, over_plate, attributes, instance_ids, exposure_ev, cancel })
     }
 
     /// Frame number.
@@ -77,13 +81,16 @@ impl RenderedFrame {
         write_atomically(path.as_ref(), &files.main)
     }
 
-    /// Writes a tone-mapped sRGB image. Automatic exposure renders a few small frames of the animation.
+    /// Writes a tone-mapped sRGB image. Automatic exposure renders a few small frames of the animation, unless the frame was rendered by it.
     ///
     /// # Errors
     /// Those of [`RenderedFrame::write_exr`], and [`Error::Interrupted`](crate::Error::Interrupted) where the flag of
     /// [`Renderer::cancelled_by`](crate::Renderer::cancelled_by) is raised during automatic exposure.
     pub fn write_png(&self, path: impl AsRef<Path>) -> Result<()> {
-        let exposure_ev = exposure_ev(&self.job, &self.cancel)?;
+        let exposure_ev = match self.exposure_ev {
+            Some(ev) => ev,
+            None => exposure_ev(&self.job, &self.cancel)?,
+        };
         let png = png_file(&self.film, self.job.look(exposure_ev), &self.attributes.render_hash)?;
         write_atomically(path.as_ref(), &png)
     }

@@ -302,6 +302,11 @@ impl<'a> FrameTracer<'a> {
         }
     }
 
+    /// The exposure of all frames, stops; `None` where none was needed so far.
+    pub(crate) fn exposure_ev(&self) -> Option<f32> {
+        self.exposure_ev
+    }
+
     /// EXR attributes of a frame, without a stamp.
     pub(crate) fn attributes(&self, frame: i64, render_hash: &str) -> FrameAttributes {
         let time_seconds = self.job.rate.time_seconds(frame);

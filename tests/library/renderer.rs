@@ -116,6 +116,29 @@ fn sequences_are_checked_as_by_the_program_before_the_first_frame() {
 }
 
 #[test]
+fn the_exposure_that_a_frame_was_rendered_by_is_not_measured_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let [first, again, measured] = ["a.png", "b.png", "c.png"].map(|name| folder.path().join(name));
+    let by_noise = |noise: Option<&str>| {
+        let cancel = rayframe::cancel::CancelFlag::new();
+        let mut renderer = small().set("integrator", "path").unwrap().cancelled_by(&cancel);
+        if let Some(noise) = noise {
+            renderer = renderer.set("noise", noise).unwrap();
+        }
+        (renderer.frame(0).unwrap(), cancel)
+    };
+    let (frame, cancel) = by_noise(Some("0.5"));
+    frame.write_png(&first).unwrap();
+    // Measuring would be interrupted.
+    cancel.raise();
+    frame.write_png(&again).unwrap();
+    assert_eq!(std::fs::read(&first).unwrap(), std::fs::read(&again).unwrap());
+    let (frame, cancel) = by_noise(None);
+    cancel.raise();
+    assert!(matches!(frame.write_png(&measured), Err(Error::Interrupted(_))));
+}
+
+#[test]
 fn strict_refuses_warnings() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("glow.gltf");

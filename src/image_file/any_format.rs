@@ -4,6 +4,7 @@ use std::path::Path;
 
 use half::f16;
 
+use super::display::refuse_animated_png;
 use super::regular_file::{check_fetched, read_regular_file};
 use super::{
     ExrCompression, FrameAttributes, decode_exr, decode_png_values, encode_exr, read_environment,
@@ -31,6 +32,7 @@ impl Image {
     /// # Errors
     /// Those of [`Image::read`].
     pub fn read_within(path: &Path, max_memory_bytes: u64) -> Result<Self> {
+        refuse_animated_png(path)?;
         Self::decode_within(path, &read_regular_file(path, max_memory_bytes)?, max_memory_bytes)
     }
 

@@ -1,6 +1,7 @@
 //! Images of 8 bits a channel for displays, and decoding of PNG files.
 
-use std::io::Cursor;
+use std::fs::File;
+use std::io::{BufReader, Cursor};
 use std::ops::Range;
 use std::path::Path;
 
@@ -77,14 +78,7 @@ pub fn decode_png(path: &Path, bytes: &[u8]) -> Result<DisplayImage> {
 /// [`Error::Invalid`] when `bytes`, the content of `path`, are not a PNG file, or an animated one of several frames; [`Error::Refused`] when
 /// they would take more than `max_memory_bytes`.
 pub fn decode_png_values(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Image> {
-    let frames = png_frames(bytes);
-    if frames > 1 {
-        return Err(Error::invalid(
-            path,
-            "",
-            format!("is a movie of {frames} frames; compare its frames as files"),
-        ));
-    }
+    refuse_movie(path, png_frames(&mut Cursor::new(bytes)).unwrap_or(1))?;
     let damaged =
         |error: image::ImageError| Error::invalid(path, "", format!("not a readable PNG file: {error}"));
     let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
@@ -105,25 +99,52 @@ pub fn decode_png_values(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Re
     Ok(if has_alpha { image } else { image.without_alpha() })
 }
 
+/// Refuses the file at `path` where its first chunks say that it is an animated PNG file of several frames. The rest is not read.
+///
+/// # Errors
+/// [`Error::Invalid`] for a movie. Errors of reading are those of the reader of the whole file.
+pub(super) fn refuse_animated_png(path: &Path) -> Result<()> {
+    // Devices and pipes may never end.
+    let is_file = std::fs::metadata(path).is_ok_and(|metadata| metadata.is_file());
+    let frames = || png_frames(&mut BufReader::new(File::open(path)?));
+    refuse_movie(path, if is_file { frames().unwrap_or(1) } else { 1 })
+}
+
+fn refuse_movie(path: &Path, frames: u32) -> Result<()> {
+    if frames > 1 {
+        let why = format!("is a movie of {frames} frames; compare its frames as files");
+        return Err(Error::invalid(path, "", why));
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn animated_files_are_no_images() {
-        let decoded = |frames: u32| {
+        let encoded = |frames: u32| {
             let mut bytes = Vec::new();
             let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
             encoder.set_animated(frames, 0).unwrap();
             let mut writer = encoder.write_header().unwrap();
             (0..frames).for_each(|frame| writer.write_image_data(&[frame as u8]).unwrap());
             writer.finish().unwrap();
-            decode_png_values(Path::new("a.png"), &bytes, 1 << 20)
+            bytes
         };
+        let decoded = |frames: u32| decode_png_values(Path::new("a.png"), &encoded(frames), 1 << 20);
         let error = decoded(6).unwrap_err();
         assert_eq!(error.exit_code(), 65);
         assert!(error.to_string().contains("is a movie of 6 frames"), "{error}");
         assert_eq!(decoded(1).unwrap().size(), (1, 1));
+        // The first chunks tell it, however long the file is and whatever follows them.
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("long.apng");
+        std::fs::write(&path, &encoded(6)[..80]).unwrap();
+        std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(1 << 40).unwrap();
+        let error = Image::read(&path).unwrap_err().to_string();
+        assert!(error.contains("is a movie of 6 frames"), "{error}");
     }
 
     #[test]

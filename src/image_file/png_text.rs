@@ -1,5 +1,7 @@
 //! The `renderHash` of PNG files: a `tEXt` chunk before the end chunk (PNG specification, third edition, 11.3.3.3).
 
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read, Seek};
 use std::path::Path;
 
 use super::StoredFrame;
@@ -10,6 +12,12 @@ const KEYWORD: &[u8] = b"renderHash\0";
 pub(super) const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 /// A chunk without data: length, type, check sum.
 const CHUNK_OVERHEAD: usize = 12;
+/// CRC-32 of no bytes.
+const CRC_START: u32 = u32::MAX;
+/// Most bytes that are kept of a chunk. Only texts are longer, which no render hash is.
+const KEPT_BYTES: usize = 1 << 16;
+/// Most chunks that are looked through for an animation.
+const MOST_CHUNKS: usize = 1024;
 
 /// Inserts the hash before the end chunk, the last twelve bytes of every PNG file.
 pub(super) fn insert_render_hash(png: &mut Vec<u8>, render_hash: &str) {
@@ -19,47 +27,76 @@ pub(super) fn insert_render_hash(png: &mut Vec<u8>, render_hash: &str) {
     typed.extend_from_slice(render_hash.as_bytes());
     let mut chunk = ((typed.len() - 4) as u32).to_be_bytes().to_vec();
     chunk.extend_from_slice(&typed);
-    chunk.extend_from_slice(&crc32(&typed).to_be_bytes());
+    chunk.extend_from_slice(&(!crc32(CRC_START, &typed)).to_be_bytes());
     png.splice(end_chunk..end_chunk, chunk);
 }
 
-/// Inspects the PNG file at `path`: all chunks must be there and undamaged.
+/// Inspects the PNG file at `path`: all chunks must be there and undamaged. Memory does not depend on its size.
 ///
 /// # Errors
 /// One line that says what is missing or wrong.
 pub fn inspect_png(path: &Path) -> Result<StoredFrame, String> {
-    let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
-    let mut rest = bytes.strip_prefix(SIGNATURE).ok_or("not a PNG file")?;
+    const DAMAGED: &str = "the file is cut short or damaged";
+    let text = |error: io::Error| match error.kind() {
+        io::ErrorKind::UnexpectedEof => DAMAGED.to_owned(),
+        _ => error.to_string(),
+    };
+    let mut file = BufReader::new(File::open(path).map_err(|error| error.to_string())?);
+    if !starts_with_signature(&mut file).map_err(text)? {
+        return Err("not a PNG file".to_owned());
+    }
     let mut render_hash = None;
     let mut size = (0, 0);
     loop {
-        let (typed, after) = next_chunk(rest).ok_or("the file is cut short or damaged")?;
-        if typed.starts_with(b"IHDR") && typed.len() >= 12 {
-            size = (be_u32(&typed[4..8]), be_u32(&typed[8..12]));
-        } else if let Some(value) = typed.strip_prefix(b"tEXt").and_then(|data| data.strip_prefix(KEYWORD)) {
-            render_hash = String::from_utf8(value.to_vec()).ok();
-        } else if typed == b"IEND" {
-            if !after.is_empty() {
-                return Err("bytes follow the image".to_owned());
+        let Chunk { kind, data, is_whole } = next_chunk(&mut file).map_err(text)?;
+        match &kind {
+            _ if !is_whole => return Err(DAMAGED.to_owned()),
+            b"IHDR" if data.len() >= 8 => size = (be_u32(&data[..4]), be_u32(&data[4..8])),
+            b"tEXt" => {
+                if let Some(value) = data.strip_prefix(KEYWORD) {
+                    render_hash = String::from_utf8(value.to_vec()).ok();
+                }
             }
-            let data_window = PixelWindow::full(size.0, size.1).into();
-            return Ok(StoredFrame { render_hash, sample_range: None, size, data_window });
+            b"IEND" if data.is_empty() => break,
+            _ => {}
         }
-        rest = after;
     }
+    if !file.fill_buf().map_err(text)?.is_empty() {
+        return Err("bytes follow the image".to_owned());
+    }
+    let data_window = PixelWindow::full(size.0, size.1).into();
+    Ok(StoredFrame { render_hash, sample_range: None, size, data_window })
 }
 
-/// Number of frames of an animated PNG file (PNG specification, third edition, 11.3.6.1), 1 of any other.
-pub(super) fn png_frames(bytes: &[u8]) -> u32 {
-    let mut rest = bytes.strip_prefix(SIGNATURE).unwrap_or_default();
-    // The chunk stands before the pixels.
-    while let Some((typed, after)) = next_chunk(rest).filter(|(typed, _)| !typed.starts_with(b"IDAT")) {
-        if let Some(frames) = typed.strip_prefix(b"acTL").and_then(|data| data.get(..4)) {
-            return be_u32(frames);
-        }
-        rest = after;
+/// Number of frames of an animated PNG file (PNG specification, third edition, 11.3.6.1), 1 of any other. Neither pixels nor other long
+/// chunks are read.
+///
+/// # Errors
+/// Those of reading.
+pub(super) fn png_frames(file: &mut (impl BufRead + Seek)) -> io::Result<u32> {
+    if !starts_with_signature(file)? {
+        return Ok(1);
     }
-    1
+    // The chunk stands before the pixels.
+    for _ in 0..MOST_CHUNKS {
+        let mut head = [0; 8];
+        file.read_exact(&mut head)?;
+        match &head[4..] {
+            b"IDAT" => return Ok(1),
+            b"acTL" => {
+                let Chunk { data, is_whole, .. } = next_chunk(&mut head.chain(file))?;
+                return Ok(if is_whole { data.get(..4).map_or(1, be_u32) } else { 1 });
+            }
+            _ => file.seek_relative(i64::from(be_u32(&head[..4])) + 4)?,
+        }
+    }
+    Ok(1)
+}
+
+fn starts_with_signature(file: &mut impl BufRead) -> io::Result<bool> {
+    let mut start = Vec::new();
+    file.take(SIGNATURE.len() as u64).read_to_end(&mut start)?;
+    Ok(start == SIGNATURE)
 }
 
 /// Big-endian number of four bytes; 0 for any other length.
@@ -67,24 +104,43 @@ fn be_u32(bytes: &[u8]) -> u32 {
     bytes.try_into().map_or(0, u32::from_be_bytes)
 }
 
-/// Type and data of the first chunk, and the bytes after it; `None` where its check sum is wrong.
-fn next_chunk(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
-    let length = be_u32(bytes.get(..4)?) as usize;
-    let typed = bytes.get(4..length.checked_add(8)?)?;
-    let sum = bytes.get(length + 8..length + CHUNK_OVERHEAD)?;
-    (crc32(typed).to_be_bytes() == *sum).then(|| (typed, &bytes[length + CHUNK_OVERHEAD..]))
+/// A chunk of a PNG file.
+struct Chunk {
+    kind: [u8; 4],
+    /// Its first bytes.
+    data: Vec<u8>,
+    /// Whether its check sum is right.
+    is_whole: bool,
 }
 
-/// CRC-32 of PNG chunks (annex D), one bit at a time.
-fn crc32(bytes: &[u8]) -> u32 {
-    let mut sum = u32::MAX;
+/// Reads a chunk.
+fn next_chunk(file: &mut impl Read) -> io::Result<Chunk> {
+    let (mut length, mut kind, mut sum) = ([0; 4], [0; 4], [0; 4]);
+    file.read_exact(&mut length)?;
+    file.read_exact(&mut kind)?;
+    let mut crc = crc32(CRC_START, &kind);
+    let (mut data, mut block) = (Vec::new(), [0; 8192]);
+    let mut left = be_u32(&length) as usize;
+    while left > 0 {
+        let part = &mut block[..left.min(8192)];
+        file.read_exact(part)?;
+        crc = crc32(crc, part);
+        data.extend_from_slice(&part[..part.len().min(KEPT_BYTES - data.len())]);
+        left -= part.len();
+    }
+    file.read_exact(&mut sum)?;
+    Ok(Chunk { kind, data, is_whole: sum == (!crc).to_be_bytes() })
+}
+
+/// CRC-32 of PNG chunks (annex D), one bit at a time: the sum so far with more `bytes`. Its complement is stored.
+fn crc32(mut sum: u32, bytes: &[u8]) -> u32 {
     for &byte in bytes {
         sum ^= u32::from(byte);
         for _ in 0..8 {
             sum = if sum & 1 == 1 { 0xedb8_8320 ^ (sum >> 1) } else { sum >> 1 };
         }
     }
-    !sum
+    sum
 }
 
 #[cfg(test)]
@@ -94,7 +150,7 @@ mod tests {
     #[test]
     fn check_sum_of_the_nine_digits() {
         // The check value that every description of CRC-32/ISO-HDLC gives.
-        assert_eq!(crc32(b"123456789"), 0xcbf4_3926);
+        assert_eq!(!crc32(CRC_START, b"123456789"), 0xcbf4_3926);
     }
 
     #[test]

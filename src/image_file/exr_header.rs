@@ -16,6 +16,8 @@ use crate::image::PixelWindow;
 pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 /// Version bit of long names, which are read anyway. Files of one part of flat scan lines have no other bit set.
 const LONG_NAMES: u32 = 0x400;
+/// Version bit of one part of tiles.
+const TILED: u32 = 0x200;
 /// Longest name of an attribute or its type, bytes.
 const LONGEST_NAME: usize = 255;
 /// Most bytes of a header. Cryptomatte manifests stay far below.
@@ -47,8 +49,7 @@ pub struct ExrHeader {
     pub channels: Vec<(String, ExrSampleType)>,
     /// Index of the compression in OpenEXR's list.
     compression: u8,
-    /// Type, a zero byte and value of every attribute, by name.
-    attributes: BTreeMap<String, Vec<u8>>,
+    attributes: Attributes,
 }
 
 /// Attributes, by name, that all tiles of one image share.
@@ -74,6 +75,11 @@ impl ExrHeader {
     /// # Errors
     /// One line that says what is wrong.
     pub fn parse(reader: &mut impl BufRead) -> Result<Self, String> {
+        if read_version(reader)? & !LONG_NAMES != 2 {
+            return Err(
+                "is tiled, has several parts or deep pixels; one part of scan lines is needed".to_owned()
+            );
+        }
         let attributes = read_attributes(reader)?;
         let value = |name: &str, kind: &str| {
             let value = attributes.get(name).and_then(|value| value.strip_prefix(kind.as_bytes()));
@@ -116,8 +122,7 @@ impl ExrHeader {
 
     /// The text attribute `name`.
     pub fn text(&self, name: &str) -> Option<String> {
-        let value = self.attributes.get(name)?.strip_prefix(b"string\0")?;
-        Some(String::from_utf8_lossy(value).into_owned())
+        text(&self.attributes, name)
     }
 
     /// Frame number.
@@ -151,37 +156,77 @@ impl ExrHeader {
     }
 }
 
-fn read_attributes(reader: &mut impl BufRead) -> Result<BTreeMap<String, Vec<u8>>, String> {
-    let unreadable = |error: io::Error| match error.kind() {
+/// Type, a zero byte and value of every attribute, by name.
+type Attributes = BTreeMap<String, Vec<u8>>;
+
+fn text(attributes: &Attributes, name: &str) -> Option<String> {
+    let value = attributes.get(name)?.strip_prefix(b"string\0")?;
+    Some(String::from_utf8_lossy(value).into_owned())
+}
+
+/// What the header of an OpenEXR file of any layout tells of the program that saved it; of several parts, the first one's.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct SavingProgram {
+    /// The name of the program.
+    pub(super) software: Option<String>,
+    /// Whether pixels are in tiles, which this program never writes.
+    pub(super) is_tiled: bool,
+}
+
+impl SavingProgram {
+    /// Reads the header of the file `path`; `None` where it is not readable.
+    pub(super) fn of(path: &Path) -> Option<Self> {
+        if !std::fs::metadata(path).ok()?.is_file() {
+            return None;
+        }
+        let mut reader = BufReader::new(File::open(path).ok()?);
+        let version = read_version(&mut reader).ok()?;
+        let attributes = read_attributes(&mut reader).ok()?;
+        // OpenImageIO has a capital letter.
+        let software = ["software", "Software"].into_iter().find_map(|name| text(&attributes, name));
+        // The bit alone may be a changed one.
+        let has_tiles = attributes.get("tiles").is_some_and(|value| value.starts_with(b"tiledesc\0"));
+        Some(Self { software, is_tiled: version & TILED != 0 && has_tiles })
+    }
+}
+
+fn unreadable(error: &io::Error) -> String {
+    match error.kind() {
         io::ErrorKind::UnexpectedEof => "not a readable OpenEXR file: its header is cut short".to_owned(),
         _ => format!("not a readable OpenEXR file: {error}"),
-    };
+    }
+}
+
+/// Reads the first bytes. Returns the version, whose upper bits tell the layout.
+fn read_version(reader: &mut impl BufRead) -> Result<u32, String> {
     let mut start = [0; 8];
-    reader.read_exact(&mut start).map_err(unreadable)?;
+    reader.read_exact(&mut start).map_err(|error| unreadable(&error))?;
     let [m0, m1, m2, m3, v0, v1, v2, v3] = start;
     if [m0, m1, m2, m3] != MAGIC {
         return Err("not an OpenEXR file".to_owned());
     }
-    if u32::from_le_bytes([v0, v1, v2, v3]) & !LONG_NAMES != 2 {
-        return Err("is tiled, has several parts or deep pixels; one part of scan lines is needed".to_owned());
-    }
+    Ok(u32::from_le_bytes([v0, v1, v2, v3]))
+}
+
+/// Reads the attributes of a header, behind the version.
+fn read_attributes(reader: &mut impl BufRead) -> Result<Attributes, String> {
     let mut attributes = BTreeMap::new();
     let mut left = MOST_BYTES;
     loop {
-        let name = read_text(reader).map_err(unreadable)?;
+        let name = read_text(reader).map_err(|error| unreadable(&error))?;
         if name.is_empty() {
             return Ok(attributes);
         }
-        let mut value = read_text(reader).map_err(unreadable)?.into_bytes();
+        let mut value = read_text(reader).map_err(|error| unreadable(&error))?.into_bytes();
         value.push(0);
         let mut size = [0; 4];
-        reader.read_exact(&mut size).map_err(unreadable)?;
+        reader.read_exact(&mut size).map_err(|error| unreadable(&error))?;
         let size = u32::from_le_bytes(size) as usize;
         left = left.checked_sub(size).ok_or("not a readable OpenEXR file: its header is too long")?;
         // The buffer grows with the bytes that are there, not with the size that the file claims.
-        let read = reader.take(size as u64).read_to_end(&mut value).map_err(unreadable)?;
+        let read = reader.take(size as u64).read_to_end(&mut value).map_err(|error| unreadable(&error))?;
         if read < size {
-            return Err(unreadable(io::ErrorKind::UnexpectedEof.into()));
+            return Err(unreadable(&io::ErrorKind::UnexpectedEof.into()));
         }
         // Readers differ in which of two equal names they take.
         if attributes.contains_key(&name) {

@@ -10,7 +10,7 @@ use exr::meta::header::Header;
 use super::exr_attributes::{RENDER_HASH, SAMPLE_RANGE};
 use super::exr_checksum::{ExrIntegrity, verify_exr};
 use super::exr_chunks::check_chunks;
-use super::exr_header::ExrHeader;
+use super::exr_header::SavingProgram;
 use super::isolated::isolated;
 use crate::image::PixelWindow;
 
@@ -45,21 +45,25 @@ pub fn inspect_exr(path: &Path) -> Result<StoredFrame, String> {
     check_chunks(&mut file)?;
     file.rewind().map_err(text)?;
     let stored = isolated(|| inspect(file))?;
-    if integrity == ExrIntegrity::NoChecksum && stored.render_hash.is_some() {
-        return Err("it has no checksum".to_owned());
+    match &stored.render_hash {
+        Some(_) if integrity == ExrIntegrity::NoChecksum => match saved_by(path) {
+            // It has copied the hash and not the checksum.
+            Some(_) => Ok(StoredFrame { render_hash: None, ..stored }),
+            None => Err("it has no checksum".to_owned()),
+        },
+        _ => Ok(stored),
     }
-    Ok(stored)
 }
 
 /// The other program that has saved an EXR file of this one, by the attribute `software`. Such programs copy the checksum, too. A name in
-/// which bits have changed is no other program's.
+/// which bits have changed is no other program's. Tiles are another program's, whatever the name.
 pub fn saved_by(path: &Path) -> Option<String> {
     const OWN: &[u8] = b"rayframe";
-    let header = ExrHeader::read(path).ok()?;
-    // OpenImageIO has a capital letter.
-    let software = ["software", "Software"].into_iter().find_map(|name| header.text(name))?;
+    let SavingProgram { software, is_tiled } = SavingProgram::of(path)?;
+    let unnamed = || is_tiled.then(|| "another program".to_owned());
+    let Some(software) = software else { return unnamed() };
     let same = software.bytes().zip(OWN).filter(|(letter, own)| letter == *own).count();
-    (same < OWN.len() / 2 && !software.is_empty()).then_some(software)
+    (same < OWN.len() / 2 && !software.is_empty()).then_some(software).or_else(unnamed)
 }
 
 fn inspect(file: BufReader<File>) -> Result<StoredFrame, String> {

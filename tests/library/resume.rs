@@ -16,6 +16,17 @@ fn foreign_png() -> Vec<u8> {
     bytes
 }
 
+/// A file whose header says that its pixels are in tiles; by the version's bit alone, or as tiled files do.
+fn with_tiles(file: &[u8], has_attribute: bool) -> Vec<u8> {
+    let mut tiled = file.to_vec();
+    tiled[5] |= 2;
+    if has_attribute {
+        let tiles = b"tiles\0tiledesc\0\x09\0\0\0\x40\0\0\0\x40\0\0\0\0";
+        tiled.splice(8..8, tiles.iter().copied());
+    }
+    tiled
+}
+
 #[test]
 fn resuming_replaces_damaged_frames_of_this_program_alone() {
     let folder = tempfile::tempdir().unwrap();
@@ -41,8 +52,14 @@ fn resuming_replaces_damaged_frames_of_this_program_alone() {
         saved[value..value + name.len()].copy_from_slice(name);
         saved
     });
-    let cases: [(&str, &[u8], bool); 15] = [
+    // The same in tiles, with its name and without one: the bit and the attribute, or a changed bit alone.
+    let [tiled, unnamed_tiles, changed_bit] =
+        [(&saved, true), (&exr, true), (&exr, false)].map(|(file, has_tiles)| with_tiles(file, has_tiles));
+    let cases: [(&str, &[u8], bool); 18] = [
         ("a.exr", &saved, false),
+        ("a.exr", &tiled, false),
+        ("a.exr", &unnamed_tiles, false),
+        ("a.exr", &changed_bit, true),
         ("a.exr", &renamed, true),
         ("a.exr", &exr[..exr.len() / 2], true),
         ("a.exr", &[&exr[..], b"\n"].concat(), true),

@@ -146,6 +146,23 @@ fn frames_that_another_program_has_saved_are_neither_damaged_nor_replaced() {
     let resumed = stage.render(&["--resume"]);
     assert_eq!(resumed.status.code(), Some(73), "{resumed:?}");
     assert!(stage.bytes("out/a.0001.exr") == saved);
+    // With the manifest.
+    let status = |stage: &Stage| {
+        let report = stage.json(&["out", "--manifest", "out/manifest.json"]);
+        let files = report["files"].as_array().unwrap().iter();
+        let file = files.clone().find(|file| file["path"].as_str().unwrap().ends_with("a.0001.exr")).unwrap();
+        (file["status"].as_str().unwrap().to_owned(), file["message"].as_str().unwrap().to_owned())
+    };
+    let (unknown, message) = status(&stage);
+    assert_eq!(unknown, "unknown");
+    let told = "its bytes do not match the manifest: OpenImag";
+    assert!(message.starts_with(told) && message.ends_with(" has saved it since"), "{message}");
+    // A file of this program with a changed bit is damaged.
+    let middle = saved.len() / 2;
+    saved[middle] ^= 1;
+    saved[at..at + 8].copy_from_slice(b"rayframe");
+    stage.write("out/a.0001.exr", &saved);
+    assert_eq!(status(&stage).0, "damaged");
 }
 
 #[test]

@@ -20,7 +20,7 @@ pub(super) enum FileStatus {
     Unlisted,
     /// It cannot be read.
     Unreadable,
-    /// It has no checksum, or another program has saved it since, and there is no manifest.
+    /// It has no checksum and there is no manifest, or another program has saved it since.
     Unknown,
 }
 

@@ -24,52 +24,83 @@ pub(super) fn of_file(path: &Path, listed: Option<&ListedFile>) -> (FileStatus, 
         Ok(_) => {}
     }
     let Some(sha256) = listed.and_then(|file| file.sha256.as_deref()) else {
-        return by_its_checksum(path);
+        return ByItself::of(path).verdict();
     };
     match sha256_of_file(path) {
         Err(error) => unreadable(&error),
         Ok(actual) if actual == sha256 => (FileStatus::Whole, String::new()),
-        Ok(_) => match by_its_checksum(path) {
-            (FileStatus::Whole, _) => {
+        Ok(_) => match ByItself::of(path) {
+            ByItself::Whole => {
                 (FileStatus::Different, "is whole, and not the file that the manifest lists".to_owned())
             }
-            (FileStatus::Unknown, _) => {
-                (FileStatus::Damaged, "its bytes do not match the manifest".to_owned())
+            ByItself::Foreign { program, .. } => {
+                unknown(format!("its bytes do not match the manifest: {program} has saved it since"))
             }
-            other => other,
+            ByItself::Unknown => (FileStatus::Damaged, "its bytes do not match the manifest".to_owned()),
+            other => other.verdict(),
         },
     }
 }
 
-/// The status by what the file itself says: the checksum of EXR files, and those of the chunks of PNG files.
-fn by_its_checksum(path: &Path) -> (FileStatus, String) {
-    let damaged = |why: String| (FileStatus::Damaged, format!("is damaged: {why}"));
-    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    if extension == OsStr::new("png") || extension == OsStr::new("apng") {
-        return match inspect_png(path) {
-            Ok(_) => (FileStatus::Whole, String::new()),
-            Err(why) => damaged(why),
-        };
+/// What a file itself says.
+enum ByItself {
+    Whole,
+    Damaged(String),
+    Unreadable(io::Error),
+    /// Another program wrote it, or has saved it since it was rendered and copied the checksum.
+    Foreign {
+        program: String,
+        has_checksum: bool,
+    },
+    /// Nothing.
+    Unknown,
+}
+
+impl ByItself {
+    /// By the checksum of EXR files, and those of the chunks of PNG files.
+    fn of(path: &Path) -> Self {
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        if extension == OsStr::new("png") || extension == OsStr::new("apng") {
+            return inspect_png(path).map_or_else(Self::Damaged, |_| Self::Whole);
+        }
+        if extension != OsStr::new("exr") {
+            return Self::Unknown;
+        }
+        match File::open(path).and_then(|file| verify_exr(&mut BufReader::new(file))) {
+            Err(error) => Self::Unreadable(error),
+            Ok(ExrIntegrity::Whole) => Self::Whole,
+            Ok(ExrIntegrity::Damaged) => match saved_by(path) {
+                None => Self::Damaged("its bytes do not match its checksum".to_owned()),
+                Some(program) => Self::Foreign { program, has_checksum: true },
+            },
+            Ok(ExrIntegrity::NoChecksum) => inspect_exr(path).map_or_else(Self::Damaged, |_| {
+                let program = saved_by(path).unwrap_or_else(|| "another program".to_owned());
+                Self::Foreign { program, has_checksum: false }
+            }),
+        }
     }
-    if extension != OsStr::new("exr") {
-        return unknown("is no EXR or PNG file; only a manifest tells whether it is whole");
-    }
-    match File::open(path).and_then(|file| verify_exr(&mut BufReader::new(file))) {
-        Err(error) => unreadable(&error),
-        Ok(ExrIntegrity::Whole) => (FileStatus::Whole, String::new()),
-        Ok(ExrIntegrity::Damaged) => match saved_by(path) {
-            None => damaged("its bytes do not match its checksum".to_owned()),
-            Some(program) => unknown(&format!("its checksum is out of date: {program} has saved it since")),
-        },
-        Ok(ExrIntegrity::NoChecksum) => match inspect_exr(path) {
-            Err(why) => damaged(why),
-            Ok(_) => unknown("has no checksum: another program wrote it"),
-        },
+
+    /// The status without a manifest, and a message.
+    fn verdict(self) -> (FileStatus, String) {
+        match self {
+            Self::Whole => (FileStatus::Whole, String::new()),
+            Self::Damaged(why) => (FileStatus::Damaged, format!("is damaged: {why}")),
+            Self::Unreadable(error) => unreadable(&error),
+            Self::Foreign { program, has_checksum: true } => {
+                unknown(format!("its checksum is out of date: {program} has saved it since"))
+            }
+            Self::Foreign { program, has_checksum: false } => {
+                unknown(format!("has no checksum: {program} wrote it"))
+            }
+            Self::Unknown => {
+                unknown("is no EXR or PNG file; only a manifest tells whether it is whole".to_owned())
+            }
+        }
     }
 }
 
-fn unknown(message: &str) -> (FileStatus, String) {
-    (FileStatus::Unknown, message.to_owned())
+fn unknown(message: String) -> (FileStatus, String) {
+    (FileStatus::Unknown, message)
 }
 
 fn unreadable(error: &io::Error) -> (FileStatus, String) {

@@ -91,7 +91,7 @@ pub fn is_cryptomatte(layer: &str) -> bool {
     name.starts_with("crypto_")
         || matches!(
             name.trim_end_matches(|character: char| character.is_ascii_digit()),
-            "cryptoobject" | "cryptomaterial" | "cryptoasset"
+            "cryptoobject" | "cryptomaterial" | "cryptoasset" | "cryptomatte"
         )
 }
 
@@ -189,6 +189,7 @@ mod tests {
             ("backward.v", "motion"),
             ("crypto_object02.A", "crypto_object"),
             ("View.CryptoMaterial01.r", "View.CryptoMaterial"),
+            ("cryptomatte00.red", "cryptomatte"),
             ("node_id", "node_id"),
             ("View.Combined.R", "View.Combined"),
         ] {

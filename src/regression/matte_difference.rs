@@ -83,7 +83,7 @@ fn add_shares(shares: &mut Vec<Share>, ranks: &[Rank<'_>], at: usize, side: impl
     }
 }
 
-/// The ranks of a Cryptomatte by name: `00.R` and `00.G`, `00.B` and `00.A`, `01.R` and so on.
+/// The ranks of a Cryptomatte by name: `00.R` and `00.G`, `00.B` and `00.A`, `01.R` and so on, also with `r` or `red` for `R`.
 fn ranks<'a>(image: &'a Image, layer: &'a str) -> Vec<Rank<'a>> {
     let rank_of = |ids: &'a Channel| {
         let (pair, component) = ids.name.rsplit_once('.')?;
@@ -93,6 +93,8 @@ fn ranks<'a>(image: &'a Image, layer: &'a str) -> Vec<Rank<'a>> {
             "B" if is_rank => "A",
             "r" if is_rank => "g",
             "b" if is_rank => "a",
+            "red" if is_rank => "green",
+            "blue" if is_rank => "alpha",
             _ => return None,
         };
         let coverage = image.channel(&format!("{pair}.{coverage}"))?;
@@ -133,8 +135,12 @@ mod tests {
         ["V.CryptoObject00.b", "V.CryptoObject00.a", "V.CryptoObject01.r", "V.CryptoObject01.g"];
 
     #[test]
+    /// Whole words, and no name of the type.
+    const WORDS: [&str; 4] =
+        ["cryptomatte00.red", "cryptomatte00.green", "cryptomatte00.blue", "cryptomatte00.alpha"];
+
     fn swapped_names_fail_though_their_hashes_are_tiny_numbers() {
-        for names in [OWN, BLENDER] {
+        for names in [OWN, BLENDER, WORDS] {
             let reference = covered(names, [(IDS[0], 0.75), (IDS[1], 0.25)]);
             let swapped = covered(names, [(IDS[1], 0.75), (IDS[0], 0.25)]);
             for preset in Preset::ALL {
@@ -151,7 +157,7 @@ mod tests {
 
     #[test]
     fn coverages_that_change_ranks_are_no_difference() {
-        for names in [OWN, BLENDER] {
+        for names in [OWN, BLENDER, WORDS] {
             let reference = covered(names, [(IDS[0], 0.5001), (IDS[1], 0.4999)]);
             let changed = covered(names, [(IDS[1], 0.5001), (IDS[0], 0.4999)]);
             let comparison = compare(&changed, &reference, &Preset::Strict.limits());
@@ -162,6 +168,36 @@ mod tests {
     }
 
     #[test]
+    #[test]
+    fn the_pixel_whose_names_are_swapped_is_told() {
+        const AT: (u32, u32) = (13, 7);
+        for names in [OWN, BLENDER, WORDS] {
+            let cropped = |image: Image| Image {
+                data_window: PixelWindow { x0: 100, y0: 50, x1: 100 + SIZE.0, y1: 50 + SIZE.1 },
+                display_window: PixelWindow::full(200, 150),
+                ..image
+            };
+            let reference = cropped(covered(names, [(IDS[0], 0.75), (IDS[1], 0.25)]));
+            let mut actual = reference.clone();
+            for (name, id) in [(names[0], IDS[1]), (names[2], IDS[0])] {
+                let channel = actual.channels.iter_mut().find(|channel| channel.name == name).unwrap();
+                let Samples::Float(values) = &mut channel.samples else { panic!("ids are floats") };
+                values[(AT.1 * SIZE.0 + AT.0) as usize] = f32::from_bits(id);
+            }
+            let comparison = compare(&actual, &reference, &Preset::Strict.limits());
+            let pixels: usize = comparison.layers.iter().map(|layer| layer.different_pixels).sum();
+            let channels = comparison.layers.iter().flat_map(|layer| &layer.channels);
+            let differing: Vec<_> = channels.filter(|channel| channel.largest > 0.0).collect();
+            assert!(pixels > 0 && !differing.is_empty(), "{names:?}");
+            for channel in differing {
+                // In the whole image. One name gained half of the pixel, and the other lost it.
+                assert_eq!((channel.largest, channel.largest_at), (0.5, (113, 57)), "{names:?}");
+            }
+            let failures = comparison.failures().join("\n");
+            assert!(failures.contains("column 113, row 57"), "{failures}");
+        }
+    }
+
     fn an_id_that_appears_counts_by_its_coverage() {
         let reference = covered(OWN, [(IDS[0], 1.0), (0, 0.0)]);
         let of = |share: f32| {

@@ -109,6 +109,7 @@ fn ranks<'a>(image: &'a Image, layer: &'a str) -> Vec<Rank<'a>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::PixelWindow;
     use crate::regression::{ColorEncoding, Preset, Samples, compare};
 
     const SIZE: (u32, u32) = (20, 20);
@@ -134,11 +135,11 @@ mod tests {
     const BLENDER: [&str; 4] =
         ["V.CryptoObject00.b", "V.CryptoObject00.a", "V.CryptoObject01.r", "V.CryptoObject01.g"];
 
-    #[test]
     /// Whole words, and no name of the type.
     const WORDS: [&str; 4] =
         ["cryptomatte00.red", "cryptomatte00.green", "cryptomatte00.blue", "cryptomatte00.alpha"];
 
+    #[test]
     fn swapped_names_fail_though_their_hashes_are_tiny_numbers() {
         for names in [OWN, BLENDER, WORDS] {
             let reference = covered(names, [(IDS[0], 0.75), (IDS[1], 0.25)]);
@@ -167,7 +168,6 @@ mod tests {
         }
     }
 
-    #[test]
     #[test]
     fn the_pixel_whose_names_are_swapped_is_told() {
         const AT: (u32, u32) = (13, 7);
@@ -198,6 +198,7 @@ mod tests {
         }
     }
 
+    #[test]
     fn an_id_that_appears_counts_by_its_coverage() {
         let reference = covered(OWN, [(IDS[0], 1.0), (0, 0.0)]);
         let of = |share: f32| {

@@ -48,7 +48,7 @@ fn run_images(args: &DiffArgs) -> Result<bool> {
         map.check_files(&paired, args.overwrite)?;
     }
     let mut page = ResultFiles::new(args)?.map(|files| DiffPage::new(files, &paired));
-    let is_sequence = rayframe::regression::is_sequence(&args.actual);
+    let is_sequence = rayframe::regression::is_sequence(&args.actual)?;
     let mut frames = Vec::with_capacity(paired.pairs.len());
     for pair in &paired.pairs {
         let (report, map) = compared(args, pair, page.as_mut())?;

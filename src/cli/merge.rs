@@ -81,7 +81,7 @@ fn merge(args: &MergeArgs) -> Result<ExitStatus> {
 
 /// The files of a name with `####`, or the file itself.
 fn files_of(path: &Path) -> Result<Vec<PathBuf>> {
-    if is_sequence(path) && !path.is_dir() { sequence_files(path) } else { Ok(vec![path.to_owned()]) }
+    if !path.is_dir() && is_sequence(path)? { sequence_files(path) } else { Ok(vec![path.to_owned()]) }
 }
 
 /// `out.0001.exr: 6 tiles merged`.

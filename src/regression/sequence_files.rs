@@ -40,25 +40,37 @@ pub struct PairedFiles {
 type Key = (PathBuf, String, Option<i64>);
 
 /// Whether a path is a sequence.
-pub fn is_sequence(path: &Path) -> bool {
-    path.is_dir() || (!path.is_file() && SequencePattern::parse(path).is_some())
+///
+/// # Errors
+/// [`Error::Usage`] for a name of no file that has a placeholder and is not valid.
+pub fn is_sequence(path: &Path) -> Result<bool> {
+    Ok(path.is_dir() || pattern_of(path)?.is_some())
+}
+
+/// The pattern that `path` is, where it is neither a folder nor a file.
+fn pattern_of(path: &Path) -> Result<Option<SequencePattern>> {
+    if path.is_dir() || path.is_file() {
+        return Ok(None);
+    }
+    SequencePattern::parse(path).map_err(|why| Error::usage(format!("{}: {why}", path.display())))
 }
 
 /// Pairs the files of two sequences, or two files, by frame number; also by name where a folder holds several sequences. Of two folders all
 /// folders below are paired as well, but for hidden ones, links, and reports of this program.
 ///
 /// # Errors
-/// [`Error::Usage`] for a sequence beside a file, and for two files of one frame number; [`Error::Missing`] when a folder cannot be read or
+/// [`Error::Usage`] for a sequence beside a file, for names with placeholders that are not valid, and for two files of one frame number; [`Error::Missing`] when a folder cannot be read or
 /// holds no frame.
 pub fn pair_files(actual: &Path, reference: &Path) -> Result<PairedFiles> {
-    if is_sequence(actual) != is_sequence(reference) {
+    let are_sequences = is_sequence(actual)?;
+    if are_sequences != is_sequence(reference)? {
         return Err(Error::usage(format!(
             "{} and {}: one is a sequence and the other a file; name two of a kind",
             actual.display(),
             reference.display()
         )));
     }
-    if !is_sequence(actual) {
+    if !are_sequences {
         let pair = FilePair { frame: None, actual: actual.to_owned(), reference: reference.to_owned() };
         return Ok(PairedFiles { pairs: vec![pair], ..PairedFiles::default() });
     }
@@ -88,7 +100,7 @@ pub fn pair_files(actual: &Path, reference: &Path) -> Result<PairedFiles> {
 /// The files of a sequence, sorted by name and frame.
 ///
 /// # Errors
-/// [`Error::Missing`] when a folder cannot be read or holds no frame.
+/// [`Error::Missing`] when a folder cannot be read or holds no frame, and those of [`is_sequence`].
 pub fn sequence_files(path: &Path) -> Result<Vec<PathBuf>> {
     let mut files = keyed_files(path, Depth::One)?;
     files.sort_unstable();
@@ -137,7 +149,7 @@ fn frames(path: &Path, depth: Depth) -> Result<BTreeMap<Key, PathBuf>> {
 }
 
 fn keyed_files(path: &Path, depth: Depth) -> Result<Vec<(Key, PathBuf)>> {
-    let files = match SequencePattern::parse(path).filter(|_| !path.is_dir()) {
+    let files = match pattern_of(path)? {
         Some(pattern) => files_of_pattern(&pattern)?,
         None => files_of_folder(path, depth)?,
     };

@@ -73,7 +73,8 @@ impl PlatePattern {
         let Some(frame) = frame else { return BTreeSet::from([self.path(0)]) };
         let is_in_name = !self.parts[frame..].iter().any(ends_folder);
         let text = if is_in_name { file.file_name().unwrap_or_default() } else { file.as_os_str() };
-        let paths = numbers_in(text.as_encoded_bytes()).into_iter().map(|frame| self.path(frame));
+        let paths =
+            numbers_in(text.as_encoded_bytes(), u32::MAX.into()).into_iter().map(|frame| self.path(frame));
         paths.filter(|path| path.file_name() == file.file_name()).collect()
     }
 
@@ -115,16 +116,15 @@ pub(super) fn rebased(text: &OsStr, folder: &Path) -> Option<OsString> {
     Some(rebased)
 }
 
-/// The numbers that a place for the frame may have been filled with: those of all digits in a row, with their signs.
-pub(super) fn numbers_in(text: &[u8]) -> BTreeSet<i64> {
+/// The numbers up to `most` that a place for the frame may have been filled with: those of all digits in a row, with their signs.
+pub(super) fn numbers_in(text: &[u8], most: i64) -> BTreeSet<i64> {
     let mut numbers = BTreeSet::new();
     for first in 0..text.len() {
         let mut number: i64 = 0;
         for digit in text[first..].iter().take_while(|byte| byte.is_ascii_digit()) {
-            number = number.saturating_mul(10).saturating_add(i64::from(digit - b'0'));
-            if number > i64::from(u32::MAX) {
-                break;
-            }
+            let longer = number.checked_mul(10).and_then(|tens| tens.checked_add(i64::from(digit - b'0')));
+            let Some(longer) = longer.filter(|longer| *longer <= most) else { break };
+            number = longer;
             numbers.extend([number, -number]);
         }
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-use super::name_parts::{Part, filled, parse_parts};
+use super::name_parts::{Part, filled, is_numbered, parse_parts};
 use super::output_pattern::OutputPattern;
 use super::placeholder::os_string;
 use super::plate_pattern::numbers_in;
@@ -17,17 +17,34 @@ pub struct SequencePattern {
 
 impl SequencePattern {
     /// Parses what [`OutputPattern::parse`] does, with any extension. The name of a folder that exists stands for itself. `None` where there
-    /// is no frame number, or a place for it that is not valid.
-    pub fn parse(path: &Path) -> Option<Self> {
-        let name = path.file_name()?;
+    /// is no place for the frame number.
+    ///
+    /// # Errors
+    /// One line: a place for the frame number that is not valid, and a placeholder of another kind.
+    pub fn parse(path: &Path) -> Result<Option<Self>, String> {
+        let Some(name) = path.file_name() else { return Ok(None) };
         let literal = path.parent().filter(|folder| folder.is_dir());
         let text = literal.map_or_else(
             || path.as_os_str().to_owned(),
             |folder| Path::new(&OutputPattern::escaped(folder)).join(name).into_os_string(),
         );
-        let parts = parse_parts(&text).ok()?;
-        let is_numbered = parts.iter().any(|part| matches!(part, Part::Frame { .. }));
-        is_numbered.then_some(Self { parts })
+        let parts = match parse_parts(&text) {
+            Ok(parts) => parts,
+            Err(why) if has_frame_place(text.as_encoded_bytes()) => return Err(why),
+            // The name of a file may hold any character.
+            Err(_) => return Ok(None),
+        };
+        let place = parts.iter().find_map(|part| match part {
+            Part::Layer => Some("{layer}"),
+            Part::Name(placeholder) => Some(placeholder.text()),
+            Part::Literal(_) | Part::Frame { .. } => None,
+        });
+        if let Some(place) = place {
+            return Err(format!(
+                "{place} has no meaning in the names of frames that exist; write what render put in its place, or %{place} for the text itself"
+            ));
+        }
+        Ok(is_numbered(&parts).then_some(Self { parts }))
     }
 
     /// The file of `frame`.
@@ -50,9 +67,22 @@ impl SequencePattern {
     /// The frames in whose paths `name` follows the [`SequencePattern::folder`], such as one.
     pub fn frames_of(&self, name: &OsStr) -> BTreeSet<i64> {
         let start = self.folder().join(name);
-        let numbers = numbers_in(name.as_encoded_bytes()).into_iter();
+        let numbers = numbers_in(name.as_encoded_bytes(), i64::MAX).into_iter();
         numbers.filter(|&frame| self.path(frame).starts_with(&start)).collect()
     }
+}
+
+/// Whether a name has what looks like a place for the frame number: `#`, `%4d` or `{frame`.
+fn has_frame_place(name: &[u8]) -> bool {
+    let is_conversion = |rest: &[u8]| {
+        let digits = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
+        rest.get(digits) == Some(&b'd')
+    };
+    (0..name.len()).any(|at| match &name[at..] {
+        [b'#', ..] => true,
+        [b'%', rest @ ..] => is_conversion(rest),
+        rest => rest.starts_with(b"{frame"),
+    })
 }
 
 #[cfg(test)]
@@ -68,15 +98,36 @@ mod tests {
             ("nowhere/a.##_##.exr", "nowhere/", "a.01_02.exr", &[]),
             ("nowhere/p%%q.%04d.hdr", "nowhere/", "p%q.-012.hdr", &[-12]),
             ("nowhere/x####/y####.exr", "nowhere/", "x0003", &[3]),
+            ("a.#.exr", "", "a.20240115123000.exr", &[20_240_115_123_000]),
+            ("a.#.exr", "", "a.99999999999999999999.exr", &[]),
             ("nowhere/50%%/{frame}.exr", "nowhere/50%/", "12.exr", &[12]),
         ] {
-            let pattern = SequencePattern::parse(Path::new(pattern)).unwrap();
+            let pattern = SequencePattern::parse(Path::new(pattern)).unwrap().unwrap();
             assert_eq!(pattern.folder(), Path::new(folder));
             assert_eq!(pattern.frames_of(OsStr::new(name)), frames.iter().copied().collect(), "{name}");
         }
-        for path in ["a.exr", "%%d.exr", "a.%4d.exr", "..", ""] {
-            assert_eq!(SequencePattern::parse(Path::new(path)), None, "{path}");
+        for path in ["a.exr", "%%d.exr", "50%.exr", "{name}.exr", "..", ""] {
+            assert_eq!(SequencePattern::parse(Path::new(path)), Ok(None), "{path}");
         }
+    }
+
+    #[test]
+    fn names_of_no_sequence_say_what_is_wrong() {
+        for (path, words) in [
+            ("a.%4d.exr", "a % in a name must be %04d, %d, or %% for a percent sign"),
+            ("50%_####.exr", "a % in a name must be"),
+            ("{name}.####.exr", "{name} is no placeholder"),
+            ("a.{frame:4}.exr", "must be {frame:04} or {frame}"),
+            ("{layer}.####.exr", "{layer} has no meaning in the names of frames that exist"),
+            ("{layer}.exr", "{layer} has no meaning"),
+            ("{scene}.####.exr", "{scene} has no meaning"),
+        ] {
+            let why = SequencePattern::parse(Path::new(path)).unwrap_err();
+            assert!(why.contains(words), "{path}: {why}");
+        }
+        // As `{layer}` in the advice.
+        let pattern = SequencePattern::parse(Path::new("%{layer}.##.exr")).unwrap().unwrap();
+        assert_eq!(pattern.path(1), Path::new("{layer}.01.exr"));
     }
 
     #[test]
@@ -84,7 +135,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let literal = folder.path().join("50%#1");
         std::fs::create_dir(&literal).unwrap();
-        let pattern = SequencePattern::parse(&literal.join("a.#.exr")).unwrap();
+        let pattern = SequencePattern::parse(&literal.join("a.#.exr")).unwrap().unwrap();
         assert_eq!(pattern.path(3), literal.join("a.3.exr"));
     }
 }

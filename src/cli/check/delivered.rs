@@ -34,9 +34,9 @@ impl DeliveredFile {
 /// The file `path`, or the frames of the sequence or folder.
 ///
 /// # Errors
-/// Those of [`sequence_files`].
+/// Those of [`is_sequence`] and [`sequence_files`].
 pub(super) fn frames(path: &Path) -> Result<Vec<DeliveredFile>> {
-    let files = if is_sequence(path) { sequence_files(path)? } else { vec![path.to_owned()] };
+    let files = if is_sequence(path)? { sequence_files(path)? } else { vec![path.to_owned()] };
     Ok(files.into_iter().map(|path| DeliveredFile { path, depth: 1 }).collect())
 }
 

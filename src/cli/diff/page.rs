@@ -119,13 +119,13 @@ impl DiffPage {
     fn commands(&self, args: &DiffArgs, paired: &PairedFiles) -> Vec<NamedCommand> {
         let again = |options: &[&str]| command(args, &args.actual, &args.reference, options);
         let mut commands = Vec::new();
-        if is_sequence(&args.actual)
+        if is_sequence(&args.actual).unwrap_or(false)
             && let Some(pair) = self.worst_pair(paired)
         {
             commands.push(NamedCommand("One frame alone, here the worst".to_owned(), alone(args, pair)));
         }
         commands.push(NamedCommand("All measures as JSON".to_owned(), again(&["--json"])));
-        let heat_map = if is_sequence(&args.actual) { "heat.####.png" } else { "heat.png" };
+        let heat_map = if is_sequence(&args.actual).unwrap_or(false) { "heat.####.png" } else { "heat.png" };
         commands.push(NamedCommand("The heat map as an image".to_owned(), again(&["--heat-map", heat_map])));
         commands.push(NamedCommand("This page again".to_owned(), again(&["--report", &folder(args)])));
         commands
@@ -137,7 +137,7 @@ impl DiffPage {
             let has_flip = frame.comparison.as_ref().is_some_and(|comparison| comparison.flip.is_some());
             let heat_map = || command(args, &pair.actual, &pair.reference, &["--heat-map", "heat.png"]);
             let commands = FrameCommands {
-                alone: is_sequence(&args.actual).then(|| alone(args, pair)),
+                alone: is_sequence(&args.actual).unwrap_or(false).then(|| alone(args, pair)),
                 heat_map: has_flip.then(heat_map),
             };
             (frame.name.clone(), commands)

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use crate::progress::{Reporter, TerminalImages, print_note, print_warning};
 use rayframe::cancel::CancelFlag;
-use rayframe::error::Result;
+use rayframe::error::{Result, Warning};
 use rayframe::output::PreviewLook;
 use rayframe::sequence::{Plan, SequenceEvent, SequenceJob, Summary, display_frame, write_sequence_outputs};
 
@@ -54,20 +54,25 @@ impl<'a> Presenter<'a> {
     }
 
     /// Makes the movie and the contact sheet, unless frames are missing. Returns what was made.
-    pub(super) fn present(&self, summary: &Summary, cancel: &CancelFlag) -> Result<Vec<PathBuf>> {
+    pub(super) fn present(
+        &self,
+        summary: &Summary,
+        reporter: &Reporter,
+        cancel: &CancelFlag,
+    ) -> Result<Vec<PathBuf>> {
         let Some(look) = summary.look else { return Ok(Vec::new()) };
         if summary.is_interrupted || !summary.failed.is_empty() {
             for (path, option) in self.job.sequence_outputs.files() {
-                print_warning(&format!(
+                reporter.warn(&Warning::of_file(format!(
                     "`{option}`: \"{}\" was not made, as frames are missing",
                     path.display()
-                ));
+                )));
             }
             return Ok(Vec::new());
         }
         let (made, warnings) = write_sequence_outputs(self.job, self.plan, look, cancel)?;
         for warning in &warnings {
-            print_warning(&warning.to_string());
+            reporter.warn(warning);
         }
         for path in made.iter().filter(|_| !self.is_quiet) {
             print_note(&format!("all frames together: {}", path.display()));

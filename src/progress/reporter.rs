@@ -1,5 +1,6 @@
 //! Progress output of a run in one of its styles.
 
+use rayframe::error::Warning;
 use rayframe::sequence::SequenceEvent;
 use rayframe::settings::ProgressStyle;
 
@@ -65,6 +66,14 @@ impl Reporter {
                 lines.print(event);
             }
             Form::Silent => self.print_problems(event),
+        }
+    }
+
+    /// Prints a warning about files that are made after the last frame.
+    pub(crate) fn warn(&self, warning: &Warning) {
+        print_warning(&warning.to_string());
+        if let Form::Json(lines) = &self.form {
+            lines.print(SequenceEvent::Warned(warning));
         }
     }
 

@@ -72,6 +72,27 @@ fn render_with_an_obstacle(folder: &Path, options: &[&str]) -> Output {
 }
 
 #[test]
+fn warnings_about_movies_are_json_events_before_the_summary() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, options) in [("a.#.exr", &["--movie", "a.gif"][..]), ("b.gif", &[])] {
+        // GIF files show 50 frames a second at most.
+        let told = ["-o", name, "-f", "0-1", "--fps", "60", "--progress", "json"];
+        let run = render(folder.path(), &[&told, options].concat());
+        assert_eq!(run.status.code(), Some(0), "{run:?}");
+        let events = events(&run);
+        let messages: Vec<_> = events.iter().filter(|event| event["event"] == "warning").collect();
+        let is_about_rate =
+            |event: &&&Value| event["message"].as_str().unwrap().contains("50 frames a second");
+        assert_eq!(messages.iter().filter(is_about_rate).count(), 1, "{name}: {events:?}");
+        for event in &messages {
+            Schema::read("progress").check(event);
+        }
+        assert_eq!(events.last().unwrap()["event"], "summary");
+        assert!(text(&run.stderr).contains("50 frames a second"));
+    }
+}
+
+#[test]
 fn exr_runs_that_measure_the_exposure_tell_it() {
     let folder = tempfile::tempdir().unwrap();
     let exposures = |name: &str, options: &[&str]| -> Vec<Value> {

@@ -13,8 +13,10 @@ use rayframe::image_file::{
 };
 use rayframe::output::SOFTWARE;
 use rayframe::scene::AssetCacheUse;
-use rayframe::sequence::{self, FailedFrame, FrameReport, Plan, ReplacedFile, RunLock, SequenceJob, Summary};
-use rayframe::settings::SettingValues;
+use rayframe::sequence::{
+    self, FailedFrame, FrameReport, Plan, ReplacedFile, RunLock, SequenceEvent, SequenceJob, Summary,
+};
+use rayframe::settings::{ProgressStyle, SettingValues};
 use rayframe::shot::RenderJob;
 
 use crate::cli::outcome::Outcome;
@@ -81,17 +83,24 @@ pub(in crate::cli) fn perform(
         part,
     };
     let reporter = Reporter::new(args.progress, verbosity, &reported);
+    let is_json = args.progress == ProgressStyle::Json;
     let presenter = Presenter::new(sequence, plan, args.quiet);
     let manifest = outline.manifest.as_deref().map(|path| Manifest::new(path, job, plan));
     let summary = sequence::run(sequence, plan, cancel, &|event| {
         if let Some(manifest) = &manifest {
             manifest.tell(event);
         }
-        reporter.print(event);
+        // The summary is the last JSON line, after what concerns the movie.
+        if !(is_json && matches!(event, SequenceEvent::Finished(_))) {
+            reporter.print(event);
+        }
         presenter.watch(event, &reporter);
     });
     let statistics = outline.stats.as_deref().map(|path| write_statistics(path, job, &summary));
-    let presented = presenter.present(&summary, cancel);
+    let presented = presenter.present(&summary, &reporter, cancel);
+    if is_json {
+        reporter.print(SequenceEvent::Finished(&summary));
+    }
     // Last, as it lists what is presented.
     let manifest = manifest.map(|manifest| manifest.write(presented.as_deref().unwrap_or_default()));
     let sidecar_errors =

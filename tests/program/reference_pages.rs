@@ -17,6 +17,21 @@ fn pages_of_the_reference_are_those_of_this_program() {
     assert!(output.status.success(), "{}{}", String::from_utf8_lossy(&output.stdout), stderr(&output));
 }
 
+#[test]
+fn positions_of_reports_are_described_as_those_of_the_whole_image() {
+    for name in ["diff", "test"] {
+        let text = std::fs::read_to_string(format!("{ROOT}/schema/{name}.schema.json")).unwrap();
+        let positions: Vec<_> = text.lines().filter(|line| line.contains("\"Column and row of ")).collect();
+        assert!(positions.len() > 1, "{name}");
+        for position in positions {
+            assert!(
+                position.contains("in the whole image, also where files hold a crop of it"),
+                "{position}"
+            );
+        }
+    }
+}
+
 /// A command of the cookbook with few pixels and samples; parts of samples keep their number.
 #[cfg(unix)]
 fn small(command: &str) -> String {

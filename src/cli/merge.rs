@@ -22,7 +22,7 @@ use rayframe::shot::memory_limit::default_max_memory_bytes;
 /// Options of `rayframe merge`: merges crops, or sample ranges, into whole frames.
 #[derive(Clone, Debug, Args)]
 pub(super) struct MergeArgs {
-    /// Crops that cover each image exactly once, or sample ranges that have each sample exactly once, in any order; names with #### are sequences
+    /// Crops that cover each image exactly once, or sample ranges that have each sample of each crop exactly once, in any order; names with #### are sequences
     #[arg(required = true, value_name = "TILES")]
     tiles: Vec<PathBuf>,
     /// Output name; with ####, %04d or {frame:04} tiles are merged frame by frame

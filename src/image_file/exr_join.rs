@@ -40,7 +40,26 @@ type TileImage = ExrImage<Layer<AnyChannels<FlatSamples>>>;
 /// [`Error::Missing`] and [`Error::Invalid`] for a tile that cannot be read or was changed since planning;
 /// [`Error::Unsupported`] when an attribute cannot be kept; [`Error::Internal`] when there are no tiles.
 pub fn join_exr_tiles(tiles: &[ExrTile]) -> Result<Vec<u8>> {
-    let decoded: Vec<TileImage> = tiles.par_iter().map(decode_tile).collect::<Result<_>>()?;
+    join_decoded(tiles, tiles.par_iter().map(decode_tile).collect::<Result<_>>()?)
+}
+
+/// The same of encoded tiles in memory. Errors name the path that each is given.
+///
+/// # Errors
+/// Those of [`join_exr_tiles`].
+pub(crate) fn join_encoded_tiles(encoded: Vec<(PathBuf, Vec<u8>)>) -> Result<Vec<u8>> {
+    let tile = |(path, bytes): (PathBuf, Vec<u8>)| {
+        let header = ExrHeader::parse(&mut bytes.as_slice());
+        let header = header.map_err(|why| Error::invalid(&path, "", why))?;
+        let image = decode(&path, &bytes)?;
+        Ok((ExrTile { path, header }, image))
+    };
+    let (tiles, decoded): (Vec<_>, _) =
+        encoded.into_iter().map(tile).collect::<Result<Vec<_>>>()?.into_iter().unzip();
+    join_decoded(&tiles, decoded)
+}
+
+fn join_decoded(tiles: &[ExrTile], decoded: Vec<TileImage>) -> Result<Vec<u8>> {
     let (Some(first), Some(first_image)) = (tiles.first(), decoded.first()) else {
         return Err(Error::Internal { message: "there are no tiles to join".to_owned() });
     };

@@ -50,6 +50,7 @@ pub use exr_bands::{ExrBands, WrittenExr};
 pub use exr_checksum::{ExrIntegrity, verify_exr};
 pub use exr_compression::ExrCompression;
 pub use exr_header::{ExrHeader, ExrSampleType, SUM_LAYER, SharedAttributes};
+pub(crate) use exr_join::join_encoded_tiles;
 pub use exr_join::{ExrTile, encode_exr_like, join_exr_tiles};
 pub use exr_read::decode_exr;
 pub use exr_rgba::decode_exr_rgba;

@@ -22,7 +22,7 @@ use crate::sequence::{OutputFormat, OutputPattern};
 
 use coverage::{CoverageError, first_error};
 use foreign::refuse_foreign_tiles;
-use sample_ranges::{are_sample_ranges, check_sample_ranges, join_sample_ranges};
+use sample_ranges::{are_sample_ranges, by_crop, check_sample_ranges, join_sample_ranges_of_crops};
 
 /// Copies of an image's pixels in memory: the tiles, the whole image, and the data being compressed.
 const COPIES: u64 = 3;
@@ -32,7 +32,7 @@ const RANGE_COPIES: u64 = 6;
 /// A frame that is merged from tiles.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MergedFrame {
-    /// Tiles that cover the frame, or sample ranges of it.
+    /// Tiles that cover the frame, or sample ranges of it or of each of its crops.
     pub tiles: Vec<ExrTile>,
     /// Whether the files hold some of the samples of the same pixels each, not all samples of some pixels.
     pub are_sample_ranges: bool,
@@ -76,7 +76,7 @@ impl MergePlan {
             let are_sample_ranges = are_sample_ranges(&tiles)?;
             refuse_foreign_tiles(&tiles, !output.is_numbered())?;
             if are_sample_ranges {
-                check_sample_ranges(&tiles)?;
+                check_ranges_of_crops(&tiles, &path)?;
             } else {
                 check_coverage(&tiles, &path)?;
             }
@@ -117,7 +117,7 @@ impl MergePlan {
 /// Those of reading the tiles, and of [`write_atomically`].
 pub fn merge_frame(frame: &MergedFrame) -> Result<()> {
     let joined = if frame.are_sample_ranges {
-        join_sample_ranges(&frame.tiles, frame.max_memory_bytes)?
+        join_sample_ranges_of_crops(&frame.tiles, frame.max_memory_bytes)?
     } else {
         join_exr_tiles(&frame.tiles)?
     };
@@ -173,6 +173,16 @@ fn by_frame(tiles: Vec<ExrTile>, output: &OutputPattern) -> Result<BTreeMap<i64,
     Ok(frames)
 }
 
+/// Checks the sample ranges of each crop, and that several crops cover the image.
+fn check_ranges_of_crops(tiles: &[ExrTile], path: &Path) -> Result<()> {
+    let crops = by_crop(tiles);
+    if crops.len() > 1 {
+        let first_of_each: Vec<ExrTile> = crops.iter().filter_map(|crop| crop.first().cloned()).collect();
+        check_coverage(&first_of_each, path)?;
+    }
+    crops.iter().try_for_each(|crop| check_sample_ranges(crop))
+}
+
 fn check_coverage(tiles: &[ExrTile], path: &Path) -> Result<()> {
     let Some(first) = tiles.first() else {
         return Err(Error::usage("there are no tiles to merge"));
@@ -203,9 +213,11 @@ fn crop_text(window: &PixelWindow<i64>) -> String {
     format!("{},{},{},{}", window.x0, window.y0, window.x1, window.y1)
 }
 
-/// The pixels of the merged image: the whole image, or the crop that sample ranges share.
-fn merged_window(tile: &ExrTile, are_sample_ranges: bool) -> PixelWindow<i64> {
-    if are_sample_ranges { tile.header.data_window } else { tile.header.display_window }
+/// The pixels of the merged image: the whole image, or the crop that all sample ranges share. `first` is one of the tiles.
+fn merged_window(first: &ExrTile, tiles: &[ExrTile], are_sample_ranges: bool) -> PixelWindow<i64> {
+    let crop = first.header.data_window;
+    let is_one_crop = are_sample_ranges && tiles.iter().all(|tile| tile.header.data_window == crop);
+    if is_one_crop { crop } else { first.header.display_window }
 }
 
 fn check_memory(tiles: &[ExrTile], are_sample_ranges: bool, max_memory_bytes: u64) -> Result<()> {
@@ -213,7 +225,7 @@ fn check_memory(tiles: &[ExrTile], are_sample_ranges: bool, max_memory_bytes: u6
         return Ok(());
     };
     let copies = if are_sample_ranges { RANGE_COPIES } else { COPIES };
-    let (width, height) = merged_window(tile, are_sample_ranges).size();
+    let (width, height) = merged_window(tile, tiles, are_sample_ranges).size();
     let needed = u128::from(width) * u128::from(height) * u128::from(tile.header.pixel_bytes() * copies);
     if needed <= u128::from(max_memory_bytes) {
         return Ok(());
@@ -232,7 +244,7 @@ fn is_merged(path: &Path, tiles: &[ExrTile], are_sample_ranges: bool) -> Result<
     let (true, Some(tile)) = (is_there, tiles.first()) else {
         return Ok(false);
     };
-    let window = merged_window(tile, are_sample_ranges);
+    let window = merged_window(tile, tiles, are_sample_ranges);
     let is_this_image = ExrHeader::read(path).is_ok_and(|header| {
         header.data_window == window
             && header.text(SAMPLE_RANGE).is_none()

@@ -1,14 +1,15 @@
 //! Merging of sample ranges: files whose exact sums add up to the image that one run gives.
 
+use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 use crate::error::{Error, Result};
 use crate::film::{AovFlags, Film, PixelWindow, SampleSums, SumFlags};
 use crate::image::{Image, Samples};
-use crate::image_file::{ExrTile, SAMPLE_RANGE, SUM_LAYER, decode_exr, encode_exr_like};
+use crate::image_file::{ExrTile, SAMPLE_RANGE, SUM_LAYER, decode_exr, encode_exr_like, join_encoded_tiles};
 use crate::output::{LightSamples, sum_flags, summed_channels, sums_of_image};
 
-/// What to do with sample ranges of several crops.
+/// What to do with sample ranges beside crops of all samples.
 const MERGE_ORDER: &str = "merge the sample ranges of each crop first, and then the crops";
 
 /// The samples that a file holds.
@@ -38,21 +39,26 @@ pub(super) fn are_sample_ranges(tiles: &[ExrTile]) -> Result<bool> {
     ))
 }
 
-/// Checks that sample ranges are of one crop, each sample once.
+/// The files of each crop, from the top left.
+pub(super) fn by_crop(tiles: &[ExrTile]) -> Vec<Vec<ExrTile>> {
+    let mut crops = BTreeMap::<_, Vec<ExrTile>>::new();
+    for tile in tiles {
+        let window = tile.header.data_window;
+        crops.entry((window.y0, window.x0, window.y1, window.x1)).or_default().push(tile.clone());
+    }
+    crops.into_values().collect()
+}
+
+/// Checks that sample ranges of one crop have each sample once.
 ///
 /// # Errors
-/// [`Error::Invalid`], which names the file: one of another crop, samples that are missing or there twice.
+/// [`Error::Invalid`], which names the file: samples that are missing or there twice.
 pub(super) fn check_sample_ranges(tiles: &[ExrTile]) -> Result<()> {
     let mut parts = Vec::new();
     for tile in tiles {
         if let Some(text) = tile.header.text(SAMPLE_RANGE) {
             parts.push((parse(tile, &text)?, tile));
         }
-    }
-    let Some((_, first)) = parts.first() else { return Ok(()) };
-    let window = first.header.data_window;
-    if let Some((_, other)) = parts.iter().find(|(_, tile)| tile.header.data_window != window) {
-        return Err(invalid(other, format!("is another crop; {MERGE_ORDER}")));
     }
 
     // Every sample once
@@ -80,11 +86,28 @@ pub(super) fn check_sample_ranges(tiles: &[ExrTile]) -> Result<()> {
     }
 }
 
-/// Adds up sample ranges and encodes the image as a run of all samples does.
+/// Merges sample ranges of one crop, or of crops that cover the image.
+///
+/// # Errors
+/// Those of [`join_sample_ranges`] and of joining the crops.
+pub(super) fn join_sample_ranges_of_crops(tiles: &[ExrTile], max_memory_bytes: u64) -> Result<Vec<u8>> {
+    let crops = by_crop(tiles);
+    if let [crop] = crops.as_slice() {
+        return join_sample_ranges(crop, max_memory_bytes);
+    }
+    let mut joined = Vec::new();
+    for crop in &crops {
+        let path = crop.first().map(|tile| tile.path.clone()).unwrap_or_default();
+        joined.push((path, join_sample_ranges(crop, max_memory_bytes)?));
+    }
+    join_encoded_tiles(joined)
+}
+
+/// Adds up sample ranges of one crop and encodes the image as a run of all samples does.
 ///
 /// # Errors
 /// Those of reading the files; [`Error::Invalid`] for a file without sums.
-pub(super) fn join_sample_ranges(tiles: &[ExrTile], max_memory_bytes: u64) -> Result<Vec<u8>> {
+fn join_sample_ranges(tiles: &[ExrTile], max_memory_bytes: u64) -> Result<Vec<u8>> {
     let mut joined: Option<(Image, SampleSums)> = None;
     for tile in tiles {
         let (image, sums) = read_sums(tile, max_memory_bytes)?;

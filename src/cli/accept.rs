@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::render_options::message;
 use super::suite_options::SuiteOption;
-use crate::progress::print_output;
+use super::summary::counted;
+use crate::progress::{print_error, print_output};
 use rayframe::error::{Error, Result};
 use rayframe::regression::suite::{
-    self, Acceptance, Approval, Pending, PendingKind, PendingSelection, Suite,
+    self, Acceptance, Approval, Pending, PendingKind, PendingSelection, Suite, Unopened,
 };
 
 /// The message where nothing is pending of what `filter` selects.
@@ -58,8 +60,11 @@ pub(super) fn accept(args: &AcceptArgs) -> Result<()> {
         Some(file) => (approved(&suite, &suite::read_approvals(file)?, &selection.changes)?, 0),
         None => chosen(args, selection),
     };
-    // All or nothing.
     let mut acceptance = Acceptance::new(&suite);
+    // Of all shots, those that can be opened.
+    let is_of_all = args.which.filter.is_empty() && args.approvals.is_none();
+    let (chosen, unopened) = if is_of_all { acceptance.opened(chosen) } else { (chosen, Vec::new()) };
+    // All or nothing.
     for pending in &chosen {
         acceptance.check(pending)?;
     }
@@ -78,14 +83,30 @@ pub(super) fn accept(args: &AcceptArgs) -> Result<()> {
             args.which.suite.shown(),
             if left_changed == 1 { "it" } else { "them" }
         ));
-    } else if chosen.is_empty() {
+    } else if chosen.is_empty() && unopened.is_empty() {
         print_output(&match (&args.approvals, args.changed) {
             (Some(_), _) => "all approved changes are applied already".to_owned(),
             (None, true) => "no pending images that changed within the limits".to_owned(),
             (None, false) => nothing_pending(&args.which.filter),
         });
     }
-    Ok(())
+    result_of(unopened)
+}
+
+/// Tells which changes stay pending, as their shots cannot be opened.
+///
+/// # Errors
+/// The error of the last shot, after those of the others are printed.
+fn result_of(mut unopened: Vec<Unopened>) -> Result<()> {
+    for Unopened { shot, changes, .. } in &unopened {
+        let images = counted(*changes as u64, "pending image");
+        print_output(&format!("not accepted: {images} of {shot}, which cannot be opened"));
+    }
+    let last = unopened.pop();
+    for Unopened { error, .. } in &unopened {
+        print_error(&message(error));
+    }
+    last.map_or(Ok(()), |last| Err(last.error))
 }
 
 /// The changes that the options select, and the number of changes within the limits that they leave. Only `--changed` or an exact name

@@ -11,6 +11,17 @@ use super::{Pending, PendingKind, Suite, SuiteShot, is_ci, shell_word};
 use crate::error::{Error, Result};
 use crate::image_file::{MAX_LFS_POINTER_BYTES, check_fetched, read_regular_file};
 
+/// A shot that cannot be opened.
+#[derive(Debug)]
+pub struct Unopened {
+    /// Its name.
+    pub shot: String,
+    /// Why.
+    pub error: Error,
+    /// Number of its pending changes.
+    pub changes: usize,
+}
+
 /// Checks and applies pending changes. The images of each shot are listed once.
 #[derive(Debug)]
 pub struct Acceptance<'a> {
@@ -40,6 +51,26 @@ impl<'a> Acceptance<'a> {
         std::fs::rename(&pending.file, &pending.reference)
             .map_err(|source| Error::WriteFailed { path: pending.reference.clone(), source })?;
         remove_file(&compared_path(&self.suite.references, &pending.name))
+    }
+
+    /// Splits the changes into those whose shot can be opened and those whose shot cannot. Renders nothing.
+    pub fn opened(&mut self, changes: Vec<Pending>) -> (Vec<Pending>, Vec<Unopened>) {
+        let (mut opened, mut unopened) = (Vec::new(), Vec::<Unopened>::new());
+        for pending in changes {
+            let Some(shot) = &pending.shot else {
+                opened.push(pending);
+                continue;
+            };
+            if let Some(known) = unopened.iter_mut().find(|unopened| unopened.shot == shot.name) {
+                known.changes += 1;
+                continue;
+            }
+            match self.images_of(shot) {
+                Ok(_) => opened.push(pending),
+                Err(error) => unopened.push(Unopened { shot: shot.name.clone(), error, changes: 1 }),
+            }
+        }
+        (opened, unopened)
     }
 
     /// Checks whether [`Acceptance::accept`] would apply the change. Renders nothing.

@@ -56,7 +56,7 @@ mod verdict_cache;
 mod views;
 
 pub use accept_rendered::{RenderedChange, RenderedChecks, select_rendered};
-pub use acceptance::Acceptance;
+pub use acceptance::{Acceptance, Unopened};
 pub use approvals::{Approval, read_approvals};
 pub use covered_jobs::image_names;
 pub use discover::{SuiteShot, discover};

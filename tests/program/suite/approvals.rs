@@ -30,6 +30,29 @@ fn an_exact_name_selects_its_shot_and_a_partial_name_all_that_contain_it() {
 }
 
 #[test]
+fn scenes_that_cannot_be_opened_do_not_keep_others_from_being_accepted() {
+    let stage = pending();
+    for name in ["point_far.gltf", "sun.gltf"] {
+        stage.write(name, "{");
+    }
+    // Named ones are accepted all or none.
+    stage.run(&["accept", "point"]).ends(0, &["added references/point.exr"]);
+    stage.run(&["accept", "sun"]).ends(65, &["sun.gltf"]);
+    stage.scene("point.gltf", "light/point.gltf", "", "");
+    std::fs::remove_file(stage.path("references/point.exr")).unwrap();
+    stage.run(&["test", "point"]).ends(1, &["no reference"]);
+    let told =
+        ["added references/point.exr", "not accepted: 1 pending image of point_far, which cannot be opened"];
+    let ran = stage.run(&["accept"]);
+    ran.ends(65, &told);
+    ran.ends(65, &["not accepted: 1 pending image of sun", "error: point_far.gltf", "error: sun.gltf"]);
+    assert_eq!(stage.references(), ["point.exr", "point_far.exr.new", "sun.exr.new"]);
+    // Once they can be opened again, they are accepted.
+    stage.scene("point_far.gltf", "light/spot.gltf", "", "");
+    stage.run(&["accept"]).ends(65, &["added references/point_far.exr", "error: sun.gltf"]);
+}
+
+#[test]
 fn review_asks_about_each_image() {
     let stage = pending();
     let ran = stage.run_with(&["review"], "a\nwhat\nr\n", None);

@@ -115,6 +115,11 @@ type Range = (i64, i64, i64);
 
 /// The range of `7`, `1-10` or `1-10x2`.
 fn parse_part(part: &str) -> Result<Range, String> {
+    if let name @ ("first" | "middle" | "last") = part {
+        return Err(format!(
+            "{name} is a frame of a suite's `[test]` only, and frames are numbers here; rayframe info prints the last one"
+        ));
+    }
     let (first, rest) = parse_number(part)?;
     if rest.is_empty() {
         return Ok((first, first, 1));
@@ -285,6 +290,15 @@ mod tests {
         ] {
             let error = FrameSpec::parse(text).unwrap_err();
             assert!(error.contains("-f") || error.contains("1-10x2"), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn names_of_frames_are_told_from_other_words() {
+        for (text, name) in [("last", "last"), ("0,middle", "middle"), (" first ", "first")] {
+            let error = FrameSpec::parse(text).unwrap_err();
+            assert!(error.contains(&format!("{name} is a frame of a suite's")), "{error}");
+            assert!(error.contains("frames are numbers here") && error.contains("write 7, 1-10"), "{error}");
         }
     }
 

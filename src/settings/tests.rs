@@ -101,6 +101,12 @@ fn errors_name_file_line_and_column() {
         ("  samples = 0", &[":1:3: samples: write a whole number from 1 to 65536"]),
         ("samples = 1.5", &["write a whole number"]),
         ("camera = 0", &["camera: expected a text in quotes, found a number"]),
+        ("samples = '4'", &["samples: expected a number, found a text; write 4 without quotes"]),
+        ("resume = 'true'", &["expected true or false, found a text; write true without quotes"]),
+        (
+            "scene = \"C:\\x\"",
+            &["not valid TOML", "write the text in single quotes, such as 'C:\\robot.glb'"],
+        ),
         ("resume = 'yes'", &["expected true or false, found a text"]),
         ("simd = 'foo'", &["simd: \"foo\" is not one of the choices; there are best, scalar"]),
         ("preview = 'gif'", &["preview: \"gif\" is not one of the choices; there are png"]),

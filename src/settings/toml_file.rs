@@ -71,14 +71,33 @@ impl<'a> TomlFile<'a> {
 
     fn not_toml(&self, error: &toml::de::Error) -> Error {
         let why = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
-        let origin = self.origin(error.span().map_or(0, |span| span.start));
-        SettingError { setting: String::new(), origin, why: format!("not valid TOML: {why}") }.into()
+        let at = error.span().map_or(0, |span| span.start);
+        let hint = if self.is_escape(at, &why) { BACKSLASHES } else { "" };
+        let why = format!("not valid TOML: {why}{hint}");
+        SettingError { setting: String::new(), origin: self.origin(at), why }.into()
+    }
+
+    /// Whether an error at byte `at` is about a backslash before it in its line.
+    fn is_escape(&self, at: usize, why: &str) -> bool {
+        let before = self.text.get(..at).unwrap_or_default();
+        let line = before.rsplit('\n').next().unwrap_or_default();
+        line.contains('\\') && (why.contains("escape") || why.contains("unicode"))
     }
 }
 
-/// `expected a number, found a text`.
+/// What to do about a backslash that is no escape, as in Windows paths.
+const BACKSLASHES: &str =
+    "; a backslash in \"…\" begins an escape: write the text in single quotes, such as 'C:\\robot.glb'";
+
+/// `expected a number, found a text; write 4 without quotes`.
 pub(super) fn wrong_kind(value: &DeValue<'_>, expected: &str) -> String {
-    format!("expected {expected}, found {}", kind(value))
+    let is_expected = |text: &str| match text {
+        "true" | "false" => expected.contains(text),
+        _ => expected.contains("number") && text.parse().is_ok_and(f64::is_finite),
+    };
+    let unquoted = value.as_str().map(str::trim).filter(|text| is_expected(text));
+    let hint = unquoted.map(|text| format!("; write {text} without quotes")).unwrap_or_default();
+    format!("expected {expected}, found {}{hint}", kind(value))
 }
 
 /// The entries of a table in the order of the lines.

@@ -297,6 +297,14 @@ mod tests {
             ("test = 1", "suite.toml:1:1: test: expected [test]"),
             ("max_reference_kib = -1", "suite.toml:1:1: max_reference_kib: write a whole number"),
             ("[test", "suite.toml:1:6: not valid TOML: "),
+            ("scenes = \"C:\\x\"", "write the text in single quotes, such as 'C:\\robot.glb'"),
+            ("scenes = \"C:\\users\"", "write the text in single quotes"),
+            ("scenes = \"a\\q\"", "write the text in single quotes"),
+            (
+                "[test]\ntile_flip = \"0.1\"",
+                "tile_flip: expected a number, found a text; write 0.1 without quotes",
+            ),
+            ("max_reference_kib = \"many\"", "max_reference_kib: expected a number, found a text"),
         ] {
             let error = suite(text).1.unwrap_err();
             assert!(error.to_string().contains(words), "{error}");

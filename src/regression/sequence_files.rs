@@ -352,6 +352,18 @@ mod tests {
     }
 
     #[test]
+    fn names_that_are_not_valid_are_usage_errors_unless_they_are_files() {
+        let files = folder(&["a.1.exr", "b.%4d.exr"]);
+        let [valid, wrong, file] = ["a.#.exr", "a.%4d.exr", "b.%4d.exr"].map(|name| files.path().join(name));
+        let pairs = [pair_files(&wrong, &valid).map(drop), pair_files(&valid, &wrong).map(drop)];
+        for result in pairs.into_iter().chain([sequence_files(&wrong).map(drop)]) {
+            let error = result.unwrap_err();
+            assert!(error.exit_code() == 2 && error.to_string().contains("must be %04d"), "{error}");
+        }
+        assert_eq!(pair_files(&file, &file).unwrap().pairs.len(), 1);
+    }
+
+    #[test]
     fn two_files_of_one_frame_number_are_an_error() {
         let (ours, theirs) = (folder(&["a.01.exr", "a.002.exr", "a.1.exr"]), folder(&["a.1.exr", "a.2.exr"]));
         for error in [pair_files(ours.path(), theirs.path()), pair_files(theirs.path(), ours.path())] {

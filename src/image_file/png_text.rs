@@ -12,8 +12,6 @@ const KEYWORD: &[u8] = b"renderHash\0";
 pub(super) const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 /// A chunk without data: length, type, check sum.
 const CHUNK_OVERHEAD: usize = 12;
-/// CRC-32 of no bytes.
-const CRC_START: u32 = u32::MAX;
 /// Most bytes that are kept of a chunk. Only texts are longer, which no render hash is.
 const KEPT_BYTES: usize = 1 << 16;
 /// Most chunks that are looked through for an animation.
@@ -27,7 +25,7 @@ pub(super) fn insert_render_hash(png: &mut Vec<u8>, render_hash: &str) {
     typed.extend_from_slice(render_hash.as_bytes());
     let mut chunk = ((typed.len() - 4) as u32).to_be_bytes().to_vec();
     chunk.extend_from_slice(&typed);
-    chunk.extend_from_slice(&(!crc32(CRC_START, &typed)).to_be_bytes());
+    chunk.extend_from_slice(&crc32fast::hash(&typed).to_be_bytes());
     png.splice(end_chunk..end_chunk, chunk);
 }
 
@@ -118,40 +116,24 @@ fn next_chunk(file: &mut impl Read) -> io::Result<Chunk> {
     let (mut length, mut kind, mut sum) = ([0; 4], [0; 4], [0; 4]);
     file.read_exact(&mut length)?;
     file.read_exact(&mut kind)?;
-    let mut crc = crc32(CRC_START, &kind);
+    let mut crc = crc32fast::Hasher::new();
+    crc.update(&kind);
     let (mut data, mut block) = (Vec::new(), [0; 8192]);
     let mut left = be_u32(&length) as usize;
     while left > 0 {
         let part = &mut block[..left.min(8192)];
         file.read_exact(part)?;
-        crc = crc32(crc, part);
+        crc.update(part);
         data.extend_from_slice(&part[..part.len().min(KEPT_BYTES - data.len())]);
         left -= part.len();
     }
     file.read_exact(&mut sum)?;
-    Ok(Chunk { kind, data, is_whole: sum == (!crc).to_be_bytes() })
-}
-
-/// CRC-32 of PNG chunks (annex D), one bit at a time: the sum so far with more `bytes`. Its complement is stored.
-fn crc32(mut sum: u32, bytes: &[u8]) -> u32 {
-    for &byte in bytes {
-        sum ^= u32::from(byte);
-        for _ in 0..8 {
-            sum = if sum & 1 == 1 { 0xedb8_8320 ^ (sum >> 1) } else { sum >> 1 };
-        }
-    }
-    sum
+    Ok(Chunk { kind, data, is_whole: sum == crc.finalize().to_be_bytes() })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn check_sum_of_the_nine_digits() {
-        // The check value that every description of CRC-32/ISO-HDLC gives.
-        assert_eq!(!crc32(CRC_START, b"123456789"), 0xcbf4_3926);
-    }
 
     #[test]
     fn the_hash_is_read_back_and_damaged_files_are_refused() {

@@ -8,7 +8,6 @@ use super::animation::ScenePose;
 use super::posed_nodes::{PosedCamera, posed_camera};
 use super::surface_pose::SurfacePose;
 use super::surfaces::Frame;
-use super::transform;
 use crate::scene::{CameraChanges, CameraMotion, CameraPath, Projection, Scene, SelectedCamera, Selection};
 
 /// Projection of keys without a field of view: 45 degrees, as other requested cameras have.
@@ -53,7 +52,7 @@ impl Frame {
     pub fn camera_at(scene: &Scene, selection: &Selection, time_seconds: f64) -> PosedCamera {
         let (mut pose, mut world) = (ScenePose::default(), Vec::new());
         pose.play(scene, selection, time_seconds, &mut Vec::new());
-        transform::world_matrices(scene, &pose.local, &mut world);
+        scene.world_matrices(&pose.local, &mut world);
         selected_camera(scene, selection, time_seconds, &pose, &world)
     }
 }

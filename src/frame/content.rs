@@ -48,7 +48,7 @@ impl Frame {
         let (mut pose, mut world) = (ScenePose::default(), Vec::new());
         pose.play(scene, selection, time_seconds, &mut content.materials);
         transform::inherit_hidden(scene, &mut pose.hidden);
-        transform::world_matrices(scene, &pose.local, &mut world);
+        scene.world_matrices(&pose.local, &mut world);
         content.image_light = selection.image_light.map(|light| pose.image_lights[light.index()]);
         let no_joints: Arc<[Mat4]> = Arc::default();
         let mut palettes: Vec<Option<Arc<[Mat4]>>> = vec![None; scene.skins.len()];

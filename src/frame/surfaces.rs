@@ -88,7 +88,7 @@ impl Frame {
         let SurfacePose { pose, world, material_flags: flags } = &mut self.scratch.now;
         pose.play(scene, selection, time_seconds, &mut self.materials);
         transform::inherit_hidden(scene, &mut pose.hidden);
-        transform::world_matrices(scene, &pose.local, world);
+        scene.world_matrices(&pose.local, world);
         flags.clear();
         flags.extend(self.materials.iter().map(material_flags));
         let nodes = transform::selected_nodes(scene, selection);

@@ -1,22 +1,9 @@
-//! World matrices of nodes, inherited visibility, and the transform of normals.
+//! Inherited visibility, the nodes of a selection, and the transform of normals.
 
-use glam::{Mat3, Mat4, Vec3};
+use glam::{Mat3, Vec3};
 
 use crate::geometry::unit;
-use crate::scene::{LocalTransform, NodeIndex, Scene, Selection};
-
-/// Computes world matrices from local transforms, parents first.
-pub(super) fn world_matrices(scene: &Scene, local: &[LocalTransform], world: &mut Vec<Mat4>) {
-    world.clear();
-    world.resize(scene.nodes.len(), Mat4::IDENTITY);
-    for &node in &scene.node_order {
-        let own = local[node.index()].matrix();
-        world[node.index()] = match scene.nodes[node.index()].parent {
-            Some(parent) => world[parent.index()] * own,
-            None => own,
-        };
-    }
-}
+use crate::scene::{NodeIndex, Scene, Selection};
 
 /// Hides the descendants of hidden nodes. On entry, `hidden` tells for each node whether the node itself is hidden.
 pub(super) fn inherit_hidden(scene: &Scene, hidden: &mut [bool]) {

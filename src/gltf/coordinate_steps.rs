@@ -75,19 +75,6 @@ fn world_boxes(of_mesh: CenteredBox, node: &Node, world: &Mat4, of_joints: &[Vec
     }
 }
 
-/// World matrices of the nodes at rest.
-fn world_matrices(scene: &Scene) -> Vec<Mat4> {
-    let mut world = vec![Mat4::IDENTITY; scene.nodes.len()];
-    for index in &scene.node_order {
-        let Some(node) = scene.nodes.get(index.index()) else { continue };
-        let parent = node.parent.and_then(|parent| world.get(parent.index())).copied();
-        if let Some(world) = world.get_mut(index.index()) {
-            *world = parent.unwrap_or_default() * node.local.matrix();
-        }
-    }
-    world
-}
-
 /// World matrices of the joints of a skin, from the space of its mesh.
 fn joint_matrices(skin: &Skin, world: &[Mat4]) -> Vec<Mat4> {
     let joints = skin.joints.iter().zip(&skin.inverse_bind_matrices);
@@ -97,7 +84,9 @@ fn joint_matrices(skin: &Skin, world: &[Mat4]) -> Vec<Mat4> {
 /// A warning about the mesh in any scene that the steps of its coordinates change most, if that is visible.
 pub(super) fn coordinate_steps(scene: &Scene) -> Option<Warning> {
     let of_meshes: Vec<_> = scene.meshes.par_iter().map(CenteredBox::of_mesh).collect();
-    let world = world_matrices(scene);
+    let at_rest: Vec<_> = scene.nodes.iter().map(|node| node.local).collect();
+    let mut world = Vec::new();
+    scene.world_matrices(&at_rest, &mut world);
     let of_joints: Vec<_> = scene.skins.iter().map(|skin| joint_matrices(skin, &world)).collect();
     let boxes_of = |index: NodeIndex| {
         let node = scene.nodes.get(index.index())?;

@@ -3,10 +3,12 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
+use glam::Mat4;
+
 use super::{
     Animation, AnimationIndex, AssetCacheUse, Camera, CameraIndex, FileStorage, Image, ImageLight,
-    ImageLightIndex, ImageMips, Light, LightIndex, Material, Mesh, Node, NodeIndex, SceneMemory, Skin,
-    Texture, TextureIndex, Variant,
+    ImageLightIndex, ImageMips, Light, LightIndex, LocalTransform, Material, Mesh, Node, NodeIndex,
+    SceneMemory, Skin, Texture, TextureIndex, Variant,
 };
 use crate::error::Warning;
 
@@ -110,6 +112,19 @@ impl Scene {
         let index = id.checked_sub(1)? as usize;
         let name = &self.materials.get(index)?.name;
         Some(name.as_ref().map_or_else(|| format!("#{index}"), |name| format!("\"{name}\"")))
+    }
+
+    /// Computes the world matrices of all nodes from their `local` transforms, parents first.
+    pub(crate) fn world_matrices(&self, local: &[LocalTransform], world: &mut Vec<Mat4>) {
+        world.clear();
+        world.resize(self.nodes.len(), Mat4::IDENTITY);
+        for &node in &self.node_order {
+            let own = local[node.index()].matrix();
+            world[node.index()] = match self.nodes[node.index()].parent {
+                Some(parent) => world[parent.index()] * own,
+                None => own,
+            };
+        }
     }
 
     /// The nodes below `roots`, these included, in no particular order.

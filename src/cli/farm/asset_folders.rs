@@ -3,9 +3,10 @@
 use std::ffi::OsString;
 
 use rayframe::error::Result;
+use rayframe::regression::suite::shell_quoted;
 use rayframe::settings::{BackgroundSource, EnvironmentSource, Settings};
 
-use super::shell::{not_unicode, quoted};
+use super::not_unicode::not_unicode;
 
 /// Settings that name files, each with the name of its folder in templates.
 const NAMES: [(&str, &str); 3] =
@@ -37,7 +38,7 @@ impl AssetFolder {
     /// Lines of a shell script that set a variable to the folder.
     pub(super) fn shell_lines(&self) -> String {
         let Self { setting, .. } = self;
-        let line = format!("{setting}_folder=${{{}:-{}}}\n", self.variable(), quoted(&self.folder));
+        let line = format!("{setting}_folder=${{{}:-{}}}\n", self.variable(), shell_quoted(&self.folder));
         if !self.is_pattern {
             return line;
         }
@@ -51,7 +52,7 @@ impl AssetFolder {
     pub(super) fn shell_option(&self) -> String {
         let Self { setting, around: (before, after), .. } = self;
         let option = setting.replace('_', "-");
-        format!(" --{option}={}\"${setting}_folder\"/{}", quoted(before), quoted(after))
+        format!(" --{option}={}\"${setting}_folder\"/{}", shell_quoted(before), shell_quoted(after))
     }
 }
 

@@ -5,10 +5,10 @@ use std::path::Path;
 use clap::ValueEnum;
 
 use rayframe::error::Result;
+use rayframe::regression::suite::shell_quoted;
 
 use super::job_files::JobFile;
 use super::job_plan::JobPlan;
-use super::shell::quoted;
 use super::{kubernetes, openjd, parallel, slurm};
 
 /// A scheduler.
@@ -54,10 +54,10 @@ impl Engine {
 
     /// How the job is submitted.
     pub(super) fn hint(self, folder: &Path) -> String {
-        let at = |name: &str| quoted(&folder.join(name).display().to_string());
+        let at = |name: &str| shell_quoted(&folder.join(name).display().to_string());
         match self {
             Self::Openjd => {
-                let folder = quoted(&folder.display().to_string());
+                let folder = shell_quoted(&folder.display().to_string());
                 format!("to submit it to AWS Deadline Cloud: deadline bundle submit {folder}")
             }
             Self::Slurm | Self::K8s => format!("to submit it: sh {}", at("submit.sh")),

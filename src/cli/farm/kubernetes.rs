@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 
 use rayframe::error::{Error, Result};
+use rayframe::regression::suite::shell_quoted;
 
 use super::job_files::JobFile;
 use super::job_plan::JobPlan;
-use super::shell::quoted;
 use super::task_script::{MERGE, SHOT_FILE, TASK_SCRIPT, numbered_files};
 
 /// Where the ConfigMap is mounted.
@@ -122,7 +122,7 @@ fn job(plan: &JobPlan, name: &str, task: &str) -> Value {
 }
 
 fn submit(plan: &JobPlan) -> String {
-    let at = |name: &str| quoted(&format!("{}/{name}", plan.folder));
+    let at = |name: &str| shell_quoted(&format!("{}/{name}", plan.folder));
     let mut text = format!(
         "#!/bin/sh\n# Written by {}. Submits the job; options of kubectl may follow\nset -eu\nkubectl apply -f {} \"$@\"\n",
         plan.version,

@@ -10,13 +10,13 @@ mod frame_costs;
 mod job_files;
 mod job_plan;
 mod kubernetes;
+mod not_unicode;
 mod openjd;
 mod options;
 mod parallel;
 mod parts;
 mod planning;
 mod settings;
-mod shell;
 mod slurm;
 mod task_script;
 #[cfg(test)]

@@ -2,11 +2,11 @@
 //!
 //! The script runs in the folder of the job, so that no path stands on a command line that parallel reads.
 
+use rayframe::regression::suite::shell_quoted;
 use std::fmt::Write as _;
 
 use super::job_files::JobFile;
 use super::job_plan::JobPlan;
-use super::shell::quoted;
 use super::task_script::{MERGE, TASK_SCRIPT, TRANSIENT, numbered_files};
 
 /// `task.sh`, `shot.toml`, `tasks` and `run.sh`.
@@ -28,7 +28,7 @@ fn run(plan: &JobPlan) -> String {
          command -v parallel > /dev/null || {{ echo 'GNU parallel is not installed' >&2; exit 127; }}\n\
          cd {} || exit 66\n\
          jobs=${{JOBS:-$(($(nproc) / {threads}))}}\n[ \"$jobs\" -ge 1 ] || jobs=1\n{most}",
-        quoted(folder),
+        shell_quoted(folder),
         threads = resources.threads,
     );
     // Columns 7 and 8 of the log are exit code and signal.

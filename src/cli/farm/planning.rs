@@ -13,9 +13,9 @@ use super::chunks::{ChunkRule, chunks};
 use super::engine::Engine;
 use super::frame_costs::{FrameCosts, Workload};
 use super::job_plan::{DEFAULT_THREADS, JobPlan, Pin, Resources, Task};
+use super::not_unicode::not_unicode;
 use super::options::FarmArgs;
 use super::settings::{check_shared_files, of_first_part, of_tasks, parts, shot_file};
-use super::shell::not_unicode;
 
 /// Frames of a task where no costs are known.
 const DEFAULT_CHUNK: usize = 10;

@@ -8,9 +8,9 @@ use rayframe::settings::{DenoiserKind, Integrator, OutputFormat, OutputPattern, 
 use rayframe::shot::{RenderJob, ShotSettings, resolved_settings};
 
 use super::asset_folders::{AssetFolder, take_asset_folders};
+use super::not_unicode::not_unicode;
 use super::options::Division;
 use super::parts::{sample_ranges, tiles};
-use super::shell::not_unicode;
 
 /// Settings whose files are made of all frames.
 const OF_ALL_FRAMES: [&str; 4] = ["movie", "contact_sheet", "stats", "manifest"];

@@ -2,11 +2,11 @@
 //!
 //! Options with paths are given by the script, because `#SBATCH` lines have no quoting for every character.
 
+use rayframe::regression::suite::shell_quoted;
 use std::fmt::Write as _;
 
 use super::job_files::JobFile;
 use super::job_plan::JobPlan;
-use super::shell::quoted;
 use super::task_script::{MERGE, TASK_SCRIPT, TRANSIENT, numbered_files, run_and_wait};
 
 /// Seconds before the time limit when a task is told to end. It needs one.
@@ -36,11 +36,11 @@ fn merge(plan: &JobPlan) -> String {
 
 fn batch_script(plan: &JobPlan, name: &str, array: &str, task: &str) -> String {
     let JobPlan { version, folder, retries, resources, .. } = plan;
-    let script = quoted(&format!("{folder}/{TASK_SCRIPT}"));
+    let script = shell_quoted(&format!("{folder}/{TASK_SCRIPT}"));
     let run = run_and_wait(&format!(
         "srun --ntasks=1 --cpus-per-task=\"$RAYFRAME_THREADS\" --export=ALL sh {script} {task}"
     ));
-    let failures = quoted(&format!("{folder}/logs/"));
+    let failures = shell_quoted(&format!("{folder}/logs/"));
     format!(
         "#!/bin/sh\n# Written by {version}. Submitted by submit.sh\n\
          #SBATCH --job-name={name}\n{array}\
@@ -66,9 +66,9 @@ fn batch_script(plan: &JobPlan, name: &str, array: &str, task: &str) -> String {
 }
 
 fn submit(plan: &JobPlan) -> String {
-    let at = |name: &str| quoted(&format!("{}/{name}", plan.folder));
+    let at = |name: &str| shell_quoted(&format!("{}/{name}", plan.folder));
     // In names of logs % begins a field.
-    let log = |fields: &str| quoted(&format!("{}/logs/{fields}.log", plan.folder.replace('%', "%%")));
+    let log = |fields: &str| shell_quoted(&format!("{}/logs/{fields}.log", plan.folder.replace('%', "%%")));
     let mut text = format!(
         "#!/bin/sh\n# Written by {}. Submits the job; options of sbatch may follow\nset -eu\nmkdir -p {}\n\
          job=$(sbatch --parsable --output={} \"$@\" {})\n",

@@ -1,11 +1,11 @@
 //! The shell script that runs one task, the same for all engines. It ends as the render ends: it becomes its process.
 
+use rayframe::regression::suite::shell_quoted;
 use std::fmt::Write as _;
 
 use super::asset_folders::AssetFolder;
 use super::job_files::JobFile;
 use super::job_plan::{JobPlan, Task};
-use super::shell::quoted;
 
 /// Name of the script.
 pub(super) const TASK_SCRIPT: &str = "task.sh";
@@ -51,14 +51,15 @@ pub(super) fn script(plan: &JobPlan, form: ScriptForm<'_>) -> String {
     let _ = writeln!(
         text,
         "[ \"$version\" = {} ] || fail 65 \"the job was written for {version}, and this worker has $version\"",
-        quoted(version)
+        shell_quoted(version)
     );
 
     text.push_str("\n# Options of the task\ncase ${1-} in\n");
     for (key, task) in form.keys.iter().zip(form.tasks) {
-        let options: Vec<String> = task.options.iter().map(|option| quoted(option)).collect();
-        let output = quoted(&task.output_name);
-        let _ = writeln!(text, "{}) set -- {} -o \"$pattern\"/{output} ;;", quoted(key), options.join(" "));
+        let options: Vec<String> = task.options.iter().map(|option| shell_quoted(option)).collect();
+        let output = shell_quoted(&task.output_name);
+        let _ =
+            writeln!(text, "{}) set -- {} -o \"$pattern\"/{output} ;;", shell_quoted(key), options.join(" "));
     }
     if !plan.parts.is_empty() {
         let _ = writeln!(text, "{MERGE}) {} ;;", merge_command(plan));
@@ -71,7 +72,7 @@ pub(super) fn script(plan: &JobPlan, form: ScriptForm<'_>) -> String {
         text,
         "plan=$(\"$rayframe\" render \"$scene\" --config \"$shot\"{assets} --frames={} -o \"$pattern\"/{} --resume --dry-run --quiet --progress json) || exit $?",
         pin.frame,
-        quoted(output_name)
+        shell_quoted(output_name)
     );
     let _ = writeln!(
         text,
@@ -96,7 +97,7 @@ fn variables(plan: &JobPlan) -> String {
     let shot = format!("{}/{SHOT_FILE}", plan.folder);
     let mut more: String = plan.asset_folders.iter().map(AssetFolder::shell_lines).collect();
     if let Some((folder, _)) = &plan.asset_cache {
-        let _ = writeln!(more, "cache=${{RAYFRAME_ASSET_CACHE:-{}}}", quoted(folder));
+        let _ = writeln!(more, "cache=${{RAYFRAME_ASSET_CACHE:-{}}}", shell_quoted(folder));
     }
     format!(
         "rayframe=${{RAYFRAME:-{}}}\nshot=${{2:-{}}}\nscene=${{RAYFRAME_SCENE:-{}}}\noutput=${{RAYFRAME_OUTPUT_FOLDER:-{}}}\n\
@@ -105,21 +106,22 @@ fn variables(plan: &JobPlan) -> String {
          pattern=$(printf '%s.' \"$output\" | sed 's/[%#{{]/%&/g')\npattern=${{pattern%.}}\n\
          {more}\
          fail() {{\n    printf 'rayframe: error: %s\\n' \"$2\" >&2\n    exit \"$1\"\n}}\n",
-        quoted(&plan.program),
-        quoted(&shot),
-        quoted(&plan.scene),
-        quoted(&plan.output_folder),
+        shell_quoted(&plan.program),
+        shell_quoted(&shot),
+        shell_quoted(&plan.scene),
+        shell_quoted(&plan.output_folder),
         plan.resources.threads,
     )
 }
 
 /// Joins the parts, and removes none.
 fn merge_command(plan: &JobPlan) -> String {
-    let parts: Vec<String> = plan.parts.iter().map(|part| format!("\"$output\"/{}", quoted(part))).collect();
+    let parts: Vec<String> =
+        plan.parts.iter().map(|part| format!("\"$output\"/{}", shell_quoted(part))).collect();
     format!(
         "exec \"$rayframe\" merge {} -o \"$pattern\"/{} --threads \"$threads\" --max-memory {}",
         parts.join(" "),
-        quoted(&plan.output_name),
+        shell_quoted(&plan.output_name),
         plan.resources.merge_limit_bytes()
     )
 }

@@ -1,4 +1,4 @@
-//! Shell quoting, for commands that users copy.
+//! Shell quoting, for commands that users copy and for job files.
 
 /// Quotes `word` for a POSIX shell, if necessary.
 pub fn shell_word(word: &str) -> String {
@@ -6,7 +6,12 @@ pub fn shell_word(word: &str) -> String {
     if !word.is_empty() && word.chars().all(is_plain) {
         return word.to_owned();
     }
-    format!("'{}'", word.replace('\'', r"'\''"))
+    shell_quoted(word)
+}
+
+/// `text` as one word of a POSIX shell: between apostrophes nothing has a meaning but the apostrophe itself.
+pub fn shell_quoted(text: &str) -> String {
+    format!("'{}'", text.replace('\'', r"'\''"))
 }
 
 #[cfg(test)]
@@ -19,5 +24,17 @@ mod tests {
         assert_eq!(shell_word("my shot"), "'my shot'");
         assert_eq!(shell_word("it's $HOME"), r"'it'\''s $HOME'");
         assert_eq!(shell_word(""), "''");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn the_shell_reads_what_was_quoted() {
+        for text in
+            ["", "plain", "two words", "it's", "'", "$HOME `id` \\ \"x\"", "a\nb\n", "*?[x]", "-n", "é→😀"]
+        {
+            let script = format!("printf '<%s>' {}", shell_quoted(text));
+            let output = std::process::Command::new("sh").args(["-c", &script]).output().unwrap();
+            assert_eq!(String::from_utf8(output.stdout).unwrap(), format!("<{text}>"));
+        }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::covered_jobs::{OutlinedShot, outlined};
+use super::covered_jobs::{ShotFiles, files_of};
 use super::filter::Filter;
 use super::names::{ReferenceFile, reference_files, reference_path};
 use super::{Suite, SuiteShot};
@@ -32,7 +32,7 @@ pub(super) fn changed_shots(suite: &Suite, shots: Vec<SuiteShot>, revision: &str
     let has_changed = |shot: &SuiteShot| {
         with_changes.contains(&*shot.name)
             || changes.contains(&shot.path)
-            || outlined(suite, shot).map_or(true, |OutlinedShot { images, inputs }| {
+            || files_of(suite, shot).map_or(true, |ShotFiles { images, inputs }| {
                 inputs.iter().any(|input| changes.contains(input))
                     || images.iter().any(|image| !unchanged.contains(image.as_str()))
             })

@@ -5,14 +5,14 @@ use std::path::PathBuf;
 
 use super::coverage::Coverage;
 use super::names::{ReferenceFile, image_name, numbered_shot, reference_files};
-use super::views::views_of;
+use super::views::{View, views_of};
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::gltf::ImageLoading;
-use crate::scene::{SelectedCamera, Selection};
+use crate::scene::{Scene, SelectedCamera, Selection};
 use crate::sequence::SequenceJob;
-use crate::settings::NamedFrame;
-use crate::shot::{ShotJob, ShotRequest, shot_jobs, shot_outlines};
+use crate::settings::{NamedFrame, Settings};
+use crate::shot::{ShotJob, ShotRequest, ShotSettings, shot_jobs, shot_outlines};
 
 /// A job of a shot.
 #[derive(Debug)]
@@ -109,7 +109,7 @@ impl ShotImages {
     /// # Errors
     /// Those of reading and resolving the shot.
     pub(super) fn of(suite: &Suite, shot: &SuiteShot) -> Result<Self> {
-        let CoveredShot { jobs, lost, .. } = covered(suite, shot, &[], ImageLoading::Headers)?;
+        let CoveredShot { jobs, lost, .. } = covered_shot(suite, shot, &[], ImageLoading::Headers)?;
         let mut rendered = Vec::new();
         for covered in &jobs {
             let frames = covered.job.sequence.frames.iter();
@@ -125,10 +125,25 @@ impl ShotImages {
 /// # Errors
 /// Those of reading and resolving the shot.
 pub(super) fn jobs_of(suite: &Suite, shot: &SuiteShot, overrides: &[String]) -> Result<CoveredShot> {
-    covered(suite, shot, overrides, ImageLoading::Texels)
+    covered_shot(suite, shot, overrides, ImageLoading::Texels)
 }
 
-fn covered(
+/// The views of a shot that the suite covers, found once its scene is loaded.
+struct CoveredViews<'a> {
+    shot: &'a SuiteShot,
+    coverage: &'a Coverage,
+    views: Vec<View>,
+}
+
+impl CoveredViews<'_> {
+    /// Finds the views, and returns the settings of each.
+    fn find(&mut self, settings: &ShotSettings, scene: &Scene) -> Result<Vec<Settings>> {
+        self.views = views_of(self.shot, self.coverage, settings, scene)?;
+        Ok(self.views.iter().map(|view| view.settings.clone()).collect())
+    }
+}
+
+fn covered_shot(
     suite: &Suite,
     shot: &SuiteShot,
     overrides: &[String],
@@ -136,13 +151,10 @@ fn covered(
 ) -> Result<CoveredShot> {
     let coverage = suite.coverage_of(&shot.path)?;
     let request = ShotRequest { path: &shot.path, suite: Some(&suite.file), overrides };
-    let mut views = Vec::new();
-    let resolved = shot_jobs(&request, images, |settings, scene| {
-        views = views_of(shot, &coverage, settings, scene)?;
-        Ok(views.iter().map(|view| view.settings.clone()).collect())
-    })?;
+    let mut views = CoveredViews { shot, coverage: &coverage, views: Vec::new() };
+    let resolved = shot_jobs(&request, images, |settings, scene| views.find(settings, scene))?;
     let (mut jobs, mut lost) = (Vec::new(), Vec::new());
-    for (job, view) in resolved.into_iter().zip(views) {
+    for (job, view) in resolved.into_iter().zip(views.views) {
         match job {
             Ok(job) => jobs.push(CoveredJob { label: view.label, job }),
             Err(error) => {
@@ -179,7 +191,7 @@ fn refuse_shared_images(shot: &SuiteShot, jobs: &[CoveredJob]) -> Result<()> {
 
 /// What the images of a shot are called and made from.
 #[derive(Debug, Default)]
-pub(super) struct OutlinedShot {
+pub(super) struct ShotFiles {
     /// The names of its images.
     pub(super) images: Vec<String>,
     /// Its input files, of all its views.
@@ -190,23 +202,20 @@ pub(super) struct OutlinedShot {
 ///
 /// # Errors
 /// Those of reading and resolving the shot, and of a view that is lost.
-pub(super) fn outlined(suite: &Suite, shot: &SuiteShot) -> Result<OutlinedShot> {
+pub(super) fn files_of(suite: &Suite, shot: &SuiteShot) -> Result<ShotFiles> {
     let coverage = suite.coverage_of(&shot.path)?;
     let request = ShotRequest { path: &shot.path, suite: Some(&suite.file), overrides: &[] };
-    let mut views = Vec::new();
-    let outlines = shot_outlines(&request, |settings, scene| {
-        views = views_of(shot, &coverage, settings, scene)?;
-        Ok(views.iter().map(|view| view.settings.clone()).collect())
-    })?;
-    let mut outlined = OutlinedShot::default();
-    for (outline, view) in outlines.into_iter().zip(views) {
+    let mut views = CoveredViews { shot, coverage: &coverage, views: Vec::new() };
+    let outlines = shot_outlines(&request, |settings, scene| views.find(settings, scene))?;
+    let mut files = ShotFiles::default();
+    for (outline, view) in outlines.into_iter().zip(views.views) {
         let name = view_name(&shot.name, &view.label);
         for frames in outline.sequences.iter().map(|sequence| &sequence.frames) {
-            outlined.images.extend(frames.iter().map(|&frame| image_name(&name, frame, frames.len())));
+            files.images.extend(frames.iter().map(|&frame| image_name(&name, frame, frames.len())));
         }
-        outlined.inputs.extend(outline.inputs);
+        files.inputs.extend(outline.inputs);
     }
-    Ok(outlined)
+    Ok(files)
 }
 
 /// An error about a camera, clip or variant as one about the list that names it.

@@ -12,8 +12,8 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use self::hemisphere_light::{HemisphereLight, LightWindow};
+use super::local_frame::local_frame;
 use super::occluders::DirectionRange;
-use super::whitted::local_frame;
 use crate::geometry::sin_cos_of_turn;
 use crate::scene::{Environment, LightGrid, LuminanceImage};
 

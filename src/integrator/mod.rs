@@ -18,6 +18,7 @@ mod light_pass;
 mod light_sampling;
 mod light_set;
 mod lights;
+mod local_frame;
 mod media;
 mod occluders;
 mod opaque_materials;

@@ -5,7 +5,7 @@ use std::f32::consts::TAU;
 use glam::{Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::whitted::local_frame;
+use super::local_frame::local_frame;
 use crate::bvh::TriangleFlags;
 use crate::frame::Frame;
 use crate::geometry::{Aabb, Ray, sin_cos_of_turn};

@@ -8,8 +8,8 @@ use std::f32::consts::TAU;
 use glam::Vec3;
 
 use crate::geometry::sin_cos_of_turn;
+use crate::integrator::local_frame::local_frame;
 use crate::integrator::occluders::DirectionRange;
-use crate::integrator::whitted::local_frame;
 
 /// Cells of azimuths in a turn.
 const COLUMNS: usize = 128;

@@ -11,11 +11,11 @@ use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
 use crate::bsdf::{Bsdf, Coat, OrientedCoat, Scattering};
 use crate::geometry::LANES;
+use crate::integrator::local_frame::{local_frame, shading_frame};
 use crate::integrator::opaque_materials::is_opaque;
 use crate::integrator::ray_state::ArrivingState;
 use crate::integrator::whitted::{
     RaySignature, SurfaceHit, Tracer, TransmissionSide, Wavefront, ior_outside, ior_transmission_side,
-    local_frame, shading_frame,
 };
 use crate::integrator::{GuideSample, LightPass, RayState};
 use crate::interaction::{MaterialSample, SurfaceBlock, SurfacePoint};

@@ -5,13 +5,13 @@ use std::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use super::environment_shadows::{EnvironmentLookup, EnvironmentLookups, LookupLobe};
-use super::local_frame::mirror_direction;
 use super::prefiltered_lobe::PrefilteredLobe;
 use super::shading::Shading;
 use super::tracer::Tracer;
 use crate::bsdf::Bsdf;
 use crate::geometry::Ray;
 use crate::integrator::RayState;
+use crate::integrator::local_frame::mirror_direction;
 use crate::interaction::is_opaque_at;
 use crate::scene::KeyLight;
 

@@ -22,7 +22,6 @@ mod glossy;
 mod ground;
 mod lamps_through_glass;
 mod least_weights;
-mod local_frame;
 mod lookup_keys;
 mod occluder_buffers;
 mod occluder_light;
@@ -50,7 +49,6 @@ mod untraced_transmittance;
 mod visibility;
 mod wavefront;
 
-pub(super) use local_frame::{local_frame, shading_frame};
 pub(crate) use prefiltered_lobe::PrefilteredLobe;
 pub use sample_aovs::{InstanceCoverage, SampleAovFlags};
 pub(super) use shadow_queue::ShadowRay;

@@ -9,7 +9,6 @@ use fearless_simd::Level;
 use glam::{Mat3, Vec3};
 
 use super::least_weights::MIN_SCATTERED;
-use super::local_frame::{local_frame, mirror_direction};
 use super::prefiltered_lobe::PrefilteredLobe;
 use super::reflected_lobe::ReflectedLobe;
 use super::surface_hit::SurfaceHit;
@@ -19,6 +18,7 @@ use crate::bsdf::{AlbedoSlice, AlbedoTable, AlbedoTermLanes, Bsdf};
 use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec3Lanes, vectorized};
 use crate::integrator::IntegratorContext;
 use crate::integrator::lights::{Incidence, IncidenceLanes};
+use crate::integrator::local_frame::{local_frame, mirror_direction};
 use crate::interaction::{BaseMaterialLanes, MaterialSample, SurfaceBlock};
 use crate::scene::{Environment, LookupLanes, Material};
 

@@ -4,7 +4,6 @@ use glam::Vec3;
 
 use super::coat::CoatShading;
 use super::environment_shadows::MAX_LOOKUPS;
-use super::local_frame::shading_frame;
 use super::shading::Shading;
 use super::shading_order::RunKey;
 use super::surface_hit::SurfaceHit;
@@ -15,6 +14,7 @@ use super::wavefront::Wavefront;
 use crate::bsdf::{Albedos, Bsdf};
 use crate::geometry::{LANES, vectorized};
 use crate::integrator::lights::IncidenceLanes;
+use crate::integrator::local_frame::shading_frame;
 use crate::integrator::{ColorChannels, EnvSamples, Integrator, LightPass, RayState};
 use crate::interaction::{MaterialSample, SurfaceBlock, SurfacePoint, untextured_color};
 use crate::scene::Material;

@@ -7,7 +7,7 @@ use crate::interaction::AnisotropySample;
 
 /// Direction of the mirror ray. It leaves the surface because the shading normal is bent towards the viewer.
 #[inline(always)]
-pub(in crate::integrator) fn mirror_direction(wo: Vec3, normal: Vec3) -> Vec3 {
+pub(super) fn mirror_direction(wo: Vec3, normal: Vec3) -> Vec3 {
     let mirrored = normal * (2.0 * wo.dot(normal)) - wo;
     mirrored * (1.0 / mirrored.dot(mirrored).sqrt())
 }
@@ -15,13 +15,13 @@ pub(in crate::integrator) fn mirror_direction(wo: Vec3, normal: Vec3) -> Vec3 {
 /// Orthonormal frame around a unit normal (Duff et al. 2017, "Building an Orthonormal Basis, Revisited"). Its columns are
 /// tangent, bitangent and normal.
 #[inline(always)]
-pub(in crate::integrator) fn local_frame(normal: Vec3) -> Mat3 {
+pub(super) fn local_frame(normal: Vec3) -> Mat3 {
     let (tangent, bitangent) = normal.any_orthonormal_pair();
     Mat3::from_cols(tangent, bitangent, normal)
 }
 
 /// The frame in which the lobes of a surface are evaluated: along its anisotropy, where it has any.
-pub(in crate::integrator) fn shading_frame(normal: Vec3, anisotropy: Option<&AnisotropySample>) -> Mat3 {
+pub(super) fn shading_frame(normal: Vec3, anisotropy: Option<&AnisotropySample>) -> Mat3 {
     anisotropy.map_or_else(|| local_frame(normal), |anisotropy| frame_along(normal, anisotropy.direction))
 }
 

@@ -200,7 +200,13 @@ pub(super) fn check_range(
     }
     let message = match (low == f32::MIN, high == f32::MAX) {
         (true, _) => format!("is {value}, but must be a finite number"),
+        (false, true) if low == f32::MIN_POSITIVE => {
+            format!("is {value}, but must be a finite number above 0")
+        }
         (false, true) => format!("is {value}, but must be a finite number of at least {low}"),
+        (false, false) if low == f32::MIN_POSITIVE => {
+            format!("is {value}, but must lie above 0 and be at most {high}")
+        }
         (false, false) => format!("is {value}, but must lie between {low} and {high}"),
     };
     Err(context.invalid(pointer, message))

@@ -49,7 +49,8 @@ impl FrameWarnings {
                 _ => "the camera".to_owned(),
             };
             messages.push(format!(
-                "{camera} sees nothing in frame {frame}: the scene lies behind or beside the camera, or faces away from it"
+                "{camera} sees nothing in frame {frame}: the scene lies behind or beside the camera or beyond its znear or zfar, \
+                 faces away from it, is transparent, or lies between the samples"
             ));
         }
         if rays.integrator.transparency_limit_reached > 0 {

@@ -319,3 +319,16 @@ fn invalid_keyframes_of_properties_are_errors() {
     document.json["animations"][0]["channels"].as_array_mut().unwrap().push(named);
     assert!(document.error(65).contains("another channel"));
 }
+
+#[test]
+fn values_that_must_be_positive_are_told_as_such() {
+    for (pointer, expected) in [
+        ("/extensions/KHR_lights_punctual/lights/0/range", "is -1, but must be a finite number above 0"),
+        ("/cameras/0/perspective/yfov", "is -1, but must lie above 0 and be at most 3.1412"),
+    ] {
+        let mut document = animatable();
+        animate(&mut document, pointer, "LINEAR", "SCALAR", &[1.0, -1.0]);
+        let error = document.error(65);
+        assert!(error.contains(expected), "{error}");
+    }
+}

@@ -90,7 +90,7 @@ pub struct MovieWriter {
     /// Frame rate as numerator and denominator.
     rate: (u32, u32),
     added: u64,
-    /// Whether a frame had pixels that are partly transparent, which the format has not.
+    /// Whether a frame had alpha that the format does not hold: partly transparent pixels in GIF, any but opaque ones in films.
     has_lost_alpha: bool,
     replacement: Replacement,
     encoder: Encoder,
@@ -193,14 +193,24 @@ impl MovieWriter {
                 let frame = image::Frame::from_parts(image, 0, 0, Delay::from_numer_denom_ms(delay, 1));
                 gif.encode_frame(frame).map_err(|error| write_failed(&self.path, error))
             }
-            Encoder::Film(film) => film.add(pixels.iter().flat_map(|pixel| over_black(*pixel)).collect()),
+            Encoder::Film(film) => {
+                self.has_lost_alpha |= pixels.iter().any(|pixel| pixel[3] != u8::MAX);
+                film.add(pixels.iter().flat_map(|pixel| over_black(*pixel)).collect())
+            }
         }
     }
 
     /// What the format does not keep of the frames that were added.
     pub fn warnings(&self) -> Vec<Warning> {
         let is_fast_gif = matches!(self.encoder, Encoder::Gif(..)) && is_too_fast(self.rate);
-        let alpha = "GIF has pixels that are opaque or transparent: shadows and edges between are dithered; .webp and .apng keep them";
+        let alpha = match self.encoder {
+            Encoder::Film(_) => {
+                "films have no alpha: the frames are composited over black; .webp and .apng keep alpha, as do frames in .png and .exr files"
+            }
+            _ => {
+                "GIF has pixels that are opaque or transparent: shadows and edges between are dithered; .webp and .apng keep them"
+            }
+        };
         let rate = format!(
             "GIF has {MAX_RATE} frames a second at most: some are left out; .webp and .apng keep all"
         );
@@ -326,5 +336,30 @@ mod tests {
             }
         }
         assert_eq!(MovieFormat::of_path(Path::new("a.avi")), None);
+    }
+
+    #[test]
+    fn films_and_gifs_warn_of_alpha_that_they_lose() {
+        let warnings = |name: &str, alphas: [u8; 2]| {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join(name);
+            let format = MovieFormat::of_path(&path).unwrap();
+            let mut movie =
+                MovieWriter::begin(&path, format, (4, 3), (24, 1), 2, &CancelFlag::new()).unwrap();
+            for alpha in alphas {
+                movie.add(&[[80, 80, 80, alpha]; 12]).unwrap();
+            }
+            movie.warnings().iter().map(ToString::to_string).collect::<String>()
+        };
+        // GIF holds transparent pixels.
+        assert_eq!(warnings("a.gif", [255, 0]), "");
+        assert!(warnings("a.gif", [255, 128]).contains("dithered"));
+        if has_ffmpeg() {
+            assert_eq!(warnings("a.mp4", [255; 2]), "");
+            for alpha in [0, 254] {
+                let said = warnings("a.mp4", [255, alpha]);
+                assert!(said.contains("films have no alpha") && said.contains(".apng"), "{said}");
+            }
+        }
     }
 }

@@ -59,7 +59,7 @@ pub use ffmpeg::has_ffmpeg;
 pub use job_list::{JOB_LIST, job_files};
 pub use movie::{MOVIE_ENDINGS, MovieFormat, MovieWriter};
 pub use plate_read::{PlateHeader, PlateImage, plate_header, read_plate};
-pub use png_text::inspect_png;
+pub use png_text::{insert_preview_hash, inspect_png};
 pub use png_write::encode_png;
 pub use regular_file::read_regular_file;
 pub(crate) use regular_file::{MAX_LFS_POINTER_BYTES, check_fetched, is_lfs_pointer};

@@ -1,4 +1,5 @@
-//! The `renderHash` of PNG files: a `tEXt` chunk before the end chunk (PNG specification, third edition, 11.3.3.3).
+//! Hashes in PNG files: `tEXt` chunks before the end chunk (PNG specification, third edition, 11.3.3.3). All files have the `renderHash`,
+//! previews also the `previewHash`.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek};
@@ -7,8 +8,10 @@ use std::path::Path;
 use super::StoredFrame;
 use crate::image::PixelWindow;
 
-/// Keyword of the text chunk.
-const KEYWORD: &[u8] = b"renderHash\0";
+/// Keyword of the hash of the render.
+const RENDER_HASH: &[u8] = b"renderHash\0";
+/// Keyword of the hash of a preview.
+const PREVIEW_HASH: &[u8] = b"previewHash\0";
 pub(super) const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 /// A chunk without data: length, type, check sum.
 const CHUNK_OVERHEAD: usize = 12;
@@ -17,12 +20,22 @@ const KEPT_BYTES: usize = 1 << 16;
 /// Most chunks that are looked through for an animation.
 const MOST_CHUNKS: usize = 1024;
 
-/// Inserts the hash before the end chunk, the last twelve bytes of every PNG file.
+/// Inserts the hash of the render before the end chunk.
 pub(super) fn insert_render_hash(png: &mut Vec<u8>, render_hash: &str) {
+    insert_text(png, RENDER_HASH, render_hash);
+}
+
+/// Inserts the hash of a preview, [`StoredFrame::preview_hash`], into an encoded PNG file.
+pub fn insert_preview_hash(png: &mut Vec<u8>, preview_hash: &str) {
+    insert_text(png, PREVIEW_HASH, preview_hash);
+}
+
+/// Inserts a text before the end chunk, the last twelve bytes of every PNG file.
+fn insert_text(png: &mut Vec<u8>, keyword: &[u8], text: &str) {
     let end_chunk = png.len().saturating_sub(CHUNK_OVERHEAD);
     let mut typed = b"tEXt".to_vec();
-    typed.extend_from_slice(KEYWORD);
-    typed.extend_from_slice(render_hash.as_bytes());
+    typed.extend_from_slice(keyword);
+    typed.extend_from_slice(text.as_bytes());
     let mut chunk = ((typed.len() - 4) as u32).to_be_bytes().to_vec();
     chunk.extend_from_slice(&typed);
     chunk.extend_from_slice(&crc32fast::hash(&typed).to_be_bytes());
@@ -43,7 +56,7 @@ pub fn inspect_png(path: &Path) -> Result<StoredFrame, String> {
     if !starts_with_signature(&mut file).map_err(text)? {
         return Err("not a PNG file".to_owned());
     }
-    let mut render_hash = None;
+    let [mut render_hash, mut preview_hash] = [None, None];
     let mut size = (0, 0);
     loop {
         let Chunk { kind, data, is_whole } = next_chunk(&mut file).map_err(text)?;
@@ -51,8 +64,10 @@ pub fn inspect_png(path: &Path) -> Result<StoredFrame, String> {
             _ if !is_whole => return Err(DAMAGED.to_owned()),
             b"IHDR" if data.len() >= 8 => size = (be_u32(&data[..4]), be_u32(&data[4..8])),
             b"tEXt" => {
-                if let Some(value) = data.strip_prefix(KEYWORD) {
-                    render_hash = String::from_utf8(value.to_vec()).ok();
+                for (keyword, hash) in [(RENDER_HASH, &mut render_hash), (PREVIEW_HASH, &mut preview_hash)] {
+                    if let Some(value) = data.strip_prefix(keyword) {
+                        *hash = String::from_utf8(value.to_vec()).ok();
+                    }
                 }
             }
             b"IEND" if data.is_empty() => break,
@@ -63,7 +78,7 @@ pub fn inspect_png(path: &Path) -> Result<StoredFrame, String> {
         return Err("bytes follow the image".to_owned());
     }
     let data_window = PixelWindow::full(size.0, size.1).into();
-    Ok(StoredFrame { render_hash, sample_range: None, size, data_window })
+    Ok(StoredFrame { render_hash, preview_hash, sample_range: None, size, data_window })
 }
 
 /// Number of frames of an animated PNG file (PNG specification, third edition, 11.3.6.1), 1 of any other. Neither pixels nor other long
@@ -137,12 +152,15 @@ mod tests {
 
     #[test]
     fn the_hash_is_read_back_and_damaged_files_are_refused() {
-        let png = crate::image_file::encode_png((2, 1), &[[255, 0, 0, 255], [0, 0, 0, 0]], "00ff").unwrap();
+        let png = crate::image_file::encode_png((2, 1), &[[255, 0, 0, 255], [0, 0, 0, 0]], "00ff");
+        let mut png = png.unwrap();
+        insert_preview_hash(&mut png, "aa");
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
         std::fs::write(&path, &png).unwrap();
         let stored = inspect_png(&path).unwrap();
         assert_eq!(stored.render_hash.as_deref(), Some("00ff"));
+        assert_eq!(stored.preview_hash.as_deref(), Some("aa"));
         assert_eq!(stored.size, (2, 1));
         for length in [0, 8, 20, png.len() - 1] {
             std::fs::write(&path, &png[..length]).unwrap();

@@ -19,6 +19,8 @@ use crate::image::PixelWindow;
 pub struct StoredFrame {
     /// Hash of the scene, the settings and the version that it was rendered from; `None` in files of other programs.
     pub render_hash: Option<String>,
+    /// Hash of the frame and the tone mapping that a preview shows; `None` in other files.
+    pub preview_hash: Option<String>,
     /// Columns and rows of the whole image.
     pub size: (u32, u32),
     /// The samples that the file holds, where these are not all: `0-63/256`.
@@ -80,6 +82,7 @@ fn stored_frame(header: &Header) -> StoredFrame {
     let (width, height) = (header.layer_size.0 as i64, header.layer_size.1 as i64);
     StoredFrame {
         render_hash: hash.and_then(text),
+        preview_hash: None,
         sample_range: header.own_attributes.other.get(&Text::from(SAMPLE_RANGE)).and_then(text),
         size: (display.size.0 as u32, display.size.1 as u32),
         data_window: PixelWindow { x0, y0, x1: x0 + width, y1: y0 + height },

@@ -24,6 +24,7 @@ use super::frame_warnings::{FrameWarnings, LitPixels, depth_warning};
 use super::kept_preview::KeptPreview;
 use super::movie_output::MovieOutput;
 use super::panic::catch_panic;
+use super::render_hash::preview_hash;
 use super::writer::{FrameEncoder, FrameFiles, LoopResult, TracedFrame, Writer, receive_while_working};
 use super::{
     Exposure, FailedFrame, OutputFormat, Phases, Plan, PlannedFrame, RayReport, SequenceEvent, SequenceJob,
@@ -279,7 +280,10 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         }
         let format = self.job.output.format();
         let (exr, look, instance_ids) = (&self.job.exr, self.look, self.tracer.instance_ids());
-        let encoder = FrameEncoder { planned, film, attributes, look, format, exr, instance_ids };
+        let has_preview = planned.preview_path.is_some();
+        let preview_hash = has_preview.then(|| preview_hash(self.job, &planned.render_hash, look));
+        let encoder =
+            FrameEncoder { planned, film, attributes, look, preview_hash, format, exr, instance_ids };
         let files = FrameFiles::InMemory(encoder.spawn(self.pool));
         Ok(Some(self.traced((planned, claim), (started, seconds), &rendered, files)))
     }

@@ -11,7 +11,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::color::ToneCurve;
 use crate::film::PixelWindow;
-use crate::output::{ExrOutput, SOFTWARE};
+use crate::output::{ExrOutput, PreviewLook, SOFTWARE};
 use crate::render::{
     Adaptive, Aperture, EnvSamples, Focus, GlassShadows, Integrator, Lens, LightSize, PathSettings,
     RenderSettings,
@@ -52,6 +52,13 @@ pub(super) fn run_hash(job: &SequenceJob) -> String {
         content["plates"] = job.frames.iter().map(key).collect();
     }
     hash_of(&content)
+}
+
+/// The hash of the preview of a frame: equal exactly for equal previews of equal frames. Exposure is that of `look`.
+pub(super) fn preview_hash(job: &SequenceJob, render_hash: &str, look: PreviewLook) -> String {
+    let PreviewLook { exposure_ev, tone, background } = look;
+    let shown = png_key(tone, Exposure::Ev(exposure_ev), background, job.render.window);
+    hash_of(&json!([render_hash, shown, job.render.sample_range_text()]))
 }
 
 fn hash_of(content: &serde_json::Value) -> String {

@@ -15,7 +15,7 @@ use sha2::{Digest as _, Sha256};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::image_file::{DisplayImage, FrameAttributes, WrittenExr, write_atomically};
+use crate::image_file::{DisplayImage, FrameAttributes, WrittenExr, insert_preview_hash, write_atomically};
 use crate::output::{ExrFiles, ExrOutput, InstanceIds, PreviewLook, display_image, exr_files, png_file};
 use crate::sha256::hex;
 
@@ -82,6 +82,8 @@ pub(super) struct FrameEncoder<'a> {
     pub(super) film: Film,
     pub(super) attributes: FrameAttributes,
     pub(super) look: PreviewLook,
+    /// Hash of the preview, where the frame has one.
+    pub(super) preview_hash: Option<String>,
     pub(super) format: OutputFormat,
     pub(super) exr: &'a ExrOutput,
     pub(super) instance_ids: Arc<InstanceIds>,
@@ -137,7 +139,7 @@ impl<'a> FrameEncoder<'a> {
 
     fn encode(self) -> Result<EncodedFrame> {
         let start = Instant::now();
-        let Self { planned, film, attributes, look, format, exr, instance_ids } = self;
+        let Self { planned, film, attributes, look, preview_hash, format, exr, instance_ids } = self;
         let png = || png_file(&film, look, &planned.render_hash);
         if let OutputFormat::Movie(_) = format {
             let image = display_image(film.window.size(), &film.pixels, film.plate.as_deref(), look);
@@ -152,7 +154,13 @@ impl<'a> FrameEncoder<'a> {
             }
             OutputFormat::Exr => exr_files(&film, &attributes, exr, &instance_ids),
         };
-        let (files, preview) = rayon::join(file, || planned.preview_path.is_some().then(png).transpose());
+        let preview = || {
+            let Some(hash) = preview_hash else { return Ok(None) };
+            let mut png = png()?;
+            insert_preview_hash(&mut png, &hash);
+            Ok::<_, Error>(Some(png))
+        };
+        let (files, preview) = rayon::join(file, preview);
         let (files, preview) = (files?, preview?);
         let sha256 = hex(&Sha256::digest(&files.main));
         Ok(EncodedFrame { film, files, image: None, preview, sha256, seconds: start.elapsed().as_secs_f64() })
@@ -174,8 +182,8 @@ impl Writer<'_> {
                 LoopResult::Kept(planned, None) => (planned, Ok(None)),
                 LoopResult::Kept(planned, Some(preview)) => {
                     let written = preview.written(planned.frame);
-                    summary.previews += usize::from(written.is_ok());
-                    (planned, written.map(|()| None))
+                    summary.previews += usize::from(matches!(written, Ok(true)));
+                    (planned, written.map(|_| None))
                 }
                 LoopResult::Failed(planned, error) => (planned, Err(error)),
                 LoopResult::Traced(frame) => {

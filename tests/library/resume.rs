@@ -1,6 +1,7 @@
-//! What resuming replaces: damaged frames of this program, and no file of another one.
+//! What resuming replaces: damaged frames of this program, no file of another one, and previews that are not whole.
 
-use rayframe::sequence::{ExistingFiles, Plan};
+use rayframe::color::ToneCurve;
+use rayframe::sequence::{ExistingFiles, Exposure, Plan};
 
 use crate::sequence::{job, render};
 
@@ -84,4 +85,34 @@ fn resuming_replaces_damaged_frames_of_this_program_alone() {
             Err(error) => assert!(!is_replaced && error.exit_code() == 73, "case {index}: {error}"),
         }
     }
+}
+
+#[test]
+fn whole_previews_of_kept_frames_are_left_and_others_are_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut job = job(folder.path(), "a.##.exr", &[0, 1, 2]);
+    job.preview = true;
+    job.existing = ExistingFiles::Resume;
+    job.exposure = Exposure::Ev(0.0);
+    assert_eq!(render(&job).unwrap().previews, 0);
+    let path = |frame: i64| folder.path().join(format!("a.{frame:02}.png"));
+    let bytes = |frame| std::fs::read(path(frame)).unwrap();
+    let time = |frame| std::fs::metadata(path(frame)).unwrap().modified().unwrap();
+    let (first, times) = ([0, 1, 2].map(bytes), [0, 1, 2].map(time));
+    assert_eq!(render(&job).unwrap().previews, 0);
+    assert_eq!([0, 1, 2].map(time), times);
+    // One is missing, one is cut short.
+    std::fs::remove_file(path(0)).unwrap();
+    std::fs::write(path(1), &first[1][..first[1].len() - 5]).unwrap();
+    let summary = render(&job).unwrap();
+    assert_eq!((summary.previews, summary.kept.len()), (2, 3));
+    assert!([0, 1, 2].map(bytes) == first && time(2) == times[2]);
+    // Another tone mapping, and with it another exposure or background.
+    job.exposure = Exposure::Ev(1.0);
+    assert_eq!(render(&job).unwrap().previews, 3);
+    assert!((0..3).all(|frame| bytes(frame) != first[frame as usize]));
+    job.tone = ToneCurve::Aces;
+    assert_eq!([render(&job).unwrap().previews, render(&job).unwrap().previews], [3, 0]);
+    job.display_background = Some([1, 2, 3]);
+    assert_eq!([render(&job).unwrap().previews, render(&job).unwrap().previews], [3, 0]);
 }

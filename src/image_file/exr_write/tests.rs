@@ -235,6 +235,7 @@ fn truncated_files_are_refused() {
     let expected = StoredFrame {
         sample_range: None,
         render_hash: Some("00ff".to_owned()),
+        preview_hash: None,
         size: (100, 90),
         data_window: PixelWindow { x0: 3, y0: 5, x1: 64, y1: 42 },
     };

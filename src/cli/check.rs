@@ -106,7 +106,9 @@ fn checked_listed(file: &ListedFile, path: Option<&Path>) -> CheckedFile {
     if let Some(path) = path {
         return checked(path, Some(file));
     }
-    let message = "is in the manifest and not there".to_owned();
+    // Of a delivery that was moved: the file is where the run wrote it.
+    let place = if file.path.exists() { "among the named files" } else { "there" };
+    let message = format!("is in the manifest and not {place}");
     let missing = CheckedFile::new(Some(&file.path), FileStatus::Missing, message);
     CheckedFile { frame: file.frame, ..missing }
 }

@@ -132,6 +132,36 @@ fn movies_and_contact_sheets_are_in_the_manifest() {
 }
 
 #[test]
+fn files_of_the_manifest_outside_of_the_named_folder_are_checked_where_they_are() {
+    let stage = Stage::new();
+    let more = ["--overwrite", "--contact-sheet", "sheet.png", "--movie", "all.gif"];
+    assert_eq!(stage.render(&more).status.code(), Some(0));
+    let whole = (Some(0), vec!["8 whole files".to_owned()]);
+    for named in ["out", "./out", "out/a.####.exr"] {
+        assert_eq!(stage.check(&[named, "--manifest", "out/manifest.json"]), whole, "{named}");
+    }
+    let movie = stage.bytes("all.gif");
+    stage.write("all.gif", &movie[..movie.len() / 2]);
+    let (code, lines) = stage.check(&["out", "--manifest", "out/manifest.json"]);
+    assert!(code == Some(1) && lines[0].starts_with("FAIL all.gif: is damaged"), "{lines:?}");
+    stage.write("all.gif", &movie);
+    // A copy is checked by its own files: those that the run wrote do not stand in for them.
+    std::fs::create_dir(stage.path("copy")).unwrap();
+    for name in ["a.0001.exr", "a.0002.exr", "manifest.json"] {
+        stage.write(&format!("copy/{name}"), &stage.bytes(&format!("out/{name}")));
+    }
+    let (code, lines) = stage.check(&["copy", "--manifest", "copy/manifest.json"]);
+    assert_eq!(code, Some(1), "{lines:?}");
+    for name in ["out/a.0003.exr", "all.gif"] {
+        let line = format!("FAIL {name}: is in the manifest and not among the named files");
+        assert!(lines.contains(&line), "{lines:?}");
+    }
+    std::fs::remove_file(stage.path("all.gif")).unwrap();
+    let (code, lines) = stage.check(&["out", "--manifest", "out/manifest.json"]);
+    assert_eq!((code, &*lines[0]), (Some(1), "FAIL all.gif: is in the manifest and not there"));
+}
+
+#[test]
 fn frames_that_another_program_has_saved_are_neither_damaged_nor_replaced() {
     let stage = Stage::of_frames("1");
     let mut saved = stage.bytes("out/a.0001.exr");

@@ -6,7 +6,7 @@ use std::collections::hash_map::Entry;
 use std::path::{Path, PathBuf};
 
 use rayframe::error::Result;
-use rayframe::sequence::{ListedFile, Manifest};
+use rayframe::sequence::{ListedFile, Manifest, canonical};
 
 use super::checked_file::{CheckedFile, FileStatus};
 use super::delivered::DeliveredFile;
@@ -43,7 +43,8 @@ impl Listed {
         Ok(Self { folder, files, not_rendered: not_rendered.into_iter().map(no_files).collect() })
     }
 
-    /// Finds the listed files among the `given` ones; without any given where the run wrote them, or beside the manifest.
+    /// Finds the listed files among the `given` ones, and others where the run wrote them if the given ones are there, too. Without any given
+    /// they are looked for where the run wrote them, or beside the manifest.
     pub(super) fn matched(self, given: Option<&[DeliveredFile]>) -> Matched<'_> {
         let Self { folder, files, not_rendered } = self;
         let Some(given) = given else {
@@ -73,7 +74,16 @@ impl Listed {
             }
         }
         unlisted.sort_by(|a, b| a.path.cmp(&b.path));
-        let paths: Vec<_> = files.iter().map(|file| Some(nearest.get(&*file.path)?.1.path.clone())).collect();
+        // A movie may be outside of the folder of the frames. Where the delivery was moved, files at the old paths are not its own.
+        let is_in_place = |(listed, (_, file)): (&&Path, &(_, &DeliveredFile))| {
+            **listed == file.path || canonical(listed) == canonical(&file.path)
+        };
+        let was_moved = nearest.is_empty() || !nearest.iter().all(is_in_place);
+        let path = |file: &ListedFile| match nearest.get(&*file.path) {
+            Some((_, given)) => Some(given.path.clone()),
+            None => (!was_moved && file.path.is_file()).then(|| file.path.clone()),
+        };
+        let paths: Vec<_> = files.iter().map(path).collect();
         Matched { files: files.into_iter().zip(paths).collect(), not_rendered, unlisted }
     }
 }

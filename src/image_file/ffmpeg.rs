@@ -12,6 +12,10 @@ use crate::child_process::OwnedChild;
 /// Time in which the program tells its version.
 const VERSION_TIME: Duration = Duration::from_secs(30);
 
+/// Conversion of frames to the film's pixels: an even number of columns and rows, BT.709 in its limited range, and sRGB's transfer.
+const FILTERS: &str = "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p,\
+                       setparams=color_primaries=bt709:color_trc=iec61966-2-1";
+
 /// Whether `ffmpeg` can be started. It is tried once.
 pub fn has_ffmpeg() -> bool {
     static FOUND: OnceLock<bool> = OnceLock::new();
@@ -41,10 +45,8 @@ pub(super) fn ffmpeg(
     command
         .args(["-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba"])
         .args(["-s", &format!("{width}x{height}"), "-r", &format!("{numerator}/{denominator}"), "-i", "-"])
-        .args([
-            "-vf",
-            "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p",
-        ])
+        .args(["-vf", FILTERS])
+        // Version 5.1 takes primaries and transfer from these options, version 9.0 from the frames, which the filters tag.
         .args(["-c:v", codec, "-crf", "18", "-colorspace", "bt709", "-color_primaries", "bt709"])
         .args(["-color_trc", "iec61966-2-1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]);
     command.args(["-metadata", &format!("comment={MOVIE_MARK}")]);
@@ -76,6 +78,30 @@ mod tests {
                 command.get_args().last().unwrap(),
                 OsString::from(format!("file:{name}")).as_os_str()
             );
+        }
+    }
+
+    #[test]
+    fn films_name_their_primaries_and_transfer() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, container, codec) in [("a.mp4", "mp4", "libx264"), ("a.webm", "webm", "libvpx-vp9")] {
+            let path = folder.path().join(name);
+            let mut command = ffmpeg((3, 2), (24, 1), (container, codec), &path);
+            let arguments: Vec<_> =
+                command.get_args().map(|text| text.to_string_lossy().into_owned()).collect();
+            // Version 9.0 ignores the options.
+            let filters = arguments.iter().skip_while(|text| *text != "-vf").nth(1).unwrap();
+            let tagged = "setparams=color_primaries=bt709:color_trc=iec61966-2-1";
+            assert!(filters.ends_with(tagged) && arguments.contains(&"-color_trc".to_owned()));
+            if !has_ffmpeg() {
+                continue;
+            }
+            let mut process = command.stdin(Stdio::piped()).spawn().unwrap();
+            std::io::Write::write_all(&mut process.stdin.take().unwrap(), &[128; 24]).unwrap();
+            assert!(process.wait().unwrap().success());
+            let read = Command::new("ffmpeg").arg("-hide_banner").arg("-i").arg(&path).output().unwrap();
+            let said = String::from_utf8_lossy(&read.stderr).into_owned();
+            assert!(said.contains("bt709/bt709/iec61966-2-1"), "{said}");
         }
     }
 

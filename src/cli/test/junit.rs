@@ -8,6 +8,9 @@ use rayframe::error::{Error, Result};
 use rayframe::regression::suite::folders;
 use rayframe::regression::{FailOn, FrameResult, FrameStatus, ShotResult, SuiteResult, Verdict};
 
+/// Class name of the test cases of the suite's top folder, as Jenkins names a package without a name. Servers group test cases by it.
+const TOP_FOLDER: &str = "(root)";
+
 /// The XML of a result.
 ///
 /// # Errors
@@ -51,7 +54,8 @@ fn case(frame: &FrameResult, fail_on: FailOn) -> TestCase {
         }
     };
     let mut case = TestCase::new(frame.name.as_str(), status);
-    case.set_classname(frame.folder().replace('/', "."));
+    let folder = frame.folder();
+    case.set_classname(if folder.is_empty() { TOP_FOLDER.to_owned() } else { folder.replace('/', ".") });
     case.add_property(("verdict", verdict.name()));
     if verdict == Verdict::Changed {
         let lines = [&[verdict.words().to_owned()], &*lines(frame)].concat();

@@ -45,6 +45,7 @@ fn junit_names_every_image() {
         "<testsuites name=\"rayframe test\" tests=\"5\" skipped=\"0\" failures=\"3\" errors=\"1\"",
         "<testsuite name=\"a\" tests=\"2\" skipped=\"0\" errors=\"0\" failures=\"1\"",
         "<testcase name=\"a/point\" classname=\"a\"",
+        "<testcase name=\"old\" classname=\"(root)\"",
         "type=\"different\"",
         "type=\"missing\"",
         "type=\"broken\"",

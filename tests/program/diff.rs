@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use rayframe::image::PixelWindow;
-use rayframe::regression::{ColorEncoding, Image, Samples};
+use rayframe::regression::{Channel, ColorEncoding, Image, Samples};
 use serde_json::Value;
 
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
@@ -187,6 +187,37 @@ fn sequences_are_matched_by_frame_and_missing_frames_are_named() {
     std::fs::remove_file(stage.at("old/b_3.exr")).unwrap();
     std::fs::remove_file(stage.at("new/a.0003.exr")).unwrap();
     assert_eq!(rayframe(&["diff", &new, &old, "--preset", "exact"]).status.code(), Some(0));
+}
+
+#[test]
+fn missing_channels_are_told_once() {
+    let stage = Stage::new();
+    for (frame, names) in [(1, &["Z", "U", "V"][..]), (2, &["Z", "U", "V"]), (3, &["Z"])] {
+        let name = format!("old/a.{frame}.exr");
+        stage.square(&format!("new/a.{frame}.exr"), (40, 24), if frame == 3 { 24 } else { 4 });
+        let mut image = Image::read(Path::new(&stage.square(&name, (40, 24), 4))).unwrap();
+        for name in names {
+            let channel = Channel { name: (*name).to_owned(), ..image.channels[0].clone() };
+            image.channels.push(channel);
+        }
+        image.write(Path::new(&stage.at(&name))).unwrap();
+    }
+    let (new, old) = (stage.at("new"), stage.at("old"));
+    let told = printed(&rayframe(&["diff", &new, &old]));
+    for line in [
+        "FAIL 2 frames: lacks the channels U, V of the reference",
+        "FAIL 3 frames: lacks the channel Z of the reference",
+    ] {
+        assert_eq!(told.lines().filter(|told| *told == line).count(), 1, "{told}");
+    }
+    // The table and these lines are all about the frames without other failures.
+    assert!(!told.contains(&stage.at("new/a.1.exr")) && told.contains(&stage.at("new/a.3.exr")), "{told}");
+    assert_eq!(told.matches("channel").count(), 5, "{told}");
+    let report = json(&rayframe(&["diff", &new, &old, "--json"]));
+    assert_eq!(report["frames"][0]["failures"].as_array().unwrap().len(), 3);
+    // One image.
+    let told = printed(&rayframe(&["diff", &stage.at("old/a.1.exr"), &stage.at("new/a.1.exr")]));
+    assert!(told.contains("  FAIL has the channels U, V, Z, which the reference lacks\n"), "{told}");
 }
 
 #[test]

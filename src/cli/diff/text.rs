@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::super::summary::counted;
 use super::report::{FrameReport, Report};
 use crate::progress::one_line;
-use rayframe::regression::{Verdict, VerdictCounts};
+use rayframe::regression::{Mismatch, Verdict, VerdictCounts};
 
 /// Columns of a graph, from low to high.
 const COLUMNS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
@@ -36,7 +36,15 @@ fn image(text: &mut String, frame: &FrameReport, preset: &str) {
 }
 
 pub(super) fn details(text: &mut String, frame: &FrameReport) {
-    for mismatch in &frame.comparison.mismatches {
+    for (_, channels) in missing_channels([frame]) {
+        let _ = writeln!(text, "  FAIL {channels}");
+    }
+    details_but_channels(text, frame);
+}
+
+/// The same without missing channels.
+fn details_but_channels(text: &mut String, frame: &FrameReport) {
+    for mismatch in frame.comparison.mismatches.iter().filter(|mismatch| !is_channel(mismatch)) {
         let _ = writeln!(text, "  FAIL {}", one_line(&mismatch.to_string()));
     }
     for check in &frame.comparison.checks {
@@ -49,6 +57,42 @@ pub(super) fn details(text: &mut String, frame: &FrameReport) {
     if let Some(cause) = &frame.comparison.cause {
         let _ = writeln!(text, "  likely {}", one_line(&cause.to_string()));
     }
+}
+
+fn is_channel(mismatch: &Mismatch) -> bool {
+    matches!(mismatch, Mismatch::Channel { .. })
+}
+
+/// Numbers of frames, and the channels that one side lacks in as many frames.
+fn missing_channels<'a>(frames: impl IntoIterator<Item = &'a FrameReport>) -> Vec<(usize, String)> {
+    let mut channels = Vec::<(&str, bool, usize)>::new();
+    for mismatch in frames.into_iter().flat_map(|frame| &frame.comparison.mismatches) {
+        let Mismatch::Channel { channel, missing_in_reference } = mismatch else { continue };
+        let is_same =
+            |(name, side, _): &&mut (&str, bool, usize)| name == channel && side == missing_in_reference;
+        match channels.iter_mut().find(is_same) {
+            Some((_, _, frames)) => *frames += 1,
+            None => channels.push((channel, *missing_in_reference, 1)),
+        }
+    }
+    let mut lines = Vec::<(bool, usize, Vec<&str>)>::new();
+    for (name, side, frames) in channels {
+        match lines.iter_mut().find(|line| (line.0, line.1) == (side, frames)) {
+            Some((_, _, names)) => names.push(name),
+            None => lines.push((side, frames, vec![name])),
+        }
+    }
+    let text = |(missing_in_reference, frames, names): (bool, usize, Vec<&str>)| {
+        let noun = if names.len() == 1 { "channel" } else { "channels" };
+        let names = one_line(&names.join(", "));
+        let text = if missing_in_reference {
+            format!("has the {noun} {names}, which the reference lacks")
+        } else {
+            format!("lacks the {noun} {names} of the reference")
+        };
+        (frames, text)
+    };
+    lines.into_iter().map(text).collect()
 }
 
 /// One line a frame, graphs, missing frames, and the details of failures.
@@ -82,10 +126,17 @@ fn table(text: &mut String, report: &Report<'_>) {
             let _ = writeln!(text, "{where_not}: the frame of {}", one_line(file));
         }
     }
-    let failed = report.frames.iter().filter(|frame| !frame.same);
-    for frame in failed {
+    for (frames, channels) in missing_channels(&report.frames) {
+        let _ = writeln!(text, "FAIL {}: {channels}", counted(frames as u64, "frame"));
+    }
+    // Missing channels are told above.
+    let has_more = |frame: &&FrameReport| {
+        let comparison = &frame.comparison;
+        !comparison.mismatches.iter().all(is_channel) || comparison.checks.iter().any(|check| !check.passes)
+    };
+    for frame in report.frames.iter().filter(has_more) {
         let _ = writeln!(text, "{} and {}:", one_line(&frame.actual), one_line(&frame.reference));
-        details(text, frame);
+        details_but_channels(text, frame);
     }
     let lost = report.missing_in_actual.len() + report.missing_in_reference.len();
     let _ = writeln!(text, "{}, {lost} missing", verdicts(report, "frame"));

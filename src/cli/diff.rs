@@ -73,7 +73,7 @@ fn run_images(args: &DiffArgs) -> Result<bool> {
     if args.json {
         print_json(&report.json()?);
     } else {
-        print_output(&text::text(&report, is_sequence));
+        print_output(&text::text(args, &report, is_sequence));
     }
     Ok(!args.fail_on.value().fails(report.verdict))
 }

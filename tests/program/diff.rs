@@ -221,6 +221,23 @@ fn missing_channels_are_told_once() {
 }
 
 #[test]
+fn the_first_line_says_which_is_the_reference() {
+    let stage = Stage::new();
+    for (name, column) in [("old/a.1.exr", 4), ("new/a.1.exr", 24)] {
+        stage.square(name, (40, 24), column);
+    }
+    let first = |new: &str, old: &str| {
+        let told = printed(&rayframe(&["diff", new, old]));
+        told.lines().next().unwrap_or_default().to_owned()
+    };
+    let (new, old) = (stage.at("new"), stage.at("old"));
+    assert_eq!(first(&new, &old), format!("{new} against the reference {old}"));
+    let (new, old) = (stage.at("new/a.1.exr"), stage.at("old/a.1.exr"));
+    assert_eq!(first(&new, &old), format!("failed (preset visual): {new} against the reference {old}"));
+    assert_eq!(first(&old, &old), format!("identical: {old} against the reference {old}"));
+}
+
+#[test]
 fn folders_below_are_compared() {
     let stage = Stage::new();
     for (name, column) in [("new/a", 4), ("old/a", 4), ("new/sub/b", 4), ("old/sub/b", 24), ("old/sub/c", 4)]
@@ -234,7 +251,8 @@ fn folders_below_are_compared() {
         told.contains(&format!("missing in the first: the frame of {}", stage.at("old/sub/c.exr"))),
         "{told}"
     );
-    let failed = format!("{} and {}:", stage.at("new/sub/b.exr"), stage.at("old/sub/b.exr"));
+    let failed =
+        format!("{} against the reference {}:", stage.at("new/sub/b.exr"), stage.at("old/sub/b.exr"));
     assert!(told.contains(&failed), "{told}");
     assert!(told.contains("1 frame identical, 0 changed within limits, 1 failed, 1 missing"), "{told}");
 }

@@ -1,4 +1,4 @@
-//! The text of a comparison of two assets: the changes of the file by group, one line an image, the worst
+//! The text of a comparison of two assets: their names, the changes of the file by group, one line an image, the worst
 //! failure and what is lost.
 
 use std::fmt::Write as _;
@@ -6,8 +6,9 @@ use std::fmt::Write as _;
 use rayframe::asset_diff::AssetDifference;
 use rayframe::regression::{ChangeGroup, ChangeRow};
 
+use super::args::{DiffArgs, shown};
 use super::report::{FrameReport, Report};
-use super::text::{details, outcome, verdicts};
+use super::text::{details, names, outcome, verdicts};
 use crate::cli::summary::counted;
 use crate::progress::one_line;
 
@@ -17,8 +18,13 @@ const MOST_ROWS: usize = 24;
 const WIDEST_NAME: usize = 36;
 
 /// The whole text, without a line end.
-pub(super) fn text(report: &Report<'_>, difference: &AssetDifference, losses: &[String]) -> String {
-    let mut text = String::new();
+pub(super) fn text(
+    args: &DiffArgs,
+    report: &Report<'_>,
+    difference: &AssetDifference,
+    losses: &[String],
+) -> String {
+    let mut text = format!("{}\n", names(&shown(&args.actual), &shown(&args.reference)));
     let groups = difference.table();
     if groups.is_empty() {
         text.push_str("no change of the file's structure\n");

@@ -57,7 +57,7 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
         report.asset = Some(AssetReport { losses, changes: &difference.changes, actual, reference });
         print_json(&report.json()?);
     } else {
-        print_output(&asset_text::text(&report, difference, &losses));
+        print_output(&asset_text::text(args, &report, difference, &losses));
     }
     Ok(!args.fail_on.value().fails(report.verdict))
 }

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::super::summary::counted;
+use super::args::{DiffArgs, shown};
 use super::report::{FrameReport, Report};
 use crate::progress::one_line;
 use rayframe::regression::{Mismatch, Verdict, VerdictCounts};
@@ -11,9 +12,10 @@ use rayframe::regression::{Mismatch, Verdict, VerdictCounts};
 const COLUMNS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
 /// The whole report, without a line end.
-pub(super) fn text(report: &Report<'_>, is_sequence: bool) -> String {
+pub(super) fn text(args: &DiffArgs, report: &Report<'_>, is_sequence: bool) -> String {
     let mut text = String::new();
     if is_sequence {
+        let _ = writeln!(text, "{}", names(&shown(&args.actual), &shown(&args.reference)));
         table(&mut text, report);
     } else {
         for frame in &report.frames {
@@ -25,7 +27,7 @@ pub(super) fn text(report: &Report<'_>, is_sequence: bool) -> String {
 
 /// The outcome, and every measure with its limit.
 fn image(text: &mut String, frame: &FrameReport, preset: &str) {
-    let names = format!("{} and {}", one_line(&frame.actual), one_line(&frame.reference));
+    let names = names(&frame.actual, &frame.reference);
     let outcome = frame.verdict.words();
     if frame.verdict == Verdict::Identical {
         let _ = writeln!(text, "{outcome}: {names}");
@@ -33,6 +35,11 @@ fn image(text: &mut String, frame: &FrameReport, preset: &str) {
     }
     let _ = writeln!(text, "{outcome} (preset {preset}): {names}");
     details(text, frame);
+}
+
+/// Which file is compared with which as the reference.
+pub(super) fn names(actual: &str, reference: &str) -> String {
+    format!("{} against the reference {}", one_line(actual), one_line(reference))
 }
 
 pub(super) fn details(text: &mut String, frame: &FrameReport) {
@@ -135,7 +142,7 @@ fn table(text: &mut String, report: &Report<'_>) {
         !comparison.mismatches.iter().all(is_channel) || comparison.checks.iter().any(|check| !check.passes)
     };
     for frame in report.frames.iter().filter(has_more) {
-        let _ = writeln!(text, "{} and {}:", one_line(&frame.actual), one_line(&frame.reference));
+        let _ = writeln!(text, "{}:", names(&frame.actual, &frame.reference));
         details_but_channels(text, frame);
     }
     let lost = report.missing_in_actual.len() + report.missing_in_reference.len();

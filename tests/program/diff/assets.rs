@@ -203,6 +203,7 @@ fn the_page_has_the_changes_and_all_images() {
     let folder = stage.at("report");
     let output = rayframe(&[&["diff", &new, &old, "--report", &folder], &SMALL[..]].concat());
     assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+    assert!(printed(&output).starts_with(&format!("{new} against the reference {old}\n")));
     let html = std::fs::read_to_string(Path::new(&folder).join("index.html")).unwrap();
     let (_, rest) = html.split_once("id=\"data\">").unwrap();
     let data: Value = serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap();

@@ -2,8 +2,9 @@
 //!
 //! The script runs in the folder of the job, so that no path stands on a command line that parallel reads.
 
-use rayframe::regression::suite::shell_quoted;
 use std::fmt::Write as _;
+
+use rayframe::regression::suite::shell_quoted;
 
 use super::job_files::JobFile;
 use super::job_plan::JobPlan;

@@ -2,8 +2,9 @@
 //!
 //! Options with paths are given by the script, because `#SBATCH` lines have no quoting for every character.
 
-use rayframe::regression::suite::shell_quoted;
 use std::fmt::Write as _;
+
+use rayframe::regression::suite::shell_quoted;
 
 use super::job_files::JobFile;
 use super::job_plan::JobPlan;

@@ -1,7 +1,8 @@
 //! The shell script that runs one task, the same for all engines. It ends as the render ends: it becomes its process.
 
-use rayframe::regression::suite::shell_quoted;
 use std::fmt::Write as _;
+
+use rayframe::regression::suite::shell_quoted;
 
 use super::asset_folders::AssetFolder;
 use super::job_files::JobFile;

@@ -12,6 +12,8 @@ use crate::geometry::{Aabb, Ray, sin_cos_of_turn};
 
 /// Margin of the box for the rounding of rays, as a share of its diagonal.
 const MARGIN: f32 = 0.0005;
+/// The same for the rounding of coordinates and distances, as a share of these.
+const ROUNDING: f32 = 8.0 * f32::EPSILON;
 /// Triangles of one parallel task.
 const TRIANGLES_PER_TASK: usize = 16_384;
 
@@ -58,7 +60,8 @@ impl OccluderBox {
         if bounds.is_empty() {
             return Self { center: Vec3::ZERO, half_extent: Vec3::NEG_INFINITY };
         }
-        let margin = bounds.extent().length() * MARGIN;
+        let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
+        let margin = bounds.extent().length() * MARGIN + farthest * ROUNDING;
         Self { center: bounds.center(), half_extent: bounds.extent() * 0.5 + margin }
     }
 
@@ -73,7 +76,7 @@ impl OccluderBox {
         let [low, high] = [-self.half_extent, self.half_extent].map(|offset| (to_center + offset) * inverse);
         let near = low.min(high).max_element().max(ray.t_min);
         let far = low.max(high).min_element().min(ray.t_max);
-        self.is_empty() || near > far
+        self.is_empty() || near * (1.0 - ROUNDING) > far * (1.0 + ROUNDING)
     }
 
     /// The directions from a point of a surface towards the box; `None` if they may have any azimuth. They are those to a box that lies along the
@@ -250,7 +253,13 @@ mod tests {
 
     #[test]
     fn rays_miss_the_box_where_no_part_of_them_is_inside() {
-        let (center, half_extent) = (Vec3::new(1.0, 0.5, -2.0), Vec3::new(0.3, 0.8, 1.5));
+        for offset in [0.0, 1e4, -1e5] {
+            assert_misses(Vec3::new(1.0, 0.5, -2.0) + offset);
+        }
+    }
+
+    fn assert_misses(center: Vec3) {
+        let half_extent = Vec3::new(0.3, 0.8, 1.5);
         let occluders = around(center, half_extent);
         let mut missed = 0;
         for i in 0..2000 {

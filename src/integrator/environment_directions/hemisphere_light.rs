@@ -15,6 +15,8 @@ use crate::integrator::occluders::DirectionRange;
 const COLUMNS: usize = 128;
 /// Cells of squared sines of elevations.
 const ROWS: usize = 64;
+/// Directions along an edge of a cell whose mean luminance is that of the cell.
+const STEPS: usize = 3;
 
 /// The light that reaches a plane from each cell of directions.
 #[derive(Clone, Debug)]
@@ -39,14 +41,25 @@ impl HemisphereLight {
         let frame = local_frame(normal);
         let cell = 0.5 * f64::from(TAU) / (COLUMNS * ROWS) as f64;
         let columns = (0..COLUMNS).map(|column| {
-            let (sine, cosine) = sin_cos_of_turn((column as f32 + 0.5) / COLUMNS as f32 * TAU);
+            let azimuths: [(f32, f32); STEPS] = std::array::from_fn(|step| {
+                let turns = (column as f32 + (step as f32 + 0.5) / STEPS as f32) / COLUMNS as f32;
+                sin_cos_of_turn(turns * TAU)
+            });
             let mut sum = 0.0;
             let mut sums = [0.0; ROWS + 1];
             for (row, sum_to) in sums.iter_mut().skip(1).enumerate() {
-                let sine_squared = (row as f32 + 0.5) / ROWS as f32;
-                let level = (1.0 - sine_squared).sqrt();
-                let direction = frame * Vec3::new(cosine * level, sine * level, sine_squared.sqrt());
-                sum += f64::from(luminance(direction)) * cell;
+                // Cells at the horizon and at the zenith are high.
+                let steps = if row == 0 || row + 1 == ROWS { 4 * STEPS } else { STEPS };
+                let mut light = 0.0;
+                for step in 0..steps {
+                    let sine_squared = (row as f32 + (step as f32 + 0.5) / steps as f32) / ROWS as f32;
+                    let (sine, level) = (sine_squared.sqrt(), (1.0 - sine_squared).sqrt());
+                    for (across, along) in azimuths {
+                        let direction = frame * Vec3::new(along * level, across * level, sine);
+                        light += f64::from(luminance(direction));
+                    }
+                }
+                sum += light * cell / (steps * STEPS) as f64;
                 *sum_to = sum;
             }
             sums
@@ -99,15 +112,16 @@ impl HemisphereLight {
     /// A direction of a window, by the light and its cosine.
     pub(super) fn direction(&self, window: &LightWindow, u: [f32; 2]) -> Vec3 {
         let [start, end] = window.ends;
-        let (column, place) =
-            chosen(window.columns, start + u[0] * (end - start), |column| self.below(window, column));
+        let (column, place) = chosen((window.columns, 2 * COLUMNS), start + u[0] * (end - start), |column| {
+            self.below(window, column)
+        });
         let columns = [&self.sums[column], &self.sums[column + 1]];
         let of_rows = |row: usize| columns[1][row] - columns[0][row];
         let [lowest, highest] = window.rows.map(|row| {
             let (first, place) = node(row, ROWS);
             of_rows(first) + (of_rows(first + 1) - of_rows(first)) * place
         });
-        let (row, place_in_row) = chosen(window.rows, lowest + u[1] * (highest - lowest), of_rows);
+        let (row, place_in_row) = chosen((window.rows, ROWS), lowest + u[1] * (highest - lowest), of_rows);
 
         let within = |[first, last]: [f32; 2], position: f32| position.max(first).min(last);
         let azimuth = within(window.columns, column as f32 + place) / COLUMNS as f32;
@@ -132,12 +146,12 @@ fn node(position: f32, cells: usize) -> (usize, f32) {
     (cell, position - cell as f32)
 }
 
-/// The cell of a range of positions in which a sum is reached, and the place in it. `sum_to` are the sums up to the start of each cell.
+/// The cell of a range of positions among so many cells in which a sum is reached, and the place in it. `sum_to` are the sums up to the start of each cell.
 #[inline(always)]
-fn chosen([start, end]: [f32; 2], sum: f32, sum_to: impl Fn(usize) -> f32) -> (usize, f32) {
-    let first = start as i32 as usize;
+fn chosen(([start, end], cells): ([f32; 2], usize), sum: f32, sum_to: impl Fn(usize) -> f32) -> (usize, f32) {
+    let (first, _) = node(start, cells);
     // The first cell whose end is beyond the sum, or the last one
-    let (mut low, mut high) = (first, (end.ceil() as i32 as usize).max(first + 1) - 1);
+    let (mut low, mut high) = (first, (end.ceil() as i32 as usize).clamp(first + 1, cells) - 1);
     while low < high {
         let middle = usize::midpoint(low, high);
         if sum_to(middle + 1) > sum {
@@ -236,5 +250,35 @@ mod tests {
         let lit = light.window(&occluders.range_from(Vec3::new(-3.0, -0.5, 0.0), Vec3::Y).unwrap());
         let last = light.direction(&lit, [1.0_f32.next_down(); 2]);
         assert!(last.is_finite() && last.x > 0.5, "{last}");
+    }
+
+    #[test]
+    fn small_lamps_at_the_zenith_and_at_the_horizon_are_found() {
+        for (height, radius) in [(1.0, 0.05), (0.035, 0.05), (0.3, 0.03)] {
+            let center = Vec3::new((1.0_f32 - height * height).sqrt(), height, 0.0);
+            let lamp = |wi: Vec3| if wi.distance(center) < radius { 1.0 } else { 0.0 };
+            let light = HemisphereLight::new(Vec3::Y, lamp);
+            let count = 2_000_000;
+            let expected = (0..count)
+                .map(|i| spiral_direction(i, count))
+                .map(|wi| f64::from(lamp(wi) * wi.y.max(0.0)))
+                .sum::<f64>()
+                * 4.0
+                * std::f64::consts::PI
+                / f64::from(count);
+            let found = f64::from(light.irradiance());
+            assert!((found / expected - 1.0).abs() < 0.15, "{height}: {found} for {expected}");
+        }
+    }
+
+    #[test]
+    fn boxes_that_are_far_above_have_directions() {
+        let light = HemisphereLight::new(Vec3::Y, |_| 1.0);
+        let far = OccluderBox::new(Aabb { min: Vec3::splat(-1e-4), max: Vec3::splat(1e-4) });
+        let range = far.range_from(Vec3::NEG_Y * 10.0, Vec3::Y).unwrap();
+        for u in [[0.0; 2], [0.5; 2], [1.0_f32.next_down(); 2]] {
+            let wi = light.direction(&light.window(&range), u);
+            assert!((wi.length() - 1.0).abs() < 1e-5 && wi.y > 0.999, "{wi}");
+        }
     }
 }

@@ -206,7 +206,7 @@ impl Tracer<'_, '_> {
         };
         // All light from beyond the range arrives.
         let mut certain = luminance(all);
-        if choice >= probability {
+        if choice >= probability || light.most() <= 0.0 {
             return certain;
         }
         for number in 0..rays {

@@ -47,8 +47,8 @@ fn run_images(args: &DiffArgs) -> Result<bool> {
     for map in [&heat_map, &flip_map].into_iter().flatten() {
         map.check_files(&paired, args.overwrite)?;
     }
-    let mut page = ResultFiles::new(args)?.map(|files| DiffPage::new(files, &paired));
     let is_sequence = rayframe::regression::is_sequence(&args.actual)?;
+    let mut page = ResultFiles::new(args)?.map(|files| DiffPage::new(files, &paired, is_sequence));
     let mut frames = Vec::with_capacity(paired.pairs.len());
     for pair in &paired.pairs {
         let (report, map) = compared(args, pair, page.as_mut())?;

@@ -35,10 +35,10 @@ pub(super) struct EnvironmentDirections {
 /// The light of a range of directions above a diffuse surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum RangeLight<'a> {
-    /// By the light of the directions, above most receivers.
-    Windowed(&'a HemisphereLight, LightWindow),
-    /// By the cosine of the directions, above others.
-    Even {
+    /// Directions are sampled by their light, above most receivers.
+    ByLight(&'a HemisphereLight, LightWindow),
+    /// Directions are sampled by their cosine, above others.
+    ByCosine {
         range: DirectionRange,
         grid: &'a LightGrid,
         /// Projected solid angle over the irradiance by the grid: the share of all light for one of luminance.
@@ -62,11 +62,11 @@ impl EnvironmentDirections {
     pub(super) fn in_range(&self, range: DirectionRange, irradiance: f32) -> RangeLight<'_> {
         match &self.above_receivers {
             Some(light) if light.normal() == range.normal() => {
-                RangeLight::Windowed(light, light.window(&range))
+                RangeLight::ByLight(light, light.window(&range))
             }
             _ => {
                 let share = range.projected_solid_angle() / irradiance;
-                RangeLight::Even { range, grid: &self.grid, share }
+                RangeLight::ByCosine { range, grid: &self.grid, share }
             }
         }
     }
@@ -96,18 +96,18 @@ impl EnvironmentDirections {
 
 impl RangeLight<'_> {
     /// The largest share of the surface's light that [`RangeLight::sample`] may find in the range.
-    pub(super) fn most(&self) -> f32 {
+    pub(super) fn max_share(&self) -> f32 {
         match self {
-            Self::Windowed(light, window) => window.irradiance() / light.irradiance(),
-            Self::Even { grid, share, .. } => grid.brightest() * share,
+            Self::ByLight(light, window) => window.irradiance() / light.irradiance(),
+            Self::ByCosine { grid, share, .. } => grid.brightest() * share,
         }
     }
 
     /// A direction, and an estimate of the share of the surface's light that comes from the range.
     pub(super) fn sample(&self, u: Vec2) -> (Vec3, f32) {
         match self {
-            Self::Windowed(light, window) => (light.direction(window, u.into()), self.most()),
-            Self::Even { range, grid, share } => {
+            Self::ByLight(light, window) => (light.direction(window, u.into()), self.max_share()),
+            Self::ByCosine { range, grid, share } => {
                 let wi = range.direction(u);
                 (wi, grid.luminance(wi) * share)
             }

@@ -168,9 +168,15 @@ impl DirectionRange {
         let azimuth = self.start.rotate(Vec2::new(cosine, sine));
         let [lowest, highest] = self.sines_squared;
         let sine_squared = lowest + (highest - lowest) * u.y;
-        let level = (1.0 - sine_squared).max(0.0).sqrt();
-        self.frame * Vec3::new(azimuth.x * level, azimuth.y * level, sine_squared.sqrt())
+        self.frame * local_direction((azimuth.y, azimuth.x), sine_squared)
     }
+}
+
+/// The unit vector of an azimuth, by its sine and cosine, and a squared sine of the elevation, above a surface along z.
+#[inline(always)]
+pub(super) fn local_direction((sine, cosine): (f32, f32), sine_squared: f32) -> Vec3 {
+    let level = (1.0 - sine_squared).max(0.0).sqrt();
+    Vec3::new(cosine * level, sine * level, sine_squared.sqrt())
 }
 
 #[cfg(test)]
@@ -183,7 +189,7 @@ mod tests {
         OccluderBox::new(Aabb { min: center - half_extent, max: center + half_extent })
     }
 
-    /// The azimuth of a direction from the range's first one, in turns, and its squared sine of elevation.
+    /// The azimuth of a direction from the range's first one, radians, and its squared sine of elevation.
     fn coordinates(range: &DirectionRange, direction: Vec3) -> (f32, f32) {
         let local = range.frame.transpose() * direction.normalize();
         let (sine, cosine) = (range.start.perp_dot(local.truncate()), range.start.dot(local.truncate()));

@@ -89,11 +89,16 @@ impl<'a> TomlFile<'a> {
 const BACKSLASHES: &str =
     "; a backslash in \"…\" begins an escape: write the text in single quotes, such as 'C:\\robot.glb'";
 
+/// Whether a text is a number of TOML: not all that Rust parses are.
+fn is_toml_number(text: &str) -> bool {
+    DeValue::parse(text).is_ok_and(|value| matches!(value.get_ref(), DeValue::Integer(_) | DeValue::Float(_)))
+}
+
 /// `expected a number, found a text; write 4 without quotes`.
 pub(super) fn wrong_kind(value: &DeValue<'_>, expected: &str) -> String {
     let is_expected = |text: &str| match text {
         "true" | "false" => expected.contains(text),
-        _ => expected.contains("number") && text.parse().is_ok_and(f64::is_finite),
+        _ => expected.contains("number") && is_toml_number(text),
     };
     let unquoted = value.as_str().map(str::trim).filter(|text| is_expected(text));
     let hint = unquoted.map(|text| format!("; write {text} without quotes")).unwrap_or_default();
@@ -109,4 +114,19 @@ pub(crate) fn entries<'t>(table: &'t DeTable<'t>) -> Vec<TomlEntry<'t>> {
     let mut entries: Vec<_> = table.iter().map(entry).collect();
     entries.sort_by_key(|entry| entry.at);
     entries
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_those_that_toml_reads() {
+        for text in ["4", "-2", "1.5", "1e3"] {
+            assert!(is_toml_number(text), "{text}");
+        }
+        for text in [".5", "5.", "05", "many", "true", ""] {
+            assert!(!is_toml_number(text), "{text}");
+        }
+    }
 }

@@ -10,7 +10,7 @@ use rayframe::regression::suite::shell_word;
 use rayframe::regression::{
     Comparison, EncodedImage, FilePair, FlipMap, FolderSummary, FrameCommands, FrameResult, FrameStatus,
     Image, ImageBudget, NamedCommand, PairedFiles, ReportPage, ShotResult, Verdict, VerdictCounts,
-    frame_number, is_sequence,
+    frame_number,
 };
 
 /// A report page under construction.
@@ -19,13 +19,15 @@ pub(super) struct DiffPage {
     names: FrameNames,
     frames: Vec<FrameResult>,
     image_budget: ImageBudget,
+    /// Whether sequences are compared.
+    is_sequence: bool,
 }
 
 impl DiffPage {
     /// A page without images.
-    pub(super) fn new(files: ResultFiles, paired: &PairedFiles) -> Self {
+    pub(super) fn new(files: ResultFiles, paired: &PairedFiles, is_sequence: bool) -> Self {
         let names = FrameNames::new(paired);
-        Self { files, names, frames: Vec::new(), image_budget: ImageBudget::new() }
+        Self { files, names, frames: Vec::new(), image_budget: ImageBudget::new(), is_sequence }
     }
 
     /// Adds two compared files. Images are kept where they are not identical.
@@ -119,13 +121,13 @@ impl DiffPage {
     fn commands(&self, args: &DiffArgs, paired: &PairedFiles) -> Vec<NamedCommand> {
         let again = |options: &[&str]| command(args, &args.actual, &args.reference, options);
         let mut commands = Vec::new();
-        if is_sequence(&args.actual).unwrap_or(false)
+        if self.is_sequence
             && let Some(pair) = self.worst_pair(paired)
         {
             commands.push(NamedCommand("One frame alone, here the worst".to_owned(), alone(args, pair)));
         }
         commands.push(NamedCommand("All measures as JSON".to_owned(), again(&["--json"])));
-        let heat_map = if is_sequence(&args.actual).unwrap_or(false) { "heat.####.png" } else { "heat.png" };
+        let heat_map = if self.is_sequence { "heat.####.png" } else { "heat.png" };
         commands.push(NamedCommand("The heat map as an image".to_owned(), again(&["--heat-map", heat_map])));
         commands.push(NamedCommand("This page again".to_owned(), again(&["--report", &folder(args)])));
         commands
@@ -137,7 +139,7 @@ impl DiffPage {
             let has_flip = frame.comparison.as_ref().is_some_and(|comparison| comparison.flip.is_some());
             let heat_map = || command(args, &pair.actual, &pair.reference, &["--heat-map", "heat.png"]);
             let commands = FrameCommands {
-                alone: is_sequence(&args.actual).unwrap_or(false).then(|| alone(args, pair)),
+                alone: self.is_sequence.then(|| alone(args, pair)),
                 heat_map: has_flip.then(heat_map),
             };
             (frame.name.clone(), commands)

@@ -6,10 +6,11 @@
 use std::f32::consts::TAU;
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use crate::geometry::sin_cos_of_turn;
 use crate::integrator::local_frame::local_frame;
-use crate::integrator::occluders::DirectionRange;
+use crate::integrator::occluders::{DirectionRange, local_direction};
 
 /// Cells of azimuths in a turn.
 const COLUMNS: usize = 128;
@@ -22,8 +23,8 @@ const STEPS: usize = 3;
 #[derive(Clone, Debug)]
 pub(in crate::integrator) struct HemisphereLight {
     normal: Vec3,
-    /// Irradiance from below an azimuth and a squared sine, column by column over two turns, so that no range wraps around.
-    sums: Vec<[f32; ROWS + 1]>,
+    /// Irradiance from all azimuths and squared sines up to the nodes, column by column over two turns, so that no range wraps around.
+    summed_area: Vec<[f32; ROWS + 1]>,
 }
 
 /// A range of azimuths and elevations as one of columns and rows.
@@ -31,16 +32,16 @@ pub(in crate::integrator) struct HemisphereLight {
 pub(in crate::integrator) struct LightWindow {
     columns: [f32; 2],
     rows: [f32; 2],
-    /// Irradiance from below the azimuths at both ends, within the rows.
+    /// Irradiance from the azimuths up to both ends, within the rows.
     ends: [f32; 2],
 }
 
 impl HemisphereLight {
     /// The light above a plane of this unit normal.
-    pub(super) fn new(normal: Vec3, luminance: impl Fn(Vec3) -> f32) -> Self {
+    pub(super) fn new(normal: Vec3, luminance: impl Fn(Vec3) -> f32 + Sync) -> Self {
         let frame = local_frame(normal);
         let cell = 0.5 * f64::from(TAU) / (COLUMNS * ROWS) as f64;
-        let columns = (0..COLUMNS).map(|column| {
+        let columns = (0..COLUMNS).into_par_iter().map(|column| {
             let azimuths: [(f32, f32); STEPS] = std::array::from_fn(|step| {
                 let turns = (column as f32 + (step as f32 + 0.5) / STEPS as f32) / COLUMNS as f32;
                 sin_cos_of_turn(turns * TAU)
@@ -53,11 +54,8 @@ impl HemisphereLight {
                 let mut light = 0.0;
                 for step in 0..steps {
                     let sine_squared = (row as f32 + (step as f32 + 0.5) / steps as f32) / ROWS as f32;
-                    let (sine, level) = (sine_squared.sqrt(), (1.0 - sine_squared).sqrt());
-                    for (across, along) in azimuths {
-                        let direction = frame * Vec3::new(along * level, across * level, sine);
-                        light += f64::from(luminance(direction));
-                    }
+                    let directions = azimuths.map(|azimuth| frame * local_direction(azimuth, sine_squared));
+                    light += directions.map(|direction| f64::from(luminance(direction))).iter().sum::<f64>();
                 }
                 sum += light * cell / (steps * STEPS) as f64;
                 *sum_to = sum;
@@ -66,12 +64,12 @@ impl HemisphereLight {
         });
         let columns: Vec<[f64; ROWS + 1]> = columns.collect();
         let mut all = [0.0; ROWS + 1];
-        let mut sums = vec![[0.0; ROWS + 1]];
+        let mut summed_area = vec![[0.0; ROWS + 1]];
         for column in columns.iter().chain(&columns) {
             all.iter_mut().zip(column).for_each(|(sum, light)| *sum += light);
-            sums.push(all.map(|sum| sum as f32));
+            summed_area.push(all.map(|sum| sum as f32));
         }
-        Self { normal, sums }
+        Self { normal, summed_area }
     }
 
     /// The normal of the plane.
@@ -81,7 +79,7 @@ impl HemisphereLight {
 
     /// Irradiance from all directions.
     pub(super) fn irradiance(&self) -> f32 {
-        self.sums[COLUMNS][ROWS]
+        self.summed_area[COLUMNS][ROWS]
     }
 
     /// The part of the light from a range above the plane.
@@ -90,45 +88,38 @@ impl HemisphereLight {
         let columns = [start, start + range.span() / TAU * COLUMNS as f32];
         let rows = range.sines_squared().map(|sine_squared| sine_squared * ROWS as f32);
         let mut window = LightWindow { columns, rows, ends: [0.0; 2] };
-        window.ends = columns.map(|column| {
-            let (first, place) = node(column, 2 * COLUMNS);
-            let [start, end] = [first, first + 1].map(|column| self.below(&window, column));
-            start + (end - start) * place
+        window.ends = columns.map(|position| {
+            let (column, fraction) = cell_at(position, 2 * COLUMNS);
+            let [start, end] = [column, column + 1].map(|column| self.up_to(&window, column));
+            start + (end - start) * fraction
         });
         window
     }
 
-    /// Irradiance from below a column, within the rows of a window.
+    /// Irradiance from the azimuths up to a column, within the rows of a window.
     #[inline(always)]
-    fn below(&self, window: &LightWindow, column: usize) -> f32 {
-        let sums = &self.sums[column];
-        let [lowest, highest] = window.rows.map(|row| {
-            let (first, place) = node(row, ROWS);
-            sums[first] + (sums[first + 1] - sums[first]) * place
-        });
+    fn up_to(&self, window: &LightWindow, column: usize) -> f32 {
+        let sums = &self.summed_area[column];
+        let [lowest, highest] = window.at_rows(|row| sums[row]);
         highest - lowest
     }
 
     /// A direction of a window, by the light and its cosine.
     pub(super) fn direction(&self, window: &LightWindow, u: [f32; 2]) -> Vec3 {
         let [start, end] = window.ends;
-        let (column, place) = chosen((window.columns, 2 * COLUMNS), start + u[0] * (end - start), |column| {
-            self.below(window, column)
-        });
-        let columns = [&self.sums[column], &self.sums[column + 1]];
-        let of_rows = |row: usize| columns[1][row] - columns[0][row];
-        let [lowest, highest] = window.rows.map(|row| {
-            let (first, place) = node(row, ROWS);
-            of_rows(first) + (of_rows(first + 1) - of_rows(first)) * place
-        });
-        let (row, place_in_row) = chosen((window.rows, ROWS), lowest + u[1] * (highest - lowest), of_rows);
+        let column = (window.columns, 2 * COLUMNS);
+        let (column, across) =
+            inverted(column, start + u[0] * (end - start), |column| self.up_to(window, column));
+        let [before, after] = [&self.summed_area[column], &self.summed_area[column + 1]];
+        let of_column = |row: usize| after[row] - before[row];
+        let [lowest, highest] = window.at_rows(of_column);
+        let (row, along) = inverted((window.rows, ROWS), lowest + u[1] * (highest - lowest), of_column);
 
         let within = |[first, last]: [f32; 2], position: f32| position.max(first).min(last);
-        let azimuth = within(window.columns, column as f32 + place) / COLUMNS as f32;
-        let sine_squared = within(window.rows, row as f32 + place_in_row) / ROWS as f32;
-        let (sine, cosine) = sin_cos_of_turn((azimuth - azimuth as i32 as f32) * TAU);
-        let level = (1.0 - sine_squared).max(0.0).sqrt();
-        local_frame(self.normal) * Vec3::new(cosine * level, sine * level, sine_squared.sqrt())
+        let turns = within(window.columns, column as f32 + across) / COLUMNS as f32;
+        let sine_squared = within(window.rows, row as f32 + along) / ROWS as f32;
+        let azimuth = sin_cos_of_turn((turns - turns as i32 as f32) * TAU);
+        local_frame(self.normal) * local_direction(azimuth, sine_squared)
     }
 }
 
@@ -137,19 +128,33 @@ impl LightWindow {
     pub(super) fn irradiance(&self) -> f32 {
         self.ends[1] - self.ends[0]
     }
+
+    /// Sums up to the rows, interpolated at both ends of the window.
+    #[inline(always)]
+    fn at_rows(&self, sum_to: impl Fn(usize) -> f32) -> [f32; 2] {
+        self.rows.map(|position| {
+            let (row, fraction) = cell_at(position, ROWS);
+            sum_to(row) + (sum_to(row + 1) - sum_to(row)) * fraction
+        })
+    }
 }
 
-/// The cell of a position among so many, and the place in it.
+/// The cell of a position among so many, and how far it is through the cell.
 #[inline(always)]
-fn node(position: f32, cells: usize) -> (usize, f32) {
+fn cell_at(position: f32, cells: usize) -> (usize, f32) {
     let cell = (position as i32 as usize).min(cells - 1);
     (cell, position - cell as f32)
 }
 
-/// The cell of a range of positions among so many cells in which a sum is reached, and the place in it. `sum_to` are the sums up to the start of each cell.
+/// Inverts a cumulative sum: the cell of a range of positions, among so many cells, in which `sum` is reached, and how far through the cell.
+/// `sum_to` returns the sum up to the start of a cell.
 #[inline(always)]
-fn chosen(([start, end], cells): ([f32; 2], usize), sum: f32, sum_to: impl Fn(usize) -> f32) -> (usize, f32) {
-    let (first, _) = node(start, cells);
+fn inverted(
+    ([start, end], cells): ([f32; 2], usize),
+    sum: f32,
+    sum_to: impl Fn(usize) -> f32,
+) -> (usize, f32) {
+    let (first, _) = cell_at(start, cells);
     // The first cell whose end is beyond the sum, or the last one
     let (mut low, mut high) = (first, (end.ceil() as i32 as usize).clamp(first + 1, cells) - 1);
     while low < high {
@@ -161,9 +166,9 @@ fn chosen(([start, end], cells): ([f32; 2], usize), sum: f32, sum_to: impl Fn(us
         }
     }
     let (before, after) = (sum_to(low), sum_to(low + 1));
-    let place = (sum - before) / (after - before);
+    let fraction = (sum - before) / (after - before);
     // A cell without light, at the end of the range
-    (low, if place >= 0.0 { place.min(1.0) } else { 0.0 })
+    (low, if fraction >= 0.0 { fraction.min(1.0) } else { 0.0 })
 }
 
 #[cfg(test)]

@@ -49,22 +49,29 @@ fn both_ways_find_the_same_share_of_light_in_a_range() {
     ]
     .map(|(point, normal)| occluders.range_from(point, normal).unwrap());
     let count = 4000;
-    let share = |light: &RangeLight<'_>| {
-        let shares = points(count).map(|(u, _)| light.sample(u).1);
-        let shares = shares.inspect(|share| assert!(*share <= light.most(), "{share} {}", light.most()));
-        shares.map(f64::from).sum::<f64>() / f64::from(count)
+    // The share of all light, and its mean direction
+    let mean = |light: &RangeLight<'_>| {
+        let (mut all, mut direction) = (0.0, Vec3::ZERO);
+        for (u, _) in points(count) {
+            let (wi, share) = light.sample(u);
+            assert!(share <= light.max_share(), "{share} {}", light.max_share());
+            all += share;
+            direction += wi * share;
+        }
+        (all / count as f32, direction / all)
     };
     for light in [BuiltInLight::Studio, BuiltInLight::Dark, BuiltInLight::Outdoor] {
         let directions = EnvironmentDirections::new(&Environment::BuiltIn(light));
         for range in ranges {
             let irradiance = directions.grid.irradiance(range.normal());
-            let even = directions.in_range(range, irradiance);
-            assert!(matches!(even, RangeLight::Even { .. }));
+            let by_cosine = directions.in_range(range, irradiance);
+            assert!(matches!(by_cosine, RangeLight::ByCosine { .. }));
             let directions = directions.clone().with_receivers(range.normal());
-            let windowed = directions.in_range(range, irradiance);
-            assert!(matches!(windowed, RangeLight::Windowed(..)));
-            let [even, windowed] = [even, windowed].map(|light| share(&light));
-            assert!((windowed / even - 1.0).abs() < 0.06, "{light:?}: {windowed} for {even}");
+            let by_light = directions.in_range(range, irradiance);
+            assert!(matches!(by_light, RangeLight::ByLight(..)));
+            let [(expected, direction), (share, by_light)] = [by_cosine, by_light].map(|light| mean(&light));
+            assert!((share / expected - 1.0).abs() < 0.03, "{light:?}: {share} for {expected}");
+            assert!(by_light.distance(direction) < 0.02, "{light:?}: {by_light} for {direction}");
         }
     }
 }

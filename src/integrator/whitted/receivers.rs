@@ -189,9 +189,9 @@ impl Tracer<'_, '_> {
         // No ray may decide about more than all light: shadows would be too light where they are limited to it.
         let range = context.occluders.and_then(|occluders| occluders.range_from(origin, receiver.normal));
         let light = range.map(|range| directions.in_range(range, irradiance.of_grid));
-        let light = light.filter(|light| light.most() <= 1.0);
-        let most = light.map(|light| light.most());
-        let (rays, probability) = self.environment_rays(receiver, most);
+        let light = light.filter(|light| light.max_share() <= 1.0);
+        let max_share = light.map(|light| light.max_share());
+        let (rays, probability) = self.environment_rays(receiver, max_share);
         // The rays of a sample share one sample point, which each moves on.
         let point = |number| receiver.environment_point(lights, number);
         let (u, choice) = (point(0), point(1).x);
@@ -206,7 +206,7 @@ impl Tracer<'_, '_> {
         };
         // All light from beyond the range arrives.
         let mut certain = luminance(all);
-        if choice >= probability || light.most() <= 0.0 {
+        if choice >= probability || max_share <= Some(0.0) {
             return certain;
         }
         for number in 0..rays {
@@ -220,23 +220,23 @@ impl Tracer<'_, '_> {
         certain
     }
 
-    /// How many shadow rays go to the environment, and the probability that they are traced. `most` is the share of its light that one ray may decide
-    /// about where rays go towards the occluders alone.
-    fn environment_rays(&self, receiver: &Receiver, most: Option<f32>) -> (u32, f32) {
+    /// How many shadow rays go to the environment, and the probability that they are traced. `max_share` is the largest share of its
+    /// light that one ray may decide about where rays go towards the occluders alone.
+    fn environment_rays(&self, receiver: &Receiver, max_share: Option<f32>) -> (u32, f32) {
         let settings = &self.context.settings;
         let rays = match settings.env_samples {
             _ if receiver.points.is_none() => 1,
-            // Paths take many samples.
+            // Paths take many samples. Their rays are as sparse as those of `Whitted` below.
             _ if settings.integrator == Integrator::Path => 1,
             EnvSamples::Fixed(rays) => rays,
-            EnvSamples::Auto => match most {
-                Some(most) if most <= MOST_OF_ONE_RAY => 1,
+            EnvSamples::Auto => match max_share {
+                Some(share) if share <= MOST_OF_ONE_RAY => 1,
                 Some(_) => RAYS_TO_OCCLUDERS,
                 None => RAYS_OF_ALL_LIGHT,
             },
         };
-        let probability = match (settings.env_samples, most) {
-            (EnvSamples::Auto, Some(most)) => (most / LEAST_OF_ONE_RAY).min(1.0),
+        let probability = match (settings.env_samples, max_share) {
+            (EnvSamples::Auto, Some(share)) => (share / LEAST_OF_ONE_RAY).min(1.0),
             _ => 1.0,
         };
         (rays, probability)

@@ -23,17 +23,21 @@ const MIN_COSINE: f64 = 1e-4;
 pub(super) struct Sheen {
     color: Vec3,
     roughness: f32,
+    fit: MaskingFit,
 }
 
 impl Sheen {
     pub(super) fn new(color: Vec3, roughness: f32) -> Self {
-        Self { color, roughness: roughness.clamp(MIN_ROUGHNESS, 1.0) }
+        let roughness = roughness.clamp(MIN_ROUGHNESS, 1.0);
+        let alpha = f64::from(roughness) * f64::from(roughness);
+        Self { color, roughness, fit: MaskingFit::new(alpha as f32) }
     }
 
     /// f(wo, wi), both above the surface.
     pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         let roughness = f64::from(self.roughness);
-        let value = lobe(wo.as_dvec3(), wi.as_dvec3(), roughness * roughness) as f32;
+        let alpha = roughness * roughness;
+        let value = lobe(wo.as_dvec3(), wi.as_dvec3(), (alpha, &self.fit)) as f32;
         let unlimited = unlimited_albedo(wo.z, self.roughness);
         self.color * if unlimited > 1.0 { value / unlimited } else { value }
     }
@@ -50,8 +54,8 @@ impl Sheen {
 }
 
 /// D V of the sheen; in f64, because the exponent, up to 400, multiplies the rounding of the sine.
-fn lobe(wo: DVec3, wi: DVec3, alpha: f64) -> f64 {
-    let shadowing = 1.0 + masking(wo.z, alpha) + masking(wi.z, alpha);
+fn lobe(wo: DVec3, wi: DVec3, (alpha, fit): (f64, &MaskingFit)) -> f64 {
+    let shadowing = 1.0 + fit.masking(wo.z) + fit.masking(wi.z);
     distribution(wo, wi, alpha) / (shadowing * (4.0 * wo.z.max(MIN_COSINE) * wi.z))
 }
 
@@ -64,20 +68,15 @@ fn distribution(wo: DVec3, wi: DVec3, alpha: f64) -> f64 {
 }
 
 /// Λ of the shadowing, which is a fit and not derived from the distribution; f32 is exact enough for it.
-fn masking(cosine: f64, alpha: f64) -> f64 {
-    // The cosine of a unit vector may be rounded to above 1.
-    let (fit, cosine) = (Fit::new(alpha as f32), (cosine as f32).min(1.0));
-    f64::from(libm::expf(if cosine < 0.5 {
-        fit.at(cosine)
-    } else {
-        2.0 * fit.at(0.5) - fit.at(1.0 - cosine)
-    }))
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct MaskingFit {
+    /// a to e of the fit ln Λ = a / (1 + b xᶜ) + d x + e, for cosines x up to 1/2.
+    terms: [f32; 5],
+    /// The fit at 1/2, about which the other half is symmetric.
+    at_half: f32,
 }
 
-/// The fit a / (1 + b xᶜ) + d x + e.
-struct Fit([f32; 5]);
-
-impl Fit {
+impl MaskingFit {
     fn new(alpha: f32) -> Self {
         const ROUGH: [f32; 5] = [21.5473, 3.829_87, 0.198_23, -1.977_60, -4.320_54];
         const SMOOTH: [f32; 5] = [25.3245, 3.324_35, 0.168_01, -1.273_93, -4.859_67];
@@ -86,12 +85,24 @@ impl Fit {
         for (term, smooth) in terms.iter_mut().zip(SMOOTH) {
             *term = *term * (1.0 - share) + smooth * share;
         }
-        Self(terms)
+        let fit = Self { terms, at_half: 0.0 };
+        Self { at_half: fit.at(0.5), ..fit }
     }
 
     fn at(&self, x: f32) -> f32 {
-        let [a, b, c, d, e] = self.0;
+        let [a, b, c, d, e] = self.terms;
         a / (1.0 + b * libm::powf(x, c)) + d * x + e
+    }
+
+    /// Λ of a direction.
+    fn masking(&self, cosine: f64) -> f64 {
+        // The cosine of a unit vector may be rounded to above 1.
+        let cosine = (cosine as f32).min(1.0);
+        f64::from(libm::expf(if cosine < 0.5 {
+            self.at(cosine)
+        } else {
+            2.0 * self.at_half - self.at(1.0 - cosine)
+        }))
     }
 }
 
@@ -132,7 +143,8 @@ fn by_quadrature(cos_o: f32, roughness: f32, steps: usize) -> f32 {
     let cos_o = f64::from(cos_o).max(MIN_COSINE);
     let alpha = f64::from(roughness) * f64::from(roughness);
     let wo = DVec3::new((1.0 - cos_o * cos_o).sqrt(), 0.0, cos_o);
-    let masking_o = masking(cos_o, alpha);
+    let fit = MaskingFit::new(alpha as f32);
+    let masking_o = fit.masking(cos_o);
     let step = 1.0 / steps as f64;
     let azimuths: Vec<_> =
         (0..steps).map(|azimuth| libm::sincos((azimuth as f64 + 0.5) * step * PI)).collect();
@@ -146,7 +158,7 @@ fn by_quadrature(cos_o: f32, roughness: f32, steps: usize) -> f32 {
         for (sin, cos) in &azimuths {
             ring_sum += distribution(wo, DVec3::new(sine * cos, sine * sin, cosine), alpha);
         }
-        let shadowing = (1.0 + masking_o + masking(cosine, alpha)) * (4.0 * cos_o);
+        let shadowing = (1.0 + masking_o + fit.masking(cosine)) * (4.0 * cos_o);
         sum += ring_sum * 6.0 * u * (1.0 - u) / shadowing;
     }
     (sum * 2.0 * PI * step * step) as f32

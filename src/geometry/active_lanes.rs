@@ -24,6 +24,11 @@ impl ActiveLanes {
         Self(self.0 | 1 << lane)
     }
 
+    /// Whether a lane is one of them.
+    pub(crate) fn contains(self, lane: usize) -> bool {
+        self.0 >> lane & 1 == 1
+    }
+
     /// Whether there are none.
     pub(crate) fn is_empty(self) -> bool {
         self.0 == 0

@@ -253,16 +253,16 @@ impl PreparedLight {
     ///
     /// Rays of point and spot lights start at the light, so that rays of many surface points share their origin. On a light that
     /// has a size, each sample takes another point. Irradiance and direction are those of the light's centre.
-    #[inline]
+    #[inline(always)]
     pub(super) fn shadow_ray(&self, end: Vec3, seed: Seed, index: usize) -> Ray {
         let LightSize { radius, sun_angle_radians } = self.size;
         match self.emitter {
             Emitter::Distant { wi } if sun_angle_radians > 0.0 => {
-                distant_disk_ray((wi, sun_angle_radians), end, disk_point(seed, index))
+                distant_disk_ray((wi, sun_angle_radians), end, (seed, index))
             }
             Emitter::Distant { wi } => Ray::new(end, wi),
             Emitter::Point { position, .. } if radius > 0.0 => {
-                disk_ray((position, radius), end, disk_point(seed, index))
+                disk_ray((position, radius), end, (seed, index))
             }
             Emitter::Point { position, .. } => ray_between(position, end),
         }
@@ -275,19 +275,21 @@ fn disk_point(seed: Seed, light: usize) -> Vec2 {
 }
 
 /// A ray from `end` to a point of the disk that a distant light fills.
-fn distant_disk_ray((wi, angle_radians): (Vec3, f32), end: Vec3, disk_point: Vec2) -> Ray {
+#[inline(never)]
+fn distant_disk_ray((wi, angle_radians): (Vec3, f32), end: Vec3, (seed, light): (Seed, usize)) -> Ray {
     let radius = libm::tanf(angle_radians * 0.5);
-    Ray::new(end, (wi + across(wi, disk_point) * radius).normalize())
+    Ray::new(end, (wi + across(wi, disk_point(seed, light)) * radius).normalize())
 }
 
 /// A ray to `end` from a point of the disk that faces it.
-fn disk_ray((center, radius): (Vec3, f32), end: Vec3, disk_point: Vec2) -> Ray {
+#[inline(never)]
+fn disk_ray((center, radius): (Vec3, f32), end: Vec3, (seed, light): (Seed, usize)) -> Ray {
     let span = end - center;
     let distance = span.length();
     if distance > 0.0 {
         // The light does not reach the surface that it lights.
         let radius = if radius < 0.5 * distance { radius } else { 0.5 * distance };
-        ray_between(center + across(span / distance, disk_point) * radius, end)
+        ray_between(center + across(span / distance, disk_point(seed, light)) * radius, end)
     } else {
         ray_between(center, end)
     }

@@ -4,19 +4,14 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use super::environment_shadows::{EnvironmentLookup, EnvironmentLookups, LookupLobe};
+use super::environment_lookup::{EnvironmentLookup, EnvironmentLookups, LookupLobe};
 use super::prefiltered_lobe::PrefilteredLobe;
 use super::shading::Shading;
 use super::tracer::Tracer;
 use crate::bsdf::Bsdf;
-use crate::geometry::Ray;
-use crate::integrator::RayState;
 use crate::integrator::local_frame::mirror_direction;
 use crate::interaction::is_opaque_at;
 use crate::scene::KeyLight;
-
-/// α of the narrowest prefiltered lobe, of roughness 1/8.
-const NARROWEST_ALPHA: f32 = 1.0 / 64.0;
 
 /// Least square of the lobe's width, so that narrow lobes stay finite.
 const MIN_ALPHA_SQUARED: f32 = 1e-6;
@@ -53,8 +48,10 @@ impl Tracer<'_, '_> {
         {
             if albedo != Vec3::ZERO && (is_outside || !self.is_covered(shading)) {
                 let albedo = reached * albedo;
+                let looked_up = self.block_lookups.irradiance(shading.index).filter(|_| is_outside);
+                let irradiance = looked_up.unwrap_or_else(|| environment.irradiance(normal));
                 lookups.push(EnvironmentLookup {
-                    radiance: albedo * environment.irradiance(normal) * FRAC_1_PI,
+                    radiance: albedo * irradiance * FRAC_1_PI,
                     albedo,
                     lobe: LookupLobe::Diffuse { normal },
                     is_outside,
@@ -118,39 +115,8 @@ impl Tracer<'_, '_> {
         }
     }
 
-    /// Radiance of the environment that a mirror or refraction ray sees, blurred by the rough lobes that it stands for.
-    pub(super) fn reflected_environment(&self, ray: &Ray, state: &RayState) -> Vec3 {
-        let environment = self.context.view.environment;
-        let (direction, blur) = match state.environment_lobe {
-            Some(PrefilteredLobe { direction, roughness }) => {
-                (direction, state.blur + (roughness * roughness) * (roughness * roughness))
-            }
-            None => (ray.direction, state.blur),
-        };
-        let differentials = state.differential.direction;
-        let sharp = || {
-            if state.sees_peaks {
-                environment.radiance_over(direction, differentials)
-            } else {
-                environment.open_radiance_over(direction, differentials)
-            }
-        };
-        // Lobes narrower than the narrowest prefiltered one have a part of it, by the square of their width.
-        let share = (blur.sqrt() / NARROWEST_ALPHA).min(1.0);
-        if share == 0.0 {
-            return sharp();
-        }
-        let alpha = blur.sqrt().max(NARROWEST_ALPHA);
-        let lobe = PrefilteredLobe { direction, roughness: alpha.sqrt().min(1.0) };
-        let mut blurred = environment.prefiltered(direction, lobe.roughness);
-        if state.sees_peaks {
-            blurred += self.peaks_in_lobe(lobe);
-        }
-        if share < 1.0 { blurred * share + sharp() * (1.0 - share) } else { blurred }
-    }
-
     /// Light of the environment's peaks in the lobe of a prefiltered lookup: for a view along the normal.
-    fn peaks_in_lobe(&self, lobe: PrefilteredLobe) -> Vec3 {
+    pub(super) fn peaks_in_lobe(&self, lobe: PrefilteredLobe) -> Vec3 {
         let PrefilteredLobe { direction, roughness } = lobe;
         let alpha = roughness * roughness;
         let alpha_squared = (alpha * alpha).max(MIN_ALPHA_SQUARED);
@@ -166,6 +132,9 @@ impl Tracer<'_, '_> {
 
     /// Prefiltered radiance of the specular lobe, and the lobe.
     fn prefiltered_reflection(&self, shading: &Shading<'_, '_>) -> (Vec3, LookupLobe) {
+        if let Some((seen, lobe)) = self.block_lookups.reflection(shading.index) {
+            return (seen, LookupLobe::Glossy(lobe));
+        }
         let (environment, roughness) = (self.context.view.environment, shading.material.roughness);
         let normal = shading.point.shading_normal;
         let mirrored = mirror_direction(shading.point.wo, normal);

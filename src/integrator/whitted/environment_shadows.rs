@@ -1,72 +1,20 @@
 //! Shadows of the environment: what surfaces look up is multiplied by the light that sampled shadow rays let through.
 
-use arrayvec::ArrayVec;
 use glam::{Vec2, Vec3};
 
+use super::environment_lookup::{EnvironmentLookup, MAX_LOOKUPS, join_faint};
 use super::occluder_buffers::OccluderTask;
-use super::prefiltered_lobe::PrefilteredLobe;
 use super::shading::{Arrival, Shading};
 use super::shadow_queue::ShadowRay;
 use super::tracer::Tracer;
 use super::wavefront::{BOUNCES, RaySignature};
-use crate::color::luminance;
 use crate::geometry::Ray;
-use crate::integrator::environment_directions::EnvironmentDirections;
 use crate::integrator::media::SurfaceMedia;
 use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{EnvSamples, GlassShadows, LightPass, MediaStack, RayState};
 
-/// Lookups of one surface: two lobes of each side, three of dispersed glass, and a coat.
-pub(super) const MAX_LOOKUPS: usize = 8;
-
-/// A lookup shares the rays of the brightest one on its side unless it has more than this share of its luminance.
-const MIN_SHARE: f32 = 0.125;
-
 /// Numbers of lookups: signatures are below 64.
 const MAX_NUMBERS: usize = 64 * MAX_LOOKUPS;
-
-/// Light of the environment that one lobe scatters towards the camera, without occlusion.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct EnvironmentLookup {
-    pub(super) radiance: Vec3,
-    /// The same where light of radiance 1 comes from everywhere.
-    pub(super) albedo: Vec3,
-    pub(super) lobe: LookupLobe,
-    /// Whether the light comes from the side of the viewer.
-    pub(super) is_outside: bool,
-}
-
-/// Directions that a lookup averages.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum LookupLobe {
-    /// The cosine lobe around a normal.
-    Diffuse { normal: Vec3 },
-    /// A lobe around a direction.
-    Glossy(PrefilteredLobe),
-}
-
-/// The lookups of one surface.
-pub(super) type EnvironmentLookups = ArrayVec<EnvironmentLookup, MAX_LOOKUPS>;
-
-impl LookupLobe {
-    /// A direction of the lobe, by a sample point and a random number.
-    fn sample(&self, directions: &EnvironmentDirections, sampled: (Vec2, f32)) -> Vec3 {
-        match *self {
-            Self::Diffuse { normal } => directions.diffuse(normal, sampled),
-            Self::Glossy(PrefilteredLobe { direction, roughness }) => {
-                directions.glossy(direction, roughness, sampled)
-            }
-        }
-    }
-
-    /// The direction around which it averages.
-    pub(super) fn middle(self) -> Vec3 {
-        match self {
-            Self::Diffuse { normal } => normal,
-            Self::Glossy(PrefilteredLobe { direction, .. }) => direction,
-        }
-    }
-}
 
 /// A lookup of a surface and how its shadow rays are queued.
 struct QueuedLookup<'l> {
@@ -87,20 +35,35 @@ impl Tracer<'_, '_> {
         lookups: &mut [EnvironmentLookup],
         color: Vec3,
     ) {
-        let Arrival { signature, state, light_pass, .. } = *arrival;
-        let light_pass = light_pass.unwrap_or(LightPass::Environment);
         let context = self.context;
         if context.environment_directions.is_none() {
+            let light_pass = arrival.light_pass.unwrap_or(LightPass::Environment);
             for lookup in lookups {
-                let media = if lookup.is_outside { &state.media } else { beyond };
+                let media = if lookup.is_outside { &arrival.state.media } else { beyond };
                 let through = self.untraced_transmittance(arrival.point, lookup, media);
-                self.add(state.sample, light_pass, lookup.radiance * through);
+                self.add(arrival.state.sample, light_pass, lookup.radiance * through);
             }
             return;
         }
         let passes_inside = context.settings.glass_shadows == GlassShadows::Straight;
         let has_rays = |lookup: &EnvironmentLookup| lookup.is_outside || passes_inside;
         let brightest = join_faint(lookups, context.mean_radiance, has_rays);
+        self.queue_lookups(arrival, beyond, (lookups, brightest), color);
+    }
+
+    /// The same for lookups to which faint ones were added; `brightest` is the index of the brightest of those that have shadow rays.
+    pub(super) fn queue_lookups(
+        &mut self,
+        arrival: &Arrival<'_, '_>,
+        beyond: &MediaStack,
+        (lookups, brightest): (&[EnvironmentLookup], Option<usize>),
+        color: Vec3,
+    ) {
+        let Arrival { signature, state, light_pass, .. } = *arrival;
+        let light_pass = light_pass.unwrap_or(LightPass::Environment);
+        let context = self.context;
+        let passes_inside = context.settings.glass_shadows == GlassShadows::Straight;
+        let has_rays = |lookup: &EnvironmentLookup| lookup.is_outside || passes_inside;
         // Occluders are found for one lookup of a surface that a camera sees.
         let traces_occluders = context.bounce_share > 0.0 && state.depth == 0;
         let with_occluder = brightest.filter(|_| traces_occluders);
@@ -244,65 +207,4 @@ pub(super) fn on_side(direction: Vec3, normal: Vec3, is_outside: bool) -> Vec3 {
 fn surrounding_light(color: Vec3) -> Vec3 {
     let color = color.clamp(Vec3::ZERO, Vec3::ONE);
     color / (Vec3::splat(2.0) - color)
-}
-
-/// Adds faint lookups to the brightest one of their side, and returns the index of the brightest of those that have shadow rays. How bright they are counts
-/// what hides the environment, too, of `mean_radiance`.
-fn join_faint(
-    lookups: &mut [EnvironmentLookup],
-    mean_radiance: Vec3,
-    has_rays: impl Fn(&EnvironmentLookup) -> bool,
-) -> Option<usize> {
-    let mut luminances = [0.0; MAX_LOOKUPS];
-    for (luminance_of, lookup) in luminances.iter_mut().zip(&*lookups) {
-        *luminance_of = luminance(lookup.radiance + lookup.albedo * mean_radiance);
-    }
-    let brightest_of = |indices: &mut dyn Iterator<Item = usize>| {
-        indices.max_by(|&a, &b| luminances[a].total_cmp(&luminances[b]))
-    };
-    for side in [true, false] {
-        let mut on_side = (0..lookups.len()).filter(|&index| lookups[index].is_outside == side);
-        let Some(index) = brightest_of(&mut on_side) else { continue };
-        let limit = luminances[index] * MIN_SHARE;
-        let mut joined = Vec3::ZERO;
-        let mut joined_albedo = Vec3::ZERO;
-        for (other, lookup) in lookups.iter_mut().enumerate() {
-            if other != index && lookup.is_outside == side && luminances[other] <= limit {
-                joined += std::mem::take(&mut lookup.radiance);
-                joined_albedo += std::mem::take(&mut lookup.albedo);
-            }
-        }
-        lookups[index].radiance += joined;
-        lookups[index].albedo += joined_albedo;
-    }
-    brightest_of(&mut (0..lookups.len()).filter(|&index| has_rays(&lookups[index])))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn faint_lookups_join_the_brightest_of_their_side() {
-        let lookup = |radiance: f32, normal: Vec3| EnvironmentLookup {
-            radiance: Vec3::splat(radiance),
-            albedo: Vec3::ONE,
-            lobe: LookupLobe::Diffuse { normal },
-            is_outside: normal == Vec3::Y,
-        };
-        let mut lookups: EnvironmentLookups =
-            [lookup(0.1, Vec3::Y), lookup(1.0, Vec3::Y), lookup(0.5, Vec3::Y), lookup(0.05, Vec3::NEG_Y)]
-                .into_iter()
-                .collect();
-        let brightest = join_faint(&mut lookups, Vec3::ZERO, |_| true);
-        assert_eq!(brightest, Some(1));
-        let left: Vec<[f32; 2]> = lookups.iter().map(|lookup| [lookup.radiance.x, lookup.albedo.x]).collect();
-        assert_eq!(left, [[0.0, 0.0], [1.1, 2.0], [0.5, 1.0], [0.05, 1.0]]);
-        assert_eq!(join_faint(&mut lookups, Vec3::ZERO, |lookup| !lookup.is_outside), Some(3));
-        // In the dark, what hides the environment decides.
-        let dark = |albedo: f32| EnvironmentLookup { albedo: Vec3::splat(albedo), ..lookup(0.0, Vec3::Y) };
-        let mut lookups = [dark(0.8), dark(0.0)];
-        assert_eq!(join_faint(&mut lookups, Vec3::ONE, |_| true), Some(0));
-        assert_eq!(lookups.map(|lookup| lookup.albedo.x), [0.8, 0.0]);
-    }
 }

@@ -12,10 +12,12 @@
 //! environment, and in between both are blended by roughness. Shadow rays towards the environment take sampled directions, as do
 //! lenses, sized lights and glossy samples; nothing else is random.
 
+mod block_lookups;
 mod camera_hits;
 mod coat;
 mod direct_light;
 mod environment;
+mod environment_lookup;
 mod environment_shadows;
 mod frosted_glass;
 mod glossy;
@@ -29,6 +31,7 @@ mod opaque_block;
 mod prefiltered_lobe;
 mod receiver_shadows;
 mod receivers;
+mod reflected_environment;
 mod reflected_lobe;
 mod rough_reflection;
 mod sample_aovs;

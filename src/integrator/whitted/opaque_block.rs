@@ -8,6 +8,7 @@ use std::f32::consts::FRAC_1_PI;
 use fearless_simd::Level;
 use glam::{Mat3, Vec3};
 
+use super::environment_lookup::{EnvironmentLookup, LookupLobe, join_faint_pair};
 use super::least_weights::MIN_SCATTERED;
 use super::prefiltered_lobe::PrefilteredLobe;
 use super::reflected_lobe::ReflectedLobe;
@@ -80,12 +81,14 @@ pub(super) struct ReflectedLanes {
     /// Weight of the mirror ray.
     pub(super) specular: Vec3Lanes,
     /// Irradiance of the environment, then the light of it that leaves the surface.
-    pub(super) diffuse: Vec3Lanes,
+    diffuse: Vec3Lanes,
     /// Prefiltered radiance of the specular lobe, then the light of it that leaves the surface.
-    pub(super) prefiltered: Vec3Lanes,
+    prefiltered: Vec3Lanes,
     /// What both would be in light of radiance 1 from everywhere.
-    pub(super) diffuse_albedo: Vec3Lanes,
-    pub(super) prefiltered_albedo: Vec3Lanes,
+    diffuse_albedo: Vec3Lanes,
+    prefiltered_albedo: Vec3Lanes,
+    /// 1 where the second is the brighter one, else 0.
+    is_prefiltered_brighter: F32Lanes,
 }
 
 /// Light of one light that leaves the surfaces, and the ends of the shadow rays that decide about it.
@@ -147,6 +150,9 @@ impl<'a> OpaqueBlock<'a> {
             table,
         );
         vectorized!(level, reflected.reflect(materials, block_material));
+        if context.environment_directions.is_some() {
+            vectorized!(level, reflected.join_faint(context.mean_radiance));
+        }
 
         // Lights
         for (light, direct) in context.lights.iter().zip(&mut self.direct) {
@@ -230,7 +236,7 @@ impl ReflectedLanes {
 
     /// The lobe of a lane that is looked up for the specular one.
     #[inline(always)]
-    pub(super) fn looked_up(&self, lane: usize) -> PrefilteredLobe {
+    fn looked_up(&self, lane: usize) -> PrefilteredLobe {
         let (directions, roughness) = &self.looked_up;
         PrefilteredLobe { direction: directions.get(lane), roughness: roughness[lane] }
     }
@@ -254,6 +260,41 @@ impl ReflectedLanes {
             self.specular_albedo.set(lane, albedos.specular);
             self.specular.set(lane, weight * albedos.specular * self.traced_share[lane]);
         }
+    }
+
+    /// Adds the fainter of both lights of the environment to the brighter one, where the difference is large.
+    #[inline(always)]
+    fn join_faint(&mut self, mean_radiance: Vec3) {
+        for lane in 0..LANES {
+            let mut lights = [
+                [self.diffuse.get(lane), self.diffuse_albedo.get(lane)],
+                [self.prefiltered.get(lane), self.prefiltered_albedo.get(lane)],
+            ];
+            let is_second = join_faint_pair(&mut lights, mean_radiance);
+            let [[diffuse, diffuse_albedo], [prefiltered, prefiltered_albedo]] = lights;
+            self.diffuse.set(lane, diffuse);
+            self.diffuse_albedo.set(lane, diffuse_albedo);
+            self.prefiltered.set(lane, prefiltered);
+            self.prefiltered_albedo.set(lane, prefiltered_albedo);
+            self.is_prefiltered_brighter[lane] = if is_second { 1.0 } else { 0.0 };
+        }
+    }
+
+    /// What a surface with this shading normal looks up, and the index of the brighter lookup.
+    pub(super) fn lookups(&self, lane: usize, normal: Vec3) -> ([EnvironmentLookup; 2], usize) {
+        let diffuse = EnvironmentLookup {
+            radiance: self.diffuse.get(lane),
+            albedo: self.diffuse_albedo.get(lane),
+            lobe: LookupLobe::Diffuse { normal },
+            is_outside: true,
+        };
+        let glossy = EnvironmentLookup {
+            radiance: self.prefiltered.get(lane),
+            albedo: self.prefiltered_albedo.get(lane),
+            lobe: LookupLobe::Glossy(self.looked_up(lane)),
+            is_outside: true,
+        };
+        ([diffuse, glossy], usize::from(self.is_prefiltered_brighter[lane] > 0.0))
     }
 
     /// The albedo of the specular lobe, and the share of it that the mirror ray follows.

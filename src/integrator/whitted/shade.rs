@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::coat::CoatShading;
-use super::environment_shadows::MAX_LOOKUPS;
+use super::environment_lookup::MAX_LOOKUPS;
 use super::shading::Shading;
 use super::shading_order::RunKey;
 use super::surface_hit::SurfaceHit;
@@ -119,6 +119,7 @@ impl<'a> Tracer<'_, 'a> {
         match self.context.settings.integrator {
             Integrator::Whitted => {
                 self.find_incidences(&block);
+                self.block_lookups.fill(self.context, &block, &materials);
                 for (index, surface_hit) in hits.iter().enumerate() {
                     self.shade(wavefront, surface_hit, (index, &block.points[index]), &materials[index]);
                 }

@@ -2,7 +2,6 @@
 
 use glam::Vec3;
 
-use super::environment_shadows::{EnvironmentLookup, LookupLobe};
 use super::opaque_block::OpaqueBlock;
 use super::shading::Arrival;
 use super::shadow_queue::ShadowRay;
@@ -62,22 +61,14 @@ impl Tracer<'_, '_> {
         let point = &block.surfaces.points[lane];
         let arrival = Arrival { signature: slot.signature, state, light_pass, point };
         let direction = block.reflected.mirrored.get(lane);
-        let mut lookups = [
-            EnvironmentLookup {
-                radiance: block.reflected.diffuse.get(lane),
-                albedo: block.reflected.diffuse_albedo.get(lane),
-                lobe: LookupLobe::Diffuse { normal: point.shading_normal },
-                is_outside: true,
-            },
-            EnvironmentLookup {
-                radiance: block.reflected.prefiltered.get(lane),
-                albedo: block.reflected.prefiltered_albedo.get(lane),
-                lobe: LookupLobe::Glossy(block.reflected.looked_up(lane)),
-                is_outside: true,
-            },
-        ];
+        let (mut lookups, brighter) = block.reflected.lookups(lane, point.shading_normal);
         let color = block.materials.base.base_color(lane);
-        self.add_lookups(&arrival, &MediaStack::default(), &mut lookups, color);
+        let beyond = MediaStack::default();
+        if self.context.environment_directions.is_some() {
+            self.queue_lookups(&arrival, &beyond, (&lookups, Some(brighter)), color);
+        } else {
+            self.add_lookups(&arrival, &beyond, &mut lookups, color);
+        }
         let weight = block.reflected.specular.get(lane);
         let roughness = block.reflected.lobe_roughness[lane];
         let (albedo, traced_share) = block.reflected.specular_albedo(lane);

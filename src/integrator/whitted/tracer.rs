@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 
+use super::block_lookups::BlockLookups;
 use super::lookup_keys::LookupKeys;
 use super::occluder_buffers::OccluderBuffers;
 use super::opaque_block::OpaqueBlock;
@@ -68,6 +69,8 @@ pub struct Tracer<'w, 'a> {
     pub(super) block_materials: Vec<MaterialSample>,
     /// For each light what arrives at those points without occlusion; empty for paths, which choose among lights.
     pub(super) block_incidences: Vec<IncidenceLanes>,
+    /// What those points see of the environment; empty for paths.
+    pub(super) block_lookups: BlockLookups,
     /// Taken out while a block is shaded.
     pub(super) opaque_block: Option<Box<OpaqueBlock<'a>>>,
     /// Taken out while a block of paths is shaded.
@@ -77,6 +80,8 @@ pub struct Tracer<'w, 'a> {
     pub(super) receiver_shadows: ReceiverShadows,
     /// The light on the first receiver of each ray that is followed; empty where nothing receives shadows.
     pub(super) first_receivers: Vec<Option<ReceivedLight>>,
+    /// What rays that are followed see of the environment, where they hit nothing; empty where that is looked up ray by ray.
+    pub(super) escaped_radiances: Vec<Option<Vec3>>,
     /// The sample points of each sample that is followed; empty where none are needed.
     pub(in crate::integrator) sequences: Vec<SampleSequence>,
     /// Surfaces that touch those of the shaded block.
@@ -112,11 +117,13 @@ impl<'w, 'a> Tracer<'w, 'a> {
             surface_block: Some(Box::default()),
             block_materials: Vec::new(),
             block_incidences: Vec::new(),
+            block_lookups: BlockLookups::default(),
             opaque_block: Some(Box::new(OpaqueBlock::new(context.lights.len()))),
             path_block: Some(Box::default()),
             shadows: ShadowQueue::new(context.shadow_passages()),
             receiver_shadows: ReceiverShadows::default(),
             first_receivers: Vec::new(),
+            escaped_radiances: Vec::new(),
             sequences: Vec::new(),
             probes: TransmissionProbes::default(),
             albedo_slices: AlbedoSlices::default(),

@@ -4,7 +4,8 @@ use std::time::Instant;
 
 use glam::Vec3;
 
-use super::environment_shadows::{EnvironmentLookup, on_side};
+use super::environment_lookup::EnvironmentLookup;
+use super::environment_shadows::on_side;
 use super::tracer::{Tracer, seconds_since};
 use crate::bvh::Hit;
 use crate::geometry::{Facing, Ray};

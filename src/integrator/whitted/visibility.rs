@@ -44,8 +44,13 @@ impl Tracer<'_, '_> {
         first: impl Fn(&Self, RaySlot, &RayState) -> Option<Hit>,
     ) {
         self.find_first_receivers(wavefront, &first);
+        self.find_escaped_radiances(wavefront, &first);
         for (number, &slot) in wavefront.in_order().iter().enumerate() {
             let (ray, state) = wavefront.ray(slot);
+            if let Some(radiance) = self.escaped_radiances.get(number).copied().flatten() {
+                self.add_escaped(state, radiance);
+                continue;
+            }
             let received = self.first_receivers.get(number).copied().flatten();
             let hit = first(self, slot, state);
             self.follow(slot, (ray, state, wavefront.last_scatter(slot)), hit, received);

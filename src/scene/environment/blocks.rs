@@ -64,6 +64,47 @@ impl Environment {
             }
         }
     }
+
+    /// [`Environment::radiance_over`] of several directions.
+    pub(crate) fn radiances_over(
+        &self,
+        directions: &LookupLanes<'_>,
+        differentials: &[Vec3Lanes; 2],
+        out: &mut Vec3Lanes,
+    ) {
+        match self {
+            Self::Map(map) => map.radiances_over(directions, differentials, out),
+            Self::Composed(composed) => {
+                composed.light.radiances_over(directions, differentials, out);
+                scale(out, composed.intensity);
+            }
+            Self::None | Self::Constant(_) | Self::BuiltIn(_) => {
+                for lane in directions.lanes {
+                    let steps = [0, 1].map(|axis| differentials[axis].get(lane));
+                    out.set(lane, self.radiance_over(directions.directions.get(lane), steps));
+                }
+            }
+        }
+    }
+
+    /// [`Environment::open_radiance_over`] of several directions.
+    pub(crate) fn open_radiances_over(
+        &self,
+        directions: &LookupLanes<'_>,
+        differentials: &[Vec3Lanes; 2],
+        out: &mut Vec3Lanes,
+    ) {
+        match self {
+            Self::Map(map) => map.open_radiances_over(directions, differentials, out),
+            Self::Composed(composed) => {
+                composed.light.open_radiances_over(directions, differentials, out);
+                scale(out, composed.intensity);
+            }
+            Self::None | Self::Constant(_) | Self::BuiltIn(_) => {
+                self.radiances_over(directions, differentials, out);
+            }
+        }
+    }
 }
 
 fn fill(lanes: &mut Vec3Lanes, value: Vec3) {
@@ -126,16 +167,20 @@ mod tests {
             for level in [Level::fallback(), Level::new()] {
                 let lanes = ActiveLanes::first(LANES);
                 let lookups = LookupLanes { level, directions: &directions, lanes };
-                let mut found = [Vec3Lanes::default(); 3];
+                let mut found = [Vec3Lanes::default(); 5];
                 environment.irradiances(&lookups, &mut found[0]);
                 environment.prefiltered_lanes(&lookups, &roughness, &mut found[1]);
                 environment.backgrounds(&lookups, &differentials, &mut found[2]);
+                environment.radiances_over(&lookups, &differentials, &mut found[3]);
+                environment.open_radiances_over(&lookups, &differentials, &mut found[4]);
                 for lane in lanes {
                     let direction = directions.get(lane);
                     let steps = [0, 1].map(|axis| differentials[axis].get(lane));
                     assert_eq!(found[0].get(lane), environment.irradiance(direction));
                     assert_eq!(found[1].get(lane), environment.prefiltered(direction, roughness[lane]));
                     assert_eq!(found[2].get(lane), environment.background_over(direction, steps));
+                    assert_eq!(found[3].get(lane), environment.radiance_over(direction, steps));
+                    assert_eq!(found[4].get(lane), environment.open_radiance_over(direction, steps));
                 }
             }
         }

@@ -7,10 +7,14 @@
 
 use std::f32::consts::PI;
 
+use fearless_simd::Level;
 use glam::{Vec2, Vec3};
 
-use super::equirect::{EquirectImage, uv_from_direction};
-use crate::scene::{MAX_PROBES, PROBE_SPACING, blended, level_of};
+use super::equirect::{EquirectImage, uv_from_direction, uvs_from_directions};
+use super::lookup_lanes::LookupLanes;
+use super::probe_line::{ProbeLine, ProbeLines};
+use crate::geometry::{ActiveLanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
+use crate::scene::{blended, level_of};
 
 /// An equirectangular image with its mip levels.
 #[derive(Debug)]
@@ -37,47 +41,78 @@ impl FilteredImage {
         &self.levels[0]
     }
 
-    /// Mean radiance over the parallelogram around a unit direction that the `differentials` span.
-    pub(super) fn radiance(&self, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
-        self.radiance_around(uv_from_direction(direction), direction, differentials)
+    /// Height of a row of the full image in radians.
+    fn row(&self) -> f32 {
+        PI / self.image().height as f32
     }
 
-    /// [`FilteredImage::radiance`] around a direction whose image coordinates are known.
-    #[inline]
-    pub(super) fn radiance_around(&self, uv: Vec2, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
-        let full = self.image();
-        let row = PI / full.height as f32;
-        let [a, b] = differentials;
-        let (aa, bb, ab) = (a.dot(a), b.dot(b), a.dot(b));
-        // The squares of both axes of the ellipse have the same sum.
-        if aa + bb <= row * row {
-            return full.bilinear(uv);
+    /// Mean radiance over the parallelogram around a unit direction that the `differentials` span.
+    pub(super) fn radiance(&self, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
+        let probe_line = ProbeLine::new(self.row(), differentials);
+        if probe_line.probes <= 1.0 {
+            return self.trilinear(uv_from_direction(direction), probe_line.width);
         }
-        let half_difference = (aa - bb) * 0.5;
-        let root = libm::sqrtf(half_difference * half_difference + ab * ab);
-        let long = libm::sqrtf((aa + bb) * 0.5 + root);
-        // A half-space and more, or not a number.
-        if !long.is_finite() || long >= PI {
-            return self.trilinear(uv, f32::INFINITY);
-        }
-        let axis = if half_difference >= 0.0 {
-            a * (half_difference + root) + b * ab
-        } else {
-            a * ab + b * (root - half_difference)
-        };
-        let short =
-            larger(larger(a.cross(b).length() / long, long / (MAX_PROBES as f32 * PROBE_SPACING)), row);
-        let count = libm::ceilf(long / (short * PROBE_SPACING) - 0.1);
-        if count <= 1.0 {
-            return self.trilinear(uv, short / row);
-        }
-        let along = axis.normalize_or_zero() * long;
         let mut sum = Vec3::ZERO;
-        for index in 0..count as u32 {
-            let towards = direction + along * ((index as f32 + 0.5) / count - 0.5);
-            sum += self.trilinear(uv_from_direction(towards.normalize_or(direction)), short / row);
+        for index in 0..probe_line.probes as u32 {
+            let towards = probe_line.probe(direction, index).normalize_or(direction);
+            sum += self.trilinear(uv_from_direction(towards), probe_line.width);
         }
-        sum / count
+        sum / probe_line.probes
+    }
+
+    /// [`FilteredImage::radiance`] of the directions of a block, whose image coordinates are known.
+    pub(super) fn radiances(
+        &self,
+        lookups: &LookupLanes<'_>,
+        uvs: &Vec2Lanes,
+        differentials: &[Vec3Lanes; 2],
+        out: &mut Vec3Lanes,
+    ) {
+        let LookupLanes { level, directions, lanes } = *lookups;
+        let mut lines = ProbeLines::default();
+        lines.fill(level, self.row(), differentials);
+        let mut probes = ProbeBlock::default();
+        for lane in lanes {
+            let probe_line = lines.get(lane);
+            if probe_line.probes <= 1.0 {
+                out.set(lane, self.trilinear(uvs.get(lane), probe_line.width));
+                continue;
+            }
+            out.set(lane, Vec3::ZERO);
+            for index in 0..probe_line.probes as u32 {
+                if probes.count == LANES {
+                    self.add_probes(level, &mut probes, &lines, out);
+                }
+                let direction = directions.get(lane);
+                probes.push(lane, direction, probe_line.probe(direction, index));
+            }
+        }
+        self.add_probes(level, &mut probes, &lines, out);
+        for lane in lanes {
+            let ProbeLine { probes, .. } = lines.get(lane);
+            if probes > 1.0 {
+                out.set(lane, out.get(lane) / probes);
+            }
+        }
+    }
+
+    /// Adds the radiance of probes to the sums of their lookups, and removes them.
+    fn add_probes(&self, level: Level, probes: &mut ProbeBlock, lines: &ProbeLines, sums: &mut Vec3Lanes) {
+        let ProbeBlock { lookups, centers, towards, count } = probes;
+        let mut uvs = Vec2Lanes::default();
+        vectorized!(level, {
+            for lane in 0..LANES {
+                towards.set(lane, towards.get(lane).normalize_or(centers.get(lane)));
+            }
+        });
+        let lanes = ActiveLanes::first(*count);
+        uvs_from_directions(level, towards, lanes, &mut uvs);
+        for lane in lanes {
+            let lookup = lookups[lane];
+            let seen = self.trilinear(uvs.get(lane), lines.get(lookup).width);
+            sums.set(lookup, sums.get(lookup) + seen);
+        }
+        *count = 0;
     }
 
     /// Interpolates between the two levels whose row heights enclose `width`, in rows of the full image; at least one. In the outer quarters of the
@@ -93,8 +128,26 @@ impl FilteredImage {
     }
 }
 
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
+/// Probes of several lookups, in their order.
+#[derive(Default)]
+struct ProbeBlock {
+    /// The lanes of their lookups.
+    lookups: [usize; LANES],
+    /// The directions of their lookups.
+    centers: Vec3Lanes,
+    /// Where they lie.
+    towards: Vec3Lanes,
+    count: usize,
+}
+
+impl ProbeBlock {
+    #[inline(always)]
+    fn push(&mut self, lookup: usize, center: Vec3, towards: Vec3) {
+        self.lookups[self.count] = lookup;
+        self.centers.set(self.count, center);
+        self.towards.set(self.count, towards);
+        self.count += 1;
+    }
 }
 
 #[cfg(test)]

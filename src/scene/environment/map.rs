@@ -290,20 +290,45 @@ impl EnvironmentMap {
         }
     }
 
-    /// See [`super::Environment::backgrounds`].
+    /// [`EnvironmentMap::radiance_over`] of several directions.
     pub(super) fn radiances_over(
         &self,
         lookups: &LookupLanes<'_>,
         differentials: &[Vec3Lanes; 2],
         out: &mut Vec3Lanes,
     ) {
+        self.radiances_of(&self.tables.filtered, lookups, differentials, out);
+    }
+
+    /// [`EnvironmentMap::open_radiance_over`] of several directions.
+    pub(super) fn open_radiances_over(
+        &self,
+        lookups: &LookupLanes<'_>,
+        differentials: &[Vec3Lanes; 2],
+        out: &mut Vec3Lanes,
+    ) {
+        self.radiances_of(self.tables.open(), lookups, differentials, out);
+    }
+
+    fn radiances_of(
+        &self,
+        image: &FilteredImage,
+        lookups: &LookupLanes<'_>,
+        differentials: &[Vec3Lanes; 2],
+        out: &mut Vec3Lanes,
+    ) {
+        let LookupLanes { level, lanes, .. } = *lookups;
         let (directions, uvs) = self.positions(lookups);
-        for lane in lookups.lanes {
-            let differentials =
-                [0, 1].map(|axis| self.rotation.map_from_world(differentials[axis].get(lane)));
-            let (uv, direction) = (uvs.get(lane), directions.get(lane));
-            out.set(lane, self.tables.filtered.radiance_around(uv, direction, differentials));
-        }
+        let mut in_map = [Vec3Lanes::default(); 2];
+        vectorized!(level, {
+            for (in_map, differentials) in in_map.iter_mut().zip(differentials) {
+                for lane in 0..LANES {
+                    in_map.set(lane, self.rotation.map_from_world(differentials.get(lane)));
+                }
+            }
+        });
+        let lookups = LookupLanes { level, directions: &directions, lanes };
+        image.radiances(&lookups, &uvs, &in_map, out);
     }
 
     /// Directions in the map, and their image coordinates.

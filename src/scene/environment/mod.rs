@@ -24,6 +24,7 @@ mod map_rotation;
 mod octahedral;
 mod peaks;
 mod prefilter;
+mod probe_line;
 mod sectors;
 
 use std::f32::consts::PI;
@@ -287,6 +288,15 @@ impl Environment {
             Self::None | Self::Constant(_) => true,
             Self::BuiltIn(_) | Self::Map(_) => false,
             Self::Composed(composed) => composed.light.is_uniform(),
+        }
+    }
+
+    /// Whether its light comes from an image.
+    pub(crate) fn is_image(&self) -> bool {
+        match self {
+            Self::None | Self::Constant(_) | Self::BuiltIn(_) => false,
+            Self::Map(_) => true,
+            Self::Composed(composed) => composed.light.is_image(),
         }
     }
 

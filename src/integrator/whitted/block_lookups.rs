@@ -1,0 +1,93 @@
+//! The environment at the points of a block whose surfaces are shaded one by one: the lookups that most of them need, in lanes.
+
+use super::prefiltered_lobe::PrefilteredLobe;
+use super::traced_share::traced_share;
+use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec3Lanes, vectorized};
+use crate::integrator::IntegratorContext;
+use crate::integrator::local_frame::mirror_direction;
+use crate::interaction::{MaterialSample, SurfaceBlock};
+use crate::scene::LookupLanes;
+use glam::Vec3;
+
+/// Irradiance and prefiltered radiance at the points of a block.
+#[derive(Debug, Default)]
+pub(super) struct BlockLookups {
+    /// Lanes with an irradiance.
+    diffuse: ActiveLanes,
+    irradiance: Vec3Lanes,
+    /// Lanes with a lobe.
+    specular: ActiveLanes,
+    lobe_direction: Vec3Lanes,
+    lobe_roughness: F32Lanes,
+    prefiltered: Vec3Lanes,
+}
+
+impl BlockLookups {
+    /// Looks up what the reflection of the surfaces with these materials is likely to need. Anisotropic lobes look up several directions
+    /// and are left out, as are lobes that rays follow.
+    pub(super) fn fill(
+        &mut self,
+        context: &IntegratorContext<'_>,
+        block: &SurfaceBlock<'_>,
+        materials: &[MaterialSample],
+    ) {
+        let environment = context.view.environment;
+        (self.diffuse, self.specular) = (ActiveLanes::default(), ActiveLanes::default());
+        if environment.is_uniform() {
+            return;
+        }
+        let level = context.view.bvh.simd_level();
+        let lanes = ActiveLanes::first(materials.len());
+        let reflects_diffusely = |material: &MaterialSample| {
+            material.sheen.is_some() || (material.metallic < 1.0 && material.transmission < 1.0)
+        };
+        let normals = block.normals();
+        self.diffuse = lanes.filtered(|lane| !materials[lane].unlit && reflects_diffusely(&materials[lane]));
+        if !self.diffuse.is_empty() {
+            let lookups = LookupLanes { level, directions: normals, lanes: self.diffuse };
+            environment.irradiances(&lookups, &mut self.irradiance);
+        }
+
+        if context.settings.glossy_samples > 0 {
+            return;
+        }
+        let is_looked_up = |material: &MaterialSample| {
+            !material.unlit && material.anisotropy.is_none() && traced_share(material.roughness) < 1.0
+        };
+        self.specular = lanes.filtered(|lane| is_looked_up(&materials[lane]));
+        if self.specular.is_empty() {
+            return;
+        }
+        let mut roughness = F32Lanes::default();
+        for (roughness, material) in roughness.iter_mut().zip(materials) {
+            *roughness = material.roughness;
+        }
+        let viewers = block.viewers();
+        let Self { lobe_direction, lobe_roughness, .. } = self;
+        vectorized!(level, {
+            for lane in 0..LANES {
+                let (normal, wo) = (normals.get(lane), viewers.get(lane));
+                let mirrored = mirror_direction(wo, normal);
+                let lobe = PrefilteredLobe::new(mirrored, normal, normal.dot(wo), roughness[lane]);
+                lobe_direction.set(lane, lobe.direction);
+                lobe_roughness[lane] = lobe.roughness;
+            }
+        });
+        let lookups = LookupLanes { level, directions: &self.lobe_direction, lanes: self.specular };
+        environment.prefiltered_lanes(&lookups, &self.lobe_roughness, &mut self.prefiltered);
+    }
+
+    /// The irradiance along the shading normal of a surface, where it was looked up.
+    pub(super) fn irradiance(&self, lane: usize) -> Option<Vec3> {
+        self.diffuse.contains(lane).then(|| self.irradiance.get(lane))
+    }
+
+    /// The prefiltered radiance of the reflection of a surface and its lobe, where it was looked up.
+    pub(super) fn reflection(&self, lane: usize) -> Option<(Vec3, PrefilteredLobe)> {
+        let lobe = || PrefilteredLobe {
+            direction: self.lobe_direction.get(lane),
+            roughness: self.lobe_roughness[lane],
+        };
+        self.specular.contains(lane).then(|| (self.prefiltered.get(lane), lobe()))
+    }
+}

@@ -1,0 +1,204 @@
+//! The environment that mirror and refraction rays see, ray by ray and in blocks of the rays of a wavefront.
+
+use glam::Vec3;
+
+use super::prefiltered_lobe::PrefilteredLobe;
+use super::tracer::Tracer;
+use super::wavefront::{RaySlot, Wavefront};
+use crate::bvh::Hit;
+use crate::geometry::{ActiveLanes, F32Lanes, LANES, Ray, Vec3Lanes};
+use crate::integrator::{Integrator, LightPass, RayKind, RayState};
+use crate::scene::LookupLanes;
+
+/// α of the narrowest prefiltered lobe, of roughness 1/8.
+const NARROWEST_ALPHA: f32 = 1.0 / 64.0;
+
+/// What a ray sees of the environment, blurred by the rough lobes that it stands for.
+#[derive(Clone, Copy, Debug)]
+struct ReflectedView {
+    direction: Vec3,
+    /// Roughness of the prefiltered lobe.
+    roughness: f32,
+    /// Its share. Lobes narrower than the narrowest prefiltered one have a part of it, by the square of their width; the rest is what the
+    /// differentials of the ray span.
+    share: f32,
+}
+
+impl ReflectedView {
+    fn new(ray: &Ray, state: &RayState) -> Self {
+        let (direction, blur) = match state.environment_lobe {
+            Some(PrefilteredLobe { direction, roughness }) => {
+                (direction, state.blur + (roughness * roughness) * (roughness * roughness))
+            }
+            None => (ray.direction, state.blur),
+        };
+        let alpha = blur.sqrt();
+        Self {
+            direction,
+            roughness: alpha.max(NARROWEST_ALPHA).sqrt().min(1.0),
+            share: (alpha / NARROWEST_ALPHA).min(1.0),
+        }
+    }
+
+    /// The radiance from that of both lookups.
+    #[inline(always)]
+    fn radiance(&self, sharp: impl FnOnce() -> Vec3, blurred: impl FnOnce() -> Vec3) -> Vec3 {
+        if self.share == 0.0 {
+            sharp()
+        } else if self.share < 1.0 {
+            blurred() * self.share + sharp() * (1.0 - self.share)
+        } else {
+            blurred()
+        }
+    }
+}
+
+/// Rays of a wavefront whose environment is looked up together.
+#[derive(Debug)]
+struct ViewBlock {
+    /// Numbers of the rays in the order of the wavefront.
+    rays: [usize; LANES],
+    views: [ReflectedView; LANES],
+    directions: Vec3Lanes,
+    differentials: [Vec3Lanes; 2],
+    roughness: F32Lanes,
+    /// Lanes of rays that see peaks.
+    peaks: ActiveLanes,
+    count: usize,
+}
+
+impl Default for ViewBlock {
+    fn default() -> Self {
+        let view = ReflectedView { direction: Vec3::ZERO, roughness: 0.0, share: 0.0 };
+        Self {
+            rays: [0; LANES],
+            views: [view; LANES],
+            directions: Vec3Lanes::default(),
+            differentials: [Vec3Lanes::default(); 2],
+            roughness: F32Lanes::default(),
+            peaks: ActiveLanes::default(),
+            count: 0,
+        }
+    }
+}
+
+impl ViewBlock {
+    fn push(&mut self, number: usize, ray: &Ray, state: &RayState) {
+        let lane = self.count;
+        let view = ReflectedView::new(ray, state);
+        self.rays[lane] = number;
+        self.directions.set(lane, view.direction);
+        for (lanes, differential) in self.differentials.iter_mut().zip(state.differential.direction) {
+            lanes.set(lane, differential);
+        }
+        self.roughness[lane] = view.roughness;
+        self.views[lane] = view;
+        if state.sees_peaks {
+            self.peaks = self.peaks.with(lane);
+        }
+        self.count += 1;
+    }
+}
+
+impl Tracer<'_, '_> {
+    /// Radiance of the environment that a mirror or refraction ray sees.
+    pub(super) fn reflected_environment(&self, ray: &Ray, state: &RayState) -> Vec3 {
+        let environment = self.context.view.environment;
+        let view = ReflectedView::new(ray, state);
+        let ReflectedView { direction, roughness, .. } = view;
+        let differentials = state.differential.direction;
+        let sharp = || {
+            if state.sees_peaks {
+                environment.radiance_over(direction, differentials)
+            } else {
+                environment.open_radiance_over(direction, differentials)
+            }
+        };
+        let blurred = || {
+            let open = environment.prefiltered(direction, roughness);
+            if state.sees_peaks {
+                open + self.peaks_in_lobe(PrefilteredLobe { direction, roughness })
+            } else {
+                open
+            }
+        };
+        view.radiance(sharp, blurred)
+    }
+
+    /// Finds the radiance of the environment for the rays of a wavefront that hit nothing. `first` returns the first hit of a ray.
+    pub(super) fn find_escaped_radiances(
+        &mut self,
+        wavefront: &Wavefront,
+        first: impl Fn(&Self, RaySlot, &RayState) -> Option<Hit>,
+    ) {
+        self.escaped_radiances.clear();
+        let settings = &self.context.settings;
+        // The ground may hide the environment. Without an image, lookups of blocks are no faster.
+        let are_looked_up = settings.integrator == Integrator::Whitted
+            && settings.ground.is_none()
+            && self.context.view.environment.is_image();
+        if !are_looked_up {
+            return;
+        }
+        let mut radiances = std::mem::take(&mut self.escaped_radiances);
+        radiances.resize(wavefront.in_order().len(), None);
+        let mut block = ViewBlock::default();
+        for (number, &slot) in wavefront.in_order().iter().enumerate() {
+            let (ray, state) = wavefront.ray(slot);
+            let sees_environment = matches!(state.kind, RayKind::Reflection | RayKind::Refraction);
+            if sees_environment && first(self, slot, state).is_none() {
+                block.push(number, ray, state);
+                if block.count == LANES {
+                    self.look_up_views(&mut block, &mut radiances);
+                }
+            }
+        }
+        self.look_up_views(&mut block, &mut radiances);
+        self.escaped_radiances = radiances;
+    }
+
+    /// Sets the radiances of the rays of a block, and removes them from it: [`Tracer::reflected_environment`] of each.
+    fn look_up_views(&self, block: &mut ViewBlock, radiances: &mut [Option<Vec3>]) {
+        let environment = self.context.view.environment;
+        let level = self.context.view.bvh.simd_level();
+        let ViewBlock { rays, views, directions, differentials, roughness, peaks, count } = block;
+        let lookups = |lanes| LookupLanes { level, directions, lanes };
+        let lanes = ActiveLanes::first(*count);
+        let sees_peaks = |lane| peaks.contains(lane);
+        let mut blurred = Vec3Lanes::default();
+        let blurred_lanes = lanes.filtered(|lane| views[lane].share > 0.0);
+        if !blurred_lanes.is_empty() {
+            environment.prefiltered_lanes(&lookups(blurred_lanes), roughness, &mut blurred);
+        }
+        let mut sharp = [Vec3Lanes::default(); 2];
+        let sharp_lanes = lanes.filtered(|lane| views[lane].share < 1.0);
+        let with_peaks = sharp_lanes.filtered(sees_peaks);
+        if !with_peaks.is_empty() {
+            environment.radiances_over(&lookups(with_peaks), differentials, &mut sharp[1]);
+        }
+        let open = sharp_lanes.filtered(|lane| !sees_peaks(lane));
+        if !open.is_empty() {
+            environment.open_radiances_over(&lookups(open), differentials, &mut sharp[0]);
+        }
+        for lane in lanes {
+            let ReflectedView { direction, roughness, .. } = views[lane];
+            let blurred = || {
+                let open = blurred.get(lane);
+                if sees_peaks(lane) {
+                    open + self.peaks_in_lobe(PrefilteredLobe { direction, roughness })
+                } else {
+                    open
+                }
+            };
+            let sharp = || sharp[usize::from(sees_peaks(lane))].get(lane);
+            radiances[rays[lane]] = Some(views[lane].radiance(sharp, blurred));
+        }
+        (*count, *peaks) = (0, ActiveLanes::default());
+    }
+
+    /// Adds the radiance of the environment that a ray sees which hits nothing.
+    pub(super) fn add_escaped(&mut self, state: &RayState, radiance: Vec3) {
+        let weight = state.weight * state.media.transmittance(f32::INFINITY);
+        self.add(state.sample, state.light_pass.unwrap_or(LightPass::Environment), weight * radiance);
+    }
+}

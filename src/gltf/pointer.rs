@@ -74,13 +74,14 @@ const MATERIAL: [(&str, MaterialProperty); 32] = [
     ),
 ];
 
-const TEXTURES: [(&str, TextureSlot); 20] = [
+const TEXTURES: [(&str, TextureSlot); 21] = [
     ("pbrMetallicRoughness/baseColorTexture", TextureSlot::BaseColor),
     ("pbrMetallicRoughness/metallicRoughnessTexture", TextureSlot::MetallicRoughness),
     ("normalTexture", TextureSlot::Normal),
     ("occlusionTexture", TextureSlot::Occlusion),
     ("emissiveTexture", TextureSlot::Emissive),
     ("extensions/KHR_materials_transmission/transmissionTexture", TextureSlot::Transmission),
+    ("extensions/KHR_materials_volume/thicknessTexture", TextureSlot::Thickness),
     ("extensions/KHR_materials_specular/specularTexture", TextureSlot::Specular),
     ("extensions/KHR_materials_specular/specularColorTexture", TextureSlot::SpecularColor),
     ("extensions/KHR_materials_pbrSpecularGlossiness/diffuseTexture", TextureSlot::BaseColor),

@@ -92,6 +92,8 @@ pub enum TextureSlot {
     Emissive,
     /// The texture of [`Material::transmission`].
     Transmission,
+    /// The thickness texture of [`Material::volume`]. It is not kept, because rays measure the thickness themselves.
+    Thickness,
     /// The factor texture of [`Material::specular`].
     Specular,
     /// The colour texture of [`Material::specular`].
@@ -293,6 +295,7 @@ fn texture(material: &mut Material, slot: TextureSlot) -> Option<&mut TextureRef
         TextureSlot::SpecularColor | TextureSlot::SpecularGlossiness => {
             material.specular.as_mut()?.color_texture.as_mut()
         }
+        TextureSlot::Thickness => None,
         TextureSlot::ClearCoat => coat?.texture.as_mut(),
         TextureSlot::ClearCoatRoughness => coat?.roughness_texture.as_mut(),
         TextureSlot::ClearCoatNormal => coat?.normal_texture.as_mut().map(|normal| &mut normal.texture),

@@ -152,6 +152,37 @@ fn pointers_resolve_to_material_extensions() {
 }
 
 #[test]
+fn transforms_of_thickness_textures_are_accepted_as_the_textures_are() {
+    let mut document = animatable();
+    let texture = json!({"index": 0, "extensions": {"KHR_texture_transform": {"offset": [0.5, 0]}}});
+    document.json["materials"][1]["extensions"]["KHR_materials_volume"] =
+        json!({"thicknessFactor": 1, "thicknessTexture": texture});
+    let plain = document.import().unwrap();
+    assert!(plain.warnings.is_empty(), "{:?}", plain.warnings);
+    let transform =
+        "/materials/1/extensions/KHR_materials_volume/thicknessTexture/extensions/KHR_texture_transform";
+    let slot = TextureSlot::Thickness;
+    let expected = [
+        ("offset", "VEC2", MaterialProperty::TextureOffset(slot)),
+        ("scale", "VEC2", MaterialProperty::TextureScale(slot)),
+        ("rotation", "SCALAR", MaterialProperty::TextureRotation(slot)),
+    ];
+    for (key, shape, _) in expected {
+        let count = if shape == "VEC2" { 4 } else { 2 };
+        animate(&mut document, &format!("{transform}/{key}"), "LINEAR", shape, &[0.5; 4][..count]);
+    }
+    let scene = document.import().unwrap();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    for (clip, (key, _, property)) in scene.animations.iter().zip(expected) {
+        let target = AnimationTarget::Material(MaterialIndex(1), property);
+        assert_eq!(clip.channels.first().map(|channel| channel.target), Some(target), "{key}");
+    }
+    // Rays measure the thickness themselves, so that neither the texture nor its transform has an effect.
+    let posed = super::properties::frame(&scene, 0.5).materials;
+    assert_eq!(posed, super::properties::frame(&plain, 0.5).materials);
+}
+
+#[test]
 fn pointers_resolve_to_lights() {
     for (path, shape, property) in [
         ("color", "VEC3", LightProperty::Color),

@@ -10,24 +10,38 @@ use gltf::json::animation::{Interpolation as JsonInterpolation, Property as Path
 use gltf::json::validation::Checked;
 
 use super::accessor::Data;
+use super::animated_order::ImportedChannels;
 use super::attributes::Reference;
 use super::context::Context;
 use super::document::NO_NODE;
 use super::extension_names::ANIMATION_POINTER;
 use super::formats::{self, AllowedFormats};
+use super::keyframe_checks::KeyValues;
 use super::pointer::{self, Property};
-use super::raw::{ANY, Raw, TOLERANCE, UNIT, check_range, without_rounding_below};
+use super::raw::{ANY, Raw, without_rounding_below};
 use crate::error::Result;
 use crate::scene::{
-    Animation, AnimationTarget, Channel, ImageLightProperty, Interpolation, Keyframes, MaterialProperty,
-    Mesh, Node, NodeIndex,
+    Animation, AnimationTarget, Camera, Channel, Interpolation, Keyframes, Light, Mesh, Node, NodeIndex,
 };
 
-/// Imported objects that channels can target besides properties named by pointers.
+/// Imported objects that channels can target, and whose values limit those of keyframes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AnimationTargets<'a> {
-    pub(super) nodes: &'a [Node],
-    pub(super) meshes: &'a [Mesh],
+    nodes: &'a [Node],
+    meshes: &'a [Mesh],
+    lights: &'a [Light],
+    cameras: &'a [Camera],
+}
+
+impl<'a> AnimationTargets<'a> {
+    pub(super) fn new(
+        nodes: &'a [Node],
+        meshes: &'a [Mesh],
+        lights: &'a [Light],
+        cameras: &'a [Camera],
+    ) -> Self {
+        Self { nodes, meshes, lights, cameras }
+    }
 }
 
 /// Target of a channel, and the values that its keyframes may have.
@@ -63,7 +77,7 @@ pub(super) fn import(
     let mut ignored = Vec::new();
     for (i, animation) in data.document.root.animations.iter().enumerate() {
         let pointer = format!("/animations/{i}");
-        let mut channels = Vec::new();
+        let (mut channels, mut outputs) = (Vec::new(), Vec::new());
         let mut properties = BTreeSet::new();
         for (j, channel) in animation.channels.iter().enumerate() {
             let pointer = format!("{pointer}/channels/{j}");
@@ -86,8 +100,11 @@ pub(super) fn import(
             {
                 properties.insert(target.property);
                 channels.push(Channel { target: target.property, keyframes });
+                outputs.push(format!("{pointer}/output"));
             }
         }
+        let imported = ImportedChannels { channels: &channels, outputs: &outputs };
+        imported.check_order(context, targets.lights, targets.cameras)?;
         ignored.push(animation.channels.len().saturating_sub(channels.len()));
         animations.push(Animation { name: animation.name.clone(), channels });
     }
@@ -174,7 +191,7 @@ fn components(
     targets: &AnimationTargets,
     pointer: &str,
 ) -> Result<Option<usize>> {
-    let AnimationTargets { nodes, meshes } = targets;
+    let AnimationTargets { nodes, meshes, .. } = targets;
     let (mesh, index) = match target.property {
         AnimationTarget::Translation(_) | AnimationTarget::Scale(_) => return Ok(Some(3)),
         AnimationTarget::Rotation(_) => return Ok(Some(4)),
@@ -246,12 +263,12 @@ fn keyframes(
         );
         return Err(context.invalid(format!("{pointer}/output"), message));
     }
-    check_values(context, &mut values, values_per_key, target, pointer)?;
-    if let AnimationTarget::Rotation(_) | AnimationTarget::ImageLight(_, ImageLightProperty::Rotation) =
-        target.property
-    {
-        check_rotations(context, &values, values_per_key, pointer)?;
-    }
+    let pointer = format!("{pointer}/output");
+    KeyValues { values: &mut values, components, values_per_key, pointer }.check(
+        context,
+        target.property,
+        &target.range,
+    )?;
     Ok(Some(Keyframes { times_seconds, values, width: components, interpolation }))
 }
 
@@ -328,55 +345,4 @@ fn values(
         3 => data.floats_as::<3>(context, &reference, target.keys)?.into_flattened(),
         _ => data.floats_as::<4>(context, &reference, target.keys)?.into_flattened(),
     }))
-}
-
-/// Checks that keyframe values lie in the range of the property. Those of a property from 0 to 1 are clamped to it, with a warning. Tangents of cubic
-/// splines may lie outside.
-fn check_values(
-    context: &mut Context,
-    values: &mut [f32],
-    values_per_key: usize,
-    target: &ChannelTarget,
-    pointer: &str,
-) -> Result<()> {
-    let pointer = format!("{pointer}/output");
-    let key_values =
-        values.chunks_mut(target.components.max(1)).skip(values_per_key / 2).step_by(values_per_key.max(1));
-    let is_emission =
-        matches!(target.property, AnimationTarget::Material(_, MaterialProperty::EmissiveFactor));
-    // The value that is farthest beyond 0 to 1
-    let mut farthest = 0.5_f32;
-    for key in key_values.flatten() {
-        if target.range != UNIT {
-            check_range(context, *key, &target.range, &pointer)?;
-        }
-        if (target.range == UNIT || is_emission) && (*key - 0.5).abs() > (farthest - 0.5).abs() {
-            farthest = *key;
-        }
-        if target.range == UNIT {
-            *key = key.clamp(0.0, 1.0);
-        }
-    }
-    if (farthest - 0.5).abs() > 0.5 + TOLERANCE {
-        let consequence =
-            if is_emission { "they are used as they are" } else { "they are clamped to 0 and 1" };
-        let message = format!("has values outside 0 to 1, such as {farthest}; {consequence}");
-        context.warn(pointer, message);
-    }
-    Ok(())
-}
-
-/// Errors on keyframe quaternions of length zero, which cannot be normalized. Tangents of cubic splines may be zero.
-fn check_rotations(context: &Context, values: &[f32], values_per_key: usize, pointer: &str) -> Result<()> {
-    let (quaternions, _) = values.as_chunks::<4>();
-    let value_of_key = values_per_key / 2;
-    let keys = quaternions.iter().skip(value_of_key).step_by(values_per_key.max(1));
-    let zero = keys.into_iter().position(|q| q.iter().all(|component| component.abs() < 1e-12));
-    match zero {
-        None => Ok(()),
-        Some(i) => Err(context.invalid(
-            format!("{pointer}/output"),
-            format!("keyframe {i} is a quaternion of length zero, which is not a rotation"),
-        )),
-    }
 }

@@ -8,7 +8,7 @@ use gltf::json::validation::Checked;
 
 use super::context::Context;
 use super::document::Document;
-use super::raw::{ANY, check_range};
+use super::raw::{NOT_NEGATIVE, POSITIVE, check_range};
 use crate::error::Result;
 use crate::scene::{Camera, Projection};
 
@@ -59,7 +59,7 @@ fn perspective(
         None => None,
     };
     if let Some(far) = z_far {
-        check_order(context, z_near, far, pointer)?;
+        check_planes(context, z_near, far, pointer)?;
     }
     Ok(Projection::Perspective { fov_y_radians, aspect_ratio, z_near, z_far })
 }
@@ -70,12 +70,11 @@ fn orthographic(
     pointer: &str,
 ) -> Result<Projection> {
     if orthographic.xmag < 0.0 || orthographic.ymag < 0.0 {
-        let message = "negative magnifications of orthographic cameras are taken as positive";
-        context.warn(pointer, message);
+        warn_of_negative_magnification(context, pointer);
     }
-    let z_near = check_range(context, orthographic.znear, &(0.0..=f32::MAX), &format!("{pointer}/znear"))?;
+    let z_near = check_range(context, orthographic.znear, &NOT_NEGATIVE, &format!("{pointer}/znear"))?;
     let z_far = positive(context, orthographic.zfar, pointer, "zfar")?;
-    check_order(context, z_near, z_far, pointer)?;
+    check_planes(context, z_near, z_far, pointer)?;
     Ok(Projection::Orthographic {
         x_mag: positive(context, orthographic.xmag.abs(), pointer, "xmag")?,
         y_mag: positive(context, orthographic.ymag.abs(), pointer, "ymag")?,
@@ -85,17 +84,18 @@ fn orthographic(
 }
 
 fn positive(context: &Context, value: f32, pointer: &str, key: &str) -> Result<f32> {
-    let pointer = format!("{pointer}/{key}");
-    if value <= 0.0 {
-        return Err(context.invalid(pointer, format!("is {value}, but must be greater than 0")));
-    }
-    check_range(context, value, &ANY, &pointer)
+    check_range(context, value, &POSITIVE, &format!("{pointer}/{key}"))
 }
 
-fn check_order(context: &Context, near: f32, far: f32, pointer: &str) -> Result<()> {
+/// Warns of a negative magnification, whose sign has no effect. `pointer` names the camera or the values of an animation.
+pub(super) fn warn_of_negative_magnification(context: &mut Context, pointer: &str) {
+    context.warn(pointer, "negative magnifications of orthographic cameras are taken as positive");
+}
+
+/// Errors unless the far plane is beyond the near one. `pointer` names the camera or the values of an animation.
+pub(super) fn check_planes(context: &Context, near: f32, far: f32, pointer: &str) -> Result<()> {
     if far > near {
         return Ok(());
     }
-    let message = format!("is {far}, but must be greater than znear, {near}");
-    Err(context.invalid(format!("{pointer}/zfar"), message))
+    Err(context.invalid(pointer, format!("zfar is {far}, but must be greater than znear, {near}")))
 }

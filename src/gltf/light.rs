@@ -9,7 +9,7 @@ use glam::Vec3;
 use super::context::Context;
 use super::document::Document;
 use super::extension_names::LIGHTS;
-use super::raw::{ANY, NOT_NEGATIVE, Raw, TOLERANCE, without_rounding_below};
+use super::raw::{ANY, NOT_NEGATIVE, POSITIVE, Raw, TOLERANCE, without_rounding_below};
 use crate::error::Result;
 use crate::scene::{Light, LightIndex, LightKind};
 
@@ -65,12 +65,7 @@ fn range(context: &Context, raw: &Raw, kind: LightKind) -> Result<Option<f32>> {
     if raw.field("range").is_none() || kind == LightKind::Directional {
         return Ok(None);
     }
-    let range = raw.number(context, "range", 0.0, NOT_NEGATIVE)?;
-    if range == 0.0 {
-        let pointer = format!("{}/range", raw.pointer);
-        return Err(context.invalid(pointer, "must be greater than 0"));
-    }
-    Ok(Some(range))
+    raw.number(context, "range", 0.0, POSITIVE).map(Some)
 }
 
 fn spot(context: &mut Context, raw: &Raw) -> Result<LightKind> {
@@ -80,14 +75,19 @@ fn spot(context: &mut Context, raw: &Raw) -> Result<LightKind> {
     cone.expect_object(context)?;
     let inner_cone_radians = cone.number(context, "innerConeAngle", 0.0, 0.0..=FRAC_PI_2)?;
     let outer_cone_radians = cone.number(context, "outerConeAngle", FRAC_PI_4, 0.0..=FRAC_PI_2)?;
-    // Blender and three.js write equal cones for a spot without a soft edge.
-    if inner_cone_radians > outer_cone_radians {
-        let message = format!(
-            "the inner cone, {inner_cone_radians}, must not be wider than the outer, {outer_cone_radians}; the edge of the light is hard"
-        );
-        context.warn(cone.pointer, message);
-    }
+    check_cones(context, inner_cone_radians, outer_cone_radians, &cone.pointer);
     Ok(LightKind::Spot { inner_cone_radians: inner_cone_radians.min(outer_cone_radians), outer_cone_radians })
+}
+
+/// Warns of an inner cone that is wider than the outer. Blender and three.js write equal cones for a spot without a soft edge. `pointer` names
+/// the spot or the values of an animation.
+pub(super) fn check_cones(context: &mut Context, inner_radians: f32, outer_radians: f32, pointer: &str) {
+    if inner_radians > outer_radians {
+        let message = format!(
+            "the inner cone, {inner_radians}, must not be wider than the outer, {outer_radians}; the edge of the light is hard"
+        );
+        context.warn(pointer, message);
+    }
 }
 
 /// The light of the node `raw`; the file has `light_count` lights.

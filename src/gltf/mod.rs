@@ -11,7 +11,7 @@
 //!   `resources` and `uri` load external files.
 //! - Data: `bounds` checks accessors, `accessor` reads them, `meshopt` and `draco` decompress.
 //! - Scene: `mesh`, `material`, `variants`, `image` (with `encoded_image` and `image_budget`), `mip_maps`, `node`, `skin`,
-//!   `instancing`, `camera`, `light`, `image_light` and `animation` (with `pointer`).
+//!   `instancing`, `camera`, `light`, `image_light` and `animation` (with `pointer`, `keyframe_checks` and `animated_order`).
 //!
 //! Not done here: posing, evaluation of animations, sRGB decoding of textures. Points and lines are not imported.
 
@@ -19,6 +19,7 @@
 
 mod accessor;
 mod animated_matrix;
+mod animated_order;
 mod animation;
 mod attributes;
 mod bounds;
@@ -45,6 +46,7 @@ mod image_budget;
 mod image_light;
 mod influences;
 mod instancing;
+mod keyframe_checks;
 mod light;
 mod material;
 mod mesh;
@@ -158,7 +160,7 @@ fn import_file(
     let skins = skin::import(&mut context, &data)?;
     let light_counts = LightCounts { punctual: lights.len(), image_based: image_lights.len() };
     let mut hierarchy = node::import(&mut context, &data, &meshes, &skins, light_counts)?;
-    let targets = AnimationTargets { nodes: &hierarchy.nodes, meshes: &meshes };
+    let targets = AnimationTargets::new(&hierarchy.nodes, &meshes, &lights, &cameras);
     let (animations, ignored_channels) = animation::import(&mut context, &data, &targets)?;
     animated_matrix::decompose(&mut context, &mut hierarchy.nodes, &animations);
     context.keep_since(used_before);

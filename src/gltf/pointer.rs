@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 
 use super::document::Document;
 use super::extension_names::{EMISSIVE_STRENGTH, IMAGE_LIGHTS, IOR, LIGHTS, SPECULAR, SPECULAR_GLOSSINESS};
-use super::raw::{ANY, Raw};
+use super::raw::{ANY, POSITIVE, Raw};
 use crate::scene::{
     AnimationTarget, CameraIndex, CameraProperty, ImageLightIndex, ImageLightProperty, LightIndex,
     LightProperty, MaterialIndex, MaterialProperty, MeshIndex, NodeIndex, TextureSlot,
@@ -160,7 +160,8 @@ pub(super) fn resolve(document: &Document, pointer: &str) -> Option<Property> {
         }
         "cameras" => {
             let property = find(&CAMERA, path)?;
-            Some(number(AnimationTarget::Camera(CameraIndex(index), property), 1, property.range()))
+            let range = if path == "perspective/znear" { POSITIVE } else { property.range() };
+            Some(number(AnimationTarget::Camera(CameraIndex(index), property), 1, range))
         }
         _ => None,
     }

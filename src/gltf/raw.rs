@@ -183,7 +183,7 @@ pub(super) fn without_rounding_below(value: f32, low: f32) -> f32 {
     if value < low && value >= low - TOLERANCE { low } else { value }
 }
 
-/// Checks that `value` is finite and in `range`. A rounding error beyond a limit is clamped to it.
+/// Checks that `value` is finite and in `range`. A rounding error beyond a limit is clamped to it, but zero is not [`POSITIVE`].
 pub(super) fn check_range(
     context: &Context,
     value: f32,
@@ -191,7 +191,7 @@ pub(super) fn check_range(
     pointer: &str,
 ) -> Result<f32> {
     let (low, high) = (*range.start(), *range.end());
-    let value = without_rounding_below(value, low);
+    let value = if low == f32::MIN_POSITIVE { value } else { without_rounding_below(value, low) };
     if value.is_finite() && range.contains(&value) {
         return Ok(value);
     }
@@ -232,6 +232,8 @@ fn clamp_to_unit<const N: usize>(
 pub(super) const ANY: std::ops::RangeInclusive<f32> = f32::MIN..=f32::MAX;
 /// Range of all non-negative finite numbers.
 pub(super) const NOT_NEGATIVE: std::ops::RangeInclusive<f32> = 0.0..=f32::MAX;
+/// Range of all positive finite numbers.
+pub(super) const POSITIVE: std::ops::RangeInclusive<f32> = f32::MIN_POSITIVE..=f32::MAX;
 /// Range from zero to one.
 pub(super) const UNIT: std::ops::RangeInclusive<f32> = 0.0..=1.0;
 

@@ -126,7 +126,6 @@ const ANY: RangeInclusive<f32> = f32::MIN..=f32::MAX;
 const UNIT: RangeInclusive<f32> = 0.0..=1.0;
 const NOT_NEGATIVE: RangeInclusive<f32> = 0.0..=f32::MAX;
 const AT_LEAST_ONE: RangeInclusive<f32> = 1.0..=f32::MAX;
-const POSITIVE: RangeInclusive<f32> = f32::MIN_POSITIVE..=f32::MAX;
 
 impl MaterialProperty {
     /// Number of components.
@@ -167,12 +166,12 @@ impl MaterialProperty {
             | Self::AlphaCutoff
             | Self::Ior
             | Self::Thickness
+            | Self::AttenuationDistance
             | Self::Dispersion
             | Self::SpecularColor
             | Self::IridescenceThicknessMinimum
             | Self::IridescenceThicknessMaximum => NOT_NEGATIVE,
             Self::IridescenceIor => AT_LEAST_ONE,
-            Self::AttenuationDistance => POSITIVE,
             Self::NormalScale
             | Self::ClearCoatNormalScale
             | Self::AnisotropyRotation
@@ -198,6 +197,12 @@ pub(crate) fn set_material(material: &mut Material, property: MaterialProperty, 
         }
         // As in the file itself, an index below 1 is taken for 1, but for 0, which means no Fresnel effect.
         MaterialProperty::Ior => material.ior = if first > 0.0 { first.max(1.0) } else { 0.0 },
+        // The import writes the largest number for 0, which means infinite.
+        MaterialProperty::AttenuationDistance => {
+            if let Some(volume) = &mut material.volume {
+                volume.attenuation_distance = if first < f32::MAX { first } else { f32::INFINITY };
+            }
+        }
         MaterialProperty::Glossiness => {
             if let Some(glossiness) = &mut material.glossiness {
                 glossiness.factor = first;
@@ -238,7 +243,6 @@ fn number(material: &mut Material, property: MaterialProperty) -> Option<&mut f3
         MaterialProperty::OcclusionStrength => &mut material.occlusion_texture.as_mut()?.strength,
         MaterialProperty::Transmission => &mut material.transmission.as_mut()?.factor,
         MaterialProperty::Thickness => &mut material.volume.as_mut()?.thickness,
-        MaterialProperty::AttenuationDistance => &mut material.volume.as_mut()?.attenuation_distance,
         MaterialProperty::Dispersion => &mut material.dispersion,
         MaterialProperty::Specular => &mut material.specular.as_mut()?.factor,
         MaterialProperty::ClearCoat => &mut coat?.factor,
@@ -291,11 +295,11 @@ fn texture(material: &mut Material, slot: TextureSlot) -> Option<&mut TextureRef
         TextureSlot::Occlusion => material.occlusion_texture.as_mut().map(|occlusion| &mut occlusion.texture),
         TextureSlot::Emissive => material.emissive_texture.as_mut(),
         TextureSlot::Transmission => material.transmission.as_mut()?.texture.as_mut(),
+        TextureSlot::Thickness => None,
         TextureSlot::Specular => material.specular.as_mut()?.texture.as_mut(),
         TextureSlot::SpecularColor | TextureSlot::SpecularGlossiness => {
             material.specular.as_mut()?.color_texture.as_mut()
         }
-        TextureSlot::Thickness => None,
         TextureSlot::ClearCoat => coat?.texture.as_mut(),
         TextureSlot::ClearCoatRoughness => coat?.roughness_texture.as_mut(),
         TextureSlot::ClearCoatNormal => coat?.normal_texture.as_mut().map(|normal| &mut normal.texture),

@@ -24,6 +24,8 @@ use crate::scene::{AlphaMode, Material};
 
 use texture_info::{normal_texture, occlusion_texture};
 
+pub(super) use transmission::{distance_or_infinite, ior_or_one};
+
 /// Imports all materials and appends the default material.
 pub(super) fn import(
     context: &mut Context,

@@ -20,7 +20,8 @@ pub(super) fn apply(
     textures: &mut TextureTable,
 ) -> Result<()> {
     if let Some(extension) = raw.extension_object(context, IOR)? {
-        material.ior = ior(context, &extension)?;
+        let ior = extension.number(context, "ior", 1.5, NOT_NEGATIVE)?;
+        material.ior = ior_or_one(context, ior, &format!("{}/ior", extension.pointer));
     }
     if let Some(extension) = raw.extension_object(context, TRANSMISSION)? {
         let factor = extension.unit(context, "transmissionFactor", 0.0)?;
@@ -48,14 +49,23 @@ pub(super) fn apply(
     Ok(())
 }
 
-fn ior(context: &mut Context, extension: &Raw) -> Result<f32> {
-    let ior = extension.number(context, "ior", 1.5, NOT_NEGATIVE)?;
+/// An index of refraction, which is taken for 1 where it lies between 0 and 1, with a warning. 0 means no Fresnel effect.
+pub(in crate::gltf) fn ior_or_one(context: &mut Context, ior: f32, pointer: &str) -> f32 {
     if ior > 0.0 && ior < 1.0 {
         let message = format!("is {ior}, but must be 0 or at least 1; it is taken for 1");
-        context.warn(format!("{}/ior", extension.pointer), message);
-        return Ok(1.0);
+        context.warn(pointer, message);
+        return 1.0;
     }
-    Ok(ior)
+    ior
+}
+
+/// An attenuation distance. 0 is taken for infinite, with a warning: three.js wrote it for a volume that absorbs nothing.
+pub(in crate::gltf) fn distance_or_infinite(context: &mut Context, distance: f32, pointer: &str) -> f32 {
+    if distance > 0.0 {
+        return distance;
+    }
+    context.warn(pointer, "is 0, but must be greater; it is taken for infinite");
+    f32::INFINITY
 }
 
 /// Reads the volume. `None` if its thickness is zero and cannot be animated. The ray tracer measures the thickness itself,
@@ -63,16 +73,13 @@ fn ior(context: &mut Context, extension: &Raw) -> Result<f32> {
 fn volume(context: &mut Context, extension: &Raw) -> Result<Option<Volume>> {
     let thickness = extension.number(context, "thicknessFactor", 0.0, NOT_NEGATIVE)?;
     let color = extension.units(context, "attenuationColor", [1.0; 3])?;
-    let mut distance = match extension.field("attenuationDistance") {
-        Some(_) => extension.number(context, "attenuationDistance", 1.0, NOT_NEGATIVE)?,
+    let distance = match extension.field("attenuationDistance") {
+        Some(field) => {
+            let distance = extension.number(context, "attenuationDistance", 1.0, NOT_NEGATIVE)?;
+            distance_or_infinite(context, distance, &field.pointer)
+        }
         None => f32::INFINITY,
     };
-    // three.js wrote 0 for a volume that absorbs nothing.
-    if distance == 0.0 {
-        let pointer = format!("{}/attenuationDistance", extension.pointer);
-        context.warn(pointer, "is 0, but must be greater; it is taken for infinite");
-        distance = f32::INFINITY;
-    }
     Ok((thickness > 0.0 || context.animates_properties).then_some(Volume {
         thickness,
         attenuation_distance: distance,

@@ -3,6 +3,7 @@
 #![expect(clippy::arithmetic_side_effects, reason = "an overflow in a test is a failed test")]
 
 mod accessors;
+mod animated_values;
 mod animations;
 mod coordinate_steps;
 mod exporters;

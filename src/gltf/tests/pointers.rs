@@ -356,10 +356,14 @@ fn values_that_must_be_positive_are_told_as_such() {
     for (pointer, expected) in [
         ("/extensions/KHR_lights_punctual/lights/0/range", "is -1, but must be a finite number above 0"),
         ("/cameras/0/perspective/yfov", "is -1, but must lie above 0 and be at most 3.1412"),
+        ("/cameras/0/perspective/znear", "is -1, but must be a finite number above 0"),
     ] {
-        let mut document = animatable();
-        animate(&mut document, pointer, "LINEAR", "SCALAR", &[1.0, -1.0]);
-        let error = document.error(65);
-        assert!(error.contains(expected), "{error}");
+        for value in [-1.0_f32, 0.0] {
+            let mut document = animatable();
+            animate(&mut document, pointer, "LINEAR", "SCALAR", &[0.05, value]);
+            let expected = expected.replace("-1", &value.to_string());
+            let error = document.error(65);
+            assert!(error.contains(&expected), "{error}");
+        }
     }
 }

@@ -39,8 +39,13 @@ impl TomlFile<'_> {
         let origin = self.origin(entry.at);
         let wrong =
             |why: String| SettingError { setting: definition.name.to_owned(), origin: origin.clone(), why };
+        // The value that a text is without its quotes must be valid, too.
+        let check = |value: &DeValue<'_>| {
+            let texts = texts(definition.form, value).unwrap_or_default();
+            texts.iter().try_for_each(|text| definition.parse(&mut Settings::default(), text, &origin))
+        };
         let texts = texts(definition.form, entry.value)
-            .ok_or_else(|| wrong(wrong_kind(entry.value, &definition.form.expected())))?;
+            .ok_or_else(|| wrong(wrong_kind(entry.value, &definition.form.expected(), check)))?;
         let folder = self.path.parent().unwrap_or(Path::new(""));
         if definition.origin(settings).is_some() {
             return Err(wrong("is set twice".to_owned()).into());

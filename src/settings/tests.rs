@@ -102,6 +102,14 @@ fn errors_name_file_line_and_column() {
         ("samples = 1.5", &["write a whole number"]),
         ("camera = 0", &["camera: expected a text in quotes, found a number"]),
         ("samples = '4'", &["samples: expected a number, found a text; write 4 without quotes"]),
+        (
+            "samples = '1.5'",
+            &[
+                ":1:1: samples: expected a number without quotes, found a text; write a whole number from 1 to 65536",
+            ],
+        ),
+        ("samples = '1_000'", &["expected a number, found a text; write 1_000 without quotes"]),
+        ("samples = '1_000_000'", &["expected a number without quotes, found a text; write a whole number"]),
         ("resume = 'true'", &["expected true or false, found a text; write true without quotes"]),
         (
             "scene = \"C:\\x\"",

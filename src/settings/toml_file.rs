@@ -8,7 +8,7 @@ use crate::error::{Error, Provenance, Result, SettingError};
 
 use super::nearest::nearest;
 use super::text_file::location;
-use super::toml_value::kind;
+use super::toml_value::{kind, number};
 
 /// A file of TOML and its text.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +66,24 @@ impl<'a> TomlFile<'a> {
 
     /// An error about a value of another kind than `expected`.
     pub(crate) fn wrong_kind(&self, entry: TomlEntry<'_>, expected: &str) -> Error {
-        self.wrong_value(entry, wrong_kind(entry.value, expected))
+        self.wrong_value(entry, wrong_kind(entry.value, expected, |_| Ok(())))
+    }
+
+    /// A number that `check` accepts; what it returns otherwise says what to write.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] with line and column of another value.
+    pub(crate) fn number(
+        &self,
+        entry: TomlEntry<'_>,
+        check: impl Fn(f64) -> std::result::Result<(), &'static str>,
+    ) -> Result<f64> {
+        let check_value = |value: &DeValue<'_>| number(value).map_or(Ok(()), &check).map_err(str::to_owned);
+        let Some(number) = number(entry.value) else {
+            return Err(self.wrong_value(entry, wrong_kind(entry.value, "a number", check_value)));
+        };
+        check(number).map_err(|why| self.wrong_value(entry, why))?;
+        Ok(number)
     }
 
     fn not_toml(&self, error: &toml::de::Error) -> Error {
@@ -89,20 +106,30 @@ impl<'a> TomlFile<'a> {
 const BACKSLASHES: &str =
     "; a backslash in \"…\" begins an escape: write the text in single quotes, such as 'C:\\robot.glb'";
 
-/// Whether a text is a number of TOML: not all that Rust parses are.
-fn is_toml_number(text: &str) -> bool {
-    DeValue::parse(text).is_ok_and(|value| matches!(value.get_ref(), DeValue::Integer(_) | DeValue::Float(_)))
+/// The value that the text would be without its quotes, where `expected` names such a value: not all numbers that Rust parses are TOML.
+fn unquoted<'t>(text: &'t str, expected: &str) -> Option<DeValue<'t>> {
+    let value = DeValue::parse(text).ok()?.into_inner();
+    let is_expected = match value {
+        DeValue::Boolean(_) => expected.contains(text),
+        DeValue::Integer(_) | DeValue::Float(_) => expected.contains("number"),
+        _ => false,
+    };
+    is_expected.then_some(value)
 }
 
-/// `expected a number, found a text; write 4 without quotes`.
-pub(super) fn wrong_kind(value: &DeValue<'_>, expected: &str) -> String {
-    let is_expected = |text: &str| match text {
-        "true" | "false" => expected.contains(text),
-        _ => expected.contains("number") && is_toml_number(text),
-    };
-    let unquoted = value.as_str().map(str::trim).filter(|text| is_expected(text));
-    let hint = unquoted.map(|text| format!("; write {text} without quotes")).unwrap_or_default();
-    format!("expected {expected}, found {}{hint}", kind(value))
+/// `expected a number, found a text; write 4 without quotes`. `check` says what to write where the value is wrong without quotes, too.
+pub(super) fn wrong_kind(
+    value: &DeValue<'_>,
+    expected: &str,
+    check: impl Fn(&DeValue<'_>) -> std::result::Result<(), String>,
+) -> String {
+    let text = value.as_str().map(str::trim);
+    let found = kind(value);
+    match text.and_then(|text| Some((text, check(&unquoted(text, expected)?)))) {
+        None => format!("expected {expected}, found {found}"),
+        Some((text, Ok(()))) => format!("expected {expected}, found {found}; write {text} without quotes"),
+        Some((_, Err(why))) => format!("expected {expected} without quotes, found {found}; {why}"),
+    }
 }
 
 /// The entries of a table in the order of the lines.
@@ -123,10 +150,10 @@ mod tests {
     #[test]
     fn numbers_are_those_that_toml_reads() {
         for text in ["4", "-2", "1.5", "1e3"] {
-            assert!(is_toml_number(text), "{text}");
+            assert!(unquoted(text, "a number").is_some(), "{text}");
         }
         for text in [".5", "5.", "05", "many", "true", ""] {
-            assert!(!is_toml_number(text), "{text}");
+            assert!(unquoted(text, "a number").is_none(), "{text}");
         }
     }
 }

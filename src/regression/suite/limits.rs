@@ -5,7 +5,7 @@ use toml::de::{DeTable, DeValue};
 use super::super::{Limits, Preset};
 use super::coverage::COVERAGE_KEYS;
 use crate::error::Result;
-use crate::settings::{TomlEntry, TomlFile, entries, nearest, number};
+use crate::settings::{TomlEntry, TomlFile, entries, nearest};
 
 /// Name of the table.
 const TEST: &str = "test";
@@ -67,9 +67,7 @@ impl PresetLimits {
             let limit = self.limits.named_mut(entry.key).ok_or_else(|| {
                 file.unknown_key(entry, "a key of [test]", &[&KEYS[..], &COVERAGE_KEYS].concat())
             })?;
-            let value = number(entry.value).ok_or_else(|| file.wrong_kind(entry, "a number"))?;
-            Limits::check(entry.key, value).map_err(|remedy| file.wrong_value(entry, remedy))?;
-            *limit = value;
+            *limit = file.number(entry, |value| Limits::check(entry.key, value))?;
         }
         Ok(self)
     }
@@ -151,6 +149,10 @@ mod tests {
                 "suite.toml:3:2: \"mean_flipp\" is not a key of [test]; did you mean \"mean_flip\"?",
             ),
             ("mean_flip = 'low'", "suite.toml:2:1: mean_flip: expected a number, found a text"),
+            (
+                "mean_flip = '5'",
+                "suite.toml:2:1: mean_flip: expected a number without quotes, found a text; write a number from 0 to 1, or inf for no limit",
+            ),
             ("brightness = -1", "suite.toml:2:1: brightness: write a number from 0, or inf for no limit"),
             ("mean_flip = 5", "suite.toml:2:1: mean_flip: write a number from 0 to 1, or inf for no limit"),
             (

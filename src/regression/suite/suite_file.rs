@@ -7,7 +7,7 @@ use toml::de::{DeTable, DeValue};
 use super::coverage::Coverage;
 use super::limits::PresetLimits;
 use crate::error::Result;
-use crate::settings::{TomlEntry, TomlFile, entries, is_setting, number, read_text};
+use crate::settings::{TomlEntry, TomlFile, entries, is_setting, read_text};
 use crate::shot::is_shot;
 
 /// The name of suite files.
@@ -94,10 +94,10 @@ fn excluded(file: &TomlFile<'_>, entry: TomlEntry<'_>) -> Result<Vec<PathBuf>> {
 }
 
 fn kib(file: &TomlFile<'_>, entry: TomlEntry<'_>) -> Result<u64> {
-    let number = number(entry.value).ok_or_else(|| file.wrong_kind(entry, "a number"))?;
-    if number < 0.0 || number.fract() != 0.0 || !number.is_finite() {
-        return Err(file.wrong_value(entry, "write a whole number of KiB from 0"));
-    }
+    let number = file.number(entry, |number| {
+        let is_whole = number >= 0.0 && number.fract() == 0.0 && number.is_finite();
+        if is_whole { Ok(()) } else { Err("write a whole number of KiB from 0") }
+    })?;
     Ok(number as u64)
 }
 
@@ -303,6 +303,10 @@ mod tests {
             (
                 "[test]\ntile_flip = \"0.1\"",
                 "tile_flip: expected a number, found a text; write 0.1 without quotes",
+            ),
+            (
+                "max_reference_kib = \"0.5\"",
+                "expected a number without quotes, found a text; write a whole number of KiB from 0",
             ),
             ("max_reference_kib = \"many\"", "max_reference_kib: expected a number, found a text"),
         ] {

@@ -364,6 +364,16 @@ mod tests {
     }
 
     #[test]
+    fn a_word_after_a_percent_sign_is_a_missing_file() {
+        let files = folder(&["50%.exr", "b.1.exr"]);
+        let [word, pattern, file] =
+            ["50%done.exr", "50%d.exr", "b.1.exr"].map(|name| files.path().join(name));
+        assert!(!is_sequence(&word).unwrap() && is_sequence(&pattern).unwrap());
+        assert_eq!(pair_files(&word, &file).unwrap().pairs[0].actual, word);
+        assert_eq!(pair_files(&pattern, &file).unwrap_err().exit_code(), 2);
+    }
+
+    #[test]
     fn two_files_of_one_frame_number_are_an_error() {
         let (ours, theirs) = (folder(&["a.01.exr", "a.002.exr", "a.1.exr"]), folder(&["a.1.exr", "a.2.exr"]));
         for error in [pair_files(ours.path(), theirs.path()), pair_files(theirs.path(), ours.path())] {

@@ -81,6 +81,11 @@ fn is_escape(bytes: &[u8]) -> bool {
     matches!(bytes, [b'%', b'%' | b'#' | b'{', ..])
 }
 
+/// Whether a byte of a name belongs to a letter. `%d` before one is no frame number: `50%done.exr` is a word.
+pub(super) fn is_letter(byte: u8) -> bool {
+    byte.is_ascii_alphabetic() || !byte.is_ascii()
+}
+
 /// Width and length of the frame placeholder at the beginning of `bytes`.
 fn frame_place(bytes: &[u8]) -> Result<Option<(usize, usize)>, String> {
     match bytes {
@@ -89,6 +94,9 @@ fn frame_place(bytes: &[u8]) -> Result<Option<(usize, usize)>, String> {
             Ok(Some((width, width)))
         }
         _ if is_escape(bytes) => Ok(None),
+        [b'%', b'd', next, ..] if is_letter(*next) => {
+            Err("%d before a letter in a name must be %01d, or %%d for the text itself".to_owned())
+        }
         [b'%', rest @ ..] => closed_place(rest, b'd')
             .map(|(width, length)| Some((width, length + 1)))
             .ok_or_else(|| "a % in a name must be %04d, %d, or %% for a percent sign".to_owned()),

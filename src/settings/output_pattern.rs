@@ -30,7 +30,7 @@ pub struct OutputPattern {
 const MAIN_LAYER: &str = "beauty";
 impl OutputPattern {
     /// Parses `####` (any number), `%04d`, `%d`, `{frame:04}` and `{frame}`; `{layer}`; each [`Placeholder`]; `%%`, `%#` and `%{` are the second
-    /// character itself.
+    /// character itself. `%d` before a letter is an error.
     ///
     /// # Errors
     /// One line: an unknown extension, a folder, an unknown placeholder, or a place for the frame that is not valid.

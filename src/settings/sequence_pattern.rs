@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-use super::name_parts::{Part, filled, is_numbered, parse_parts};
+use super::name_parts::{Part, filled, is_letter, is_numbered, parse_parts};
 use super::output_pattern::OutputPattern;
 use super::placeholder::os_string;
 use super::plate_pattern::numbers_in;
@@ -17,7 +17,7 @@ pub struct SequencePattern {
 
 impl SequencePattern {
     /// Parses what [`OutputPattern::parse`] does, with any extension. The name of a folder that exists stands for itself. `None` where there
-    /// is no place for the frame number.
+    /// is no place for the frame number, as in `50%done.exr`: `%d` before a letter is none.
     ///
     /// # Errors
     /// One line: a place for the frame number that is not valid, and a placeholder of another kind.
@@ -72,11 +72,12 @@ impl SequencePattern {
     }
 }
 
-/// Whether a name has what looks like a place for the frame number: `#`, `%4d` or `{frame`.
+/// Whether a name has what looks like a place for the frame number: `#`, `%4d` or `{frame`, and not `%d` before a letter.
 fn has_frame_place(name: &[u8]) -> bool {
     let is_conversion = |rest: &[u8]| {
         let digits = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
-        rest.get(digits) == Some(&b'd')
+        let is_word = digits == 0 && rest.get(1).is_some_and(|&next| is_letter(next));
+        rest.get(digits) == Some(&b'd') && !is_word
     };
     (0..name.len()).any(|at| match &name[at..] {
         [b'#', ..] => true,
@@ -100,13 +101,17 @@ mod tests {
             ("nowhere/x####/y####.exr", "nowhere/", "x0003", &[3]),
             ("a.#.exr", "", "a.20240115123000.exr", &[20_240_115_123_000]),
             ("a.#.exr", "", "a.99999999999999999999.exr", &[]),
+            ("nowhere/50%d.exr", "nowhere/", "507.exr", &[7]),
+            ("nowhere/a%d_b.exr", "nowhere/", "a7_b.exr", &[7]),
+            ("nowhere/50%01done.exr", "nowhere/", "507one.exr", &[7]),
             ("nowhere/50%%/{frame}.exr", "nowhere/50%/", "12.exr", &[12]),
         ] {
             let pattern = SequencePattern::parse(Path::new(pattern)).unwrap().unwrap();
             assert_eq!(pattern.folder(), Path::new(folder));
             assert_eq!(pattern.frames_of(OsStr::new(name)), frames.iter().copied().collect(), "{name}");
         }
-        for path in ["a.exr", "%%d.exr", "50%.exr", "{name}.exr", "..", ""] {
+        let words = ["50%done.exr", "50%détail.exr", "%dämmerung.exr"];
+        for path in ["a.exr", "%%d.exr", "50%.exr", "{name}.exr", "..", ""].into_iter().chain(words) {
             assert_eq!(SequencePattern::parse(Path::new(path)), Ok(None), "{path}");
         }
     }
@@ -116,6 +121,7 @@ mod tests {
         for (path, words) in [
             ("a.%4d.exr", "a % in a name must be %04d, %d, or %% for a percent sign"),
             ("50%_####.exr", "a % in a name must be"),
+            ("50%done.####.exr", "%d before a letter in a name must be %01d, or %%d for the text itself"),
             ("{name}.####.exr", "{name} is no placeholder"),
             ("a.{frame:4}.exr", "must be {frame:04} or {frame}"),
             ("{layer}.####.exr", "{layer} has no meaning in the names of frames that exist"),

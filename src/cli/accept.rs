@@ -7,7 +7,8 @@ use clap::Args;
 use super::render_options::message;
 use super::suite_options::SuiteOption;
 use super::summary::counted;
-use crate::progress::{print_error, print_output};
+use crate::progress::{one_line, print_error, print_output};
+use rayframe::error::exit_code::permanence;
 use rayframe::error::{Error, Result};
 use rayframe::regression::suite::{
     self, Acceptance, Approval, Pending, PendingKind, PendingSelection, Suite, Unopened,
@@ -61,13 +62,16 @@ pub(super) fn accept(args: &AcceptArgs) -> Result<()> {
         None => chosen(args, selection),
     };
     let mut acceptance = Acceptance::new(&suite);
-    // Of all shots, those that can be opened.
+    // Without a name, those that can be accepted; otherwise all or none.
     let is_of_all = args.which.filter.is_empty() && args.approvals.is_none();
-    let (chosen, unopened) = if is_of_all { acceptance.opened(chosen) } else { (chosen, Vec::new()) };
-    // All or nothing.
-    for pending in &chosen {
-        acceptance.check(pending)?;
-    }
+    let (chosen, left) = if is_of_all {
+        let (opened, unopened) = acceptance.opened(chosen);
+        let (permitted, refused) = acceptance.permitted(opened);
+        (permitted, NotAccepted { unopened, refused })
+    } else {
+        chosen.iter().try_for_each(|pending| acceptance.check(pending))?;
+        (chosen, NotAccepted::default())
+    };
     for pending in &chosen {
         acceptance.accept(pending)?;
         print_output(&done(pending.kind, &pending.reference));
@@ -83,30 +87,50 @@ pub(super) fn accept(args: &AcceptArgs) -> Result<()> {
             args.which.suite.shown(),
             if left_changed == 1 { "it" } else { "them" }
         ));
-    } else if chosen.is_empty() && unopened.is_empty() {
+    } else if chosen.is_empty() && left.is_empty() {
         print_output(&match (&args.approvals, args.changed) {
             (Some(_), _) => "all approved changes are applied already".to_owned(),
             (None, true) => "no pending images that changed within the limits".to_owned(),
             (None, false) => nothing_pending(&args.which.filter),
         });
     }
-    result_of(unopened)
+    left.result()
 }
 
-/// Tells which changes stay pending, as their shots cannot be opened.
-///
-/// # Errors
-/// The error of the last shot, after those of the others are printed.
-fn result_of(mut unopened: Vec<Unopened>) -> Result<()> {
-    for Unopened { shot, changes, .. } in &unopened {
-        let images = counted(*changes as u64, "pending image");
-        print_output(&format!("not accepted: {images} of {shot}, which cannot be opened"));
+/// What stays pending, as it cannot be accepted.
+#[derive(Debug, Default)]
+struct NotAccepted {
+    unopened: Vec<Unopened>,
+    refused: Vec<(Pending, Error)>,
+}
+
+impl NotAccepted {
+    fn is_empty(&self) -> bool {
+        self.unopened.is_empty() && self.refused.is_empty()
     }
-    let last = unopened.pop();
-    for Unopened { error, .. } in &unopened {
-        print_error(&message(error));
+
+    /// Tells which changes stay pending.
+    ///
+    /// # Errors
+    /// The last of the most permanent errors, after the others are printed.
+    fn result(self) -> Result<()> {
+        for (pending, _) in &self.refused {
+            print_output(&one_line(&format!("not accepted: {}", pending.file.display())));
+        }
+        for Unopened { shot, changes, .. } in &self.unopened {
+            let images = counted(*changes as u64, "pending image");
+            print_output(&format!("not accepted: {images} of {shot}, which cannot be opened"));
+        }
+        let refused = self.refused.into_iter().map(|(_, error)| error);
+        let mut errors: Vec<Error> =
+            refused.chain(self.unopened.into_iter().map(|unopened| unopened.error)).collect();
+        errors.sort_by_key(|error| permanence(error.exit_code()));
+        let last = errors.pop();
+        for error in &errors {
+            print_error(&message(error));
+        }
+        last.map_or(Ok(()), Err)
     }
-    last.map_or(Ok(()), |last| Err(last.error))
 }
 
 /// The changes that the options select, and the number of changes within the limits that they leave. Only `--changed` or an exact name

@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
 
 use super::covered_jobs::ShotImages;
 use super::names::compared_path;
@@ -9,7 +12,8 @@ use super::pending::{owner_text, remove_file};
 use super::rendered_images::reference_hash;
 use super::{Pending, PendingKind, Suite, SuiteShot, is_ci, shell_word};
 use crate::error::{Error, Result};
-use crate::image_file::{MAX_LFS_POINTER_BYTES, check_fetched, read_regular_file};
+use crate::image_file::{ExrIntegrity, MAX_LFS_POINTER_BYTES, check_fetched, read_regular_file, verify_exr};
+use crate::regression::Image;
 
 /// A shot that cannot be opened.
 #[derive(Debug)]
@@ -73,11 +77,24 @@ impl<'a> Acceptance<'a> {
         (opened, unopened)
     }
 
+    /// Splits the changes into those that [`Acceptance::check`] permits, and the others with its errors. Renders nothing.
+    pub fn permitted(&mut self, changes: Vec<Pending>) -> (Vec<Pending>, Vec<(Pending, Error)>) {
+        let (mut permitted, mut refused) = (Vec::new(), Vec::new());
+        for pending in changes {
+            match self.check(&pending) {
+                Ok(()) => permitted.push(pending),
+                Err(error) => refused.push((pending, error)),
+            }
+        }
+        (permitted, refused)
+    }
+
     /// Checks whether [`Acceptance::accept`] would apply the change. Renders nothing.
     ///
     /// # Errors
     /// [`Error::Usage`] where `CI` is set; [`Error::Different`] when the reference or the shots have changed since the image was
-    /// rendered; [`Error::Invalid`] when Git LFS has not fetched the reference; [`Error::Refused`] when it is larger than the suite allows; errors of opening its shot.
+    /// rendered; [`Error::Invalid`] when Git LFS has not fetched the reference, or the image cannot be decoded; [`Error::Refused`] when it is
+    /// larger than the suite allows; errors of opening its shot.
     pub fn check(&mut self, pending: &Pending) -> Result<()> {
         if is_ci() {
             return Err(Error::usage(
@@ -109,7 +126,7 @@ impl<'a> Acceptance<'a> {
         let bytes = std::fs::metadata(&pending.file).map_err(Error::missing(&pending.file))?.len();
         match self.suite.too_large(bytes) {
             Some(message) => Err(Error::refused(&pending.file, "", message)),
-            None => Ok(()),
+            None => check_image(&pending.file),
         }
     }
 
@@ -150,5 +167,14 @@ impl<'a> Acceptance<'a> {
             Entry::Occupied(known) => Ok(known.into_mut()),
             Entry::Vacant(unknown) => Ok(unknown.insert(ShotImages::of(self.suite, shot)?)),
         }
+    }
+}
+
+/// Checks that a file holds an image, as a reference must. Only images without a right checksum are decoded.
+fn check_image(path: &Path) -> Result<()> {
+    let file = File::open(path).map_err(Error::missing(path))?;
+    match verify_exr(&mut BufReader::new(file)) {
+        Ok(ExrIntegrity::Whole) => Ok(()),
+        _ => Image::read(path).map(drop),
     }
 }

@@ -53,6 +53,30 @@ fn scenes_that_cannot_be_opened_do_not_keep_others_from_being_accepted() {
 }
 
 #[test]
+fn images_that_cannot_be_decoded_do_not_keep_others_from_being_accepted() {
+    let stage = pending();
+    let image = std::fs::read(stage.path("references/point_far.exr.new")).unwrap();
+    std::fs::write(stage.path("references/point_far.exr.new"), &image[..image.len() / 2]).unwrap();
+    stage.write("references/sun.exr.new", "no image");
+    let [far, sun] =
+        ["references/point_far.exr.new: not a readable OpenEXR", "references/sun.exr.new: is neither"];
+    // A name, or a part of one, is accepted all or none.
+    stage.run(&["accept", "point"]).ends(0, &["added references/point.exr"]);
+    stage.run(&["accept", "sun"]).ends(65, &[sun]);
+    std::fs::remove_file(stage.path("references/point.exr")).unwrap();
+    stage.run(&["test", "point"]).ends(1, &["no reference"]);
+    stage.run(&["accept", "poi"]).ends(65, &[far]);
+    assert_eq!(stage.references(), ["point.exr.new", "point_far.exr.new", "sun.exr.new"]);
+    let ran = stage.run(&["accept"]);
+    ran.ends(65, &["added references/point.exr", "not accepted: references/point_far.exr.new", far]);
+    ran.ends(65, &["not accepted: references/sun.exr.new", sun]);
+    assert_eq!(stage.references(), ["point.exr", "point_far.exr.new", "sun.exr.new"]);
+    // The test renders them again.
+    stage.run(&["test"]).ends(1, &["1 image identical"]);
+    stage.run(&["accept"]).ends(0, &["added references/point_far.exr", "added references/sun.exr"]);
+}
+
+#[test]
 fn review_asks_about_each_image() {
     let stage = pending();
     let ran = stage.run_with(&["review"], "a\nwhat\nr\n", None);
@@ -211,11 +235,13 @@ fn images_that_their_shot_no_longer_renders_are_not_accepted() {
     let references = stage.references();
     stage.write("suite.toml", &SUITE.replace("frames = 0", "frames = [0, 1]"));
     let why = "point.0012.exr.new: the shot point does not render it any more";
-    stage.run(&["accept"]).ends(1, &[why, "rayframe reject point.0012.exr discards it"]);
+    stage.run(&["accept", "point"]).ends(1, &[why, "rayframe reject point.0012.exr discards it"]);
     stage.run_with(&["review", "point.0012"], "a\n", None).ends(1, &[why]);
     assert_eq!(stage.references(), references);
+    let told = ["replaced references/point.0000.exr", "not accepted: references/point.0012.exr.new", why];
+    stage.run(&["accept"]).ends(1, &told);
     stage.run(&["reject", "point.0012.exr"]).ends(0, &["rejected point.0012"]);
-    stage.run(&["accept"]).ends(0, &["replaced references/point.0000.exr"]);
+    stage.run(&["accept"]).ends(0, &["no pending images"]);
     // A removal of a frame that the shot renders again.
     stage.run(&["test"]).ends(1, &["FAIL point.0012", "no shot renders this reference"]);
     stage.write("suite.toml", &frames);

@@ -3,7 +3,7 @@
 use glam::{Mat4, Vec3};
 
 use rayframe::framing::{CameraRule, ResolvedCamera, resolve_camera};
-use rayframe::scene::{Projection, Scene, SelectedCamera, Selection, ViewRequest};
+use rayframe::scene::{Projection, Scene, SelectedCamera, Selection, ViewRequest, look_along};
 
 /// `camera "name"`, or what decided the camera, with the options that keep an automatic one.
 pub(super) fn camera_text(scene: &Scene, selection: &Selection, rule: CameraRule) -> String {
@@ -44,7 +44,16 @@ fn placing_options(camera: Mat4, projection: &Projection) -> String {
     };
     let ahead = position - camera.z_axis.truncate() * distance;
     let [position, ahead] = [position, ahead].map(|point| point_text(point, distance));
-    format!("--camera-position {position} --look-at {ahead}{lens}")
+    let roll = rounded(roll_degrees(camera));
+    let roll = if roll == "0" { String::new() } else { format!(" --roll {roll}") };
+    format!("--camera-position {position} --look-at {ahead}{lens}{roll}")
+}
+
+/// The roll of a camera against one that looks there with +Y up, to a thousandth of a degree.
+fn roll_degrees(camera: Mat4) -> f32 {
+    let unrolled = look_along(Vec3::ZERO, camera.z_axis.truncate(), Vec3::Y);
+    let (sine, cosine) = (-camera.y_axis.dot(unrolled.x_axis), camera.y_axis.dot(unrolled.y_axis));
+    (libm::atan2f(sine, cosine).to_degrees() * 1000.0).round() / 1000.0
 }
 
 /// Coordinates with digits that tell a ten-thousandth of `distance`, and six significant ones at least.
@@ -71,6 +80,8 @@ fn trimmed(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use rayframe::scene::rolled;
+
     use super::*;
 
     #[test]
@@ -93,6 +104,9 @@ mod tests {
         let camera = Mat4::from_translation(Vec3::new(0.0, 0.0, 4.0));
         let expected = "--camera-position 0,0,4 --look-at 0,0,0 --fov 45";
         assert_eq!(placing_options(camera, &projection), expected);
+        let sideways = rolled(camera, 0.5);
+        let expected = "--camera-position 0,0,4 --look-at 0,0,0 --fov 45 --roll 28.648";
+        assert_eq!(placing_options(sideways, &projection), expected);
         let half = 3.0 * libm::tanf(std::f32::consts::FRAC_PI_8);
         let parallel = Projection::Orthographic { x_mag: half, y_mag: half, z_near: 0.0, z_far: f32::MAX };
         let expected = "--camera-position 0,0,4 --look-at 0,0,1 --ortho";

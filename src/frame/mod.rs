@@ -11,6 +11,7 @@ mod content;
 mod deform;
 mod material_flags;
 mod mesh_instance;
+mod node_triangles;
 mod posed_nodes;
 mod surface_pose;
 mod surfaces;

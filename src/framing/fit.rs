@@ -2,9 +2,9 @@
 
 use glam::{Mat3, Mat4, Vec2, Vec3};
 
-use super::orbit::axes;
+use super::orbit::Direction;
 use super::subject::Subject;
-use crate::scene::{Orbit, Projection};
+use crate::scene::Projection;
 
 /// Share of the image that the subject fills in the direction in which it is largest.
 const FILLED: f32 = 0.8;
@@ -83,17 +83,16 @@ pub(super) fn fit_parallel(subject: &Subject<'_>, axes: Mat3, aspect_ratio: f32,
     }
 }
 
-/// The nearest camera around the subject's centre that shows the subject at all azimuths, at the one of `orbit`.
+/// The nearest camera around the subject's centre that shows the subject at all azimuths, at the one of `from`.
 pub(super) fn fit_turntable(
     subject: &Subject<'_>,
-    orbit: &Orbit,
-    up: Vec3,
+    from: &Direction,
     projection: &Projection,
     aspect_ratio: f32,
 ) -> Fitted {
     let size = fitting_size(projection, aspect_ratio);
     let mut sides = Vec::new();
-    for axes in turned_axes(orbit, up) {
+    for axes in turned_axes(from) {
         for (side, size) in [(axes.x_axis, size.x), (axes.y_axis, size.y)] {
             sides.push(axes.z_axis + side / size);
             sides.push(axes.z_axis - side / size);
@@ -104,18 +103,13 @@ pub(super) fn fit_turntable(
     let distances = supports.iter().zip(&sides).map(|(support, side)| support - side.dot(center));
     let distance = distances.fold(f32::NEG_INFINITY, f32::max);
     let distance = if distance.is_finite() { distance } else { 2.0 / size.min_element() };
-    around_center(axes(orbit, up), center, nonzero(distance, subject) * orbit.distance)
+    around_center(from.axes(), center, nonzero(distance, subject) * from.orbit.distance)
 }
 
-/// The parallel view around the subject's centre that shows the subject at all azimuths, at the one of `orbit`.
-pub(super) fn fit_parallel_turntable(
-    subject: &Subject<'_>,
-    orbit: &Orbit,
-    up: Vec3,
-    aspect_ratio: f32,
-) -> Fitted {
+/// The parallel view around the subject's centre that shows the subject at all azimuths, at the one of `from`.
+pub(super) fn fit_parallel_turntable(subject: &Subject<'_>, from: &Direction, aspect_ratio: f32) -> Fitted {
     let (mut sides, mut scales) = (Vec::new(), Vec::new());
-    for axes in turned_axes(orbit, up) {
+    for axes in turned_axes(from) {
         sides.extend([axes.x_axis, -axes.x_axis, axes.y_axis, -axes.y_axis, axes.z_axis]);
         scales.extend([1.0 / aspect_ratio, 1.0 / aspect_ratio, 1.0, 1.0, 0.0]);
     }
@@ -123,22 +117,20 @@ pub(super) fn fit_parallel_turntable(
     let supports = subject.supports(&sides);
     let reaches: Vec<_> =
         supports.iter().zip(&sides).map(|(support, side)| support - side.dot(center)).collect();
-    let axes = axes(orbit, up);
+    let axes = from.axes();
     if reaches.iter().any(|reach| !reach.is_finite()) {
-        return parallel_around_center(axes, center, orbit.distance, 1.0);
+        return parallel_around_center(axes, center, from.orbit.distance, 1.0);
     }
     let half = reaches.iter().zip(&scales).map(|(reach, scale)| reach * scale).fold(0.0, f32::max) / FILLED;
     let nearest = reaches.chunks_exact(5).map(|reaches| reaches[4]).fold(0.0, f32::max);
-    parallel_around_center(axes, center, nonzero(half, subject) * orbit.distance, nearest)
+    parallel_around_center(axes, center, nonzero(half, subject) * from.orbit.distance, nearest)
 }
 
-/// The axes of [`TURNTABLE_AZIMUTHS`] around `up`, from the one of `orbit` on.
-fn turned_axes(orbit: &Orbit, up: Vec3) -> impl Iterator<Item = Mat3> {
-    let orbit = *orbit;
-    (0..TURNTABLE_AZIMUTHS).map(move |step| {
-        let turned = f32::from(step) * (360.0 / f32::from(TURNTABLE_AZIMUTHS));
-        axes(&Orbit { azimuth_degrees: orbit.azimuth_degrees + turned, ..orbit }, up)
-    })
+/// The axes of [`TURNTABLE_AZIMUTHS`] around the vertical axis, from those of `from` on.
+fn turned_axes(from: &Direction) -> impl Iterator<Item = Mat3> {
+    let from = *from;
+    (0..TURNTABLE_AZIMUTHS)
+        .map(move |step| from.turned(f32::from(step) * (360.0 / f32::from(TURNTABLE_AZIMUTHS))).axes())
 }
 
 /// A point or nothing is seen from one metre or from the bounds' size.

@@ -1,8 +1,8 @@
 //! Directions of view: angles around the vertical axis, and their names.
 
-use glam::{Mat3, Quat, Vec3};
+use glam::{Mat3, Mat4, Quat, Vec3};
 
-use crate::scene::Orbit;
+use crate::scene::{Orbit, rolled};
 
 /// Views with a name. The front of a glTF asset faces +Z.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,8 +46,32 @@ impl NamedView {
     }
 }
 
+/// A direction of view, and how the image is turned.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Direction {
+    pub(super) orbit: Orbit,
+    /// The vertical axis, a unit vector.
+    pub(super) up: Vec3,
+    /// Rotation about the camera's axis.
+    pub(super) roll_radians: f32,
+}
+
+impl Direction {
+    /// Right, up and backward of a camera that looks from here.
+    pub(super) fn axes(&self) -> Mat3 {
+        let unrolled = Mat4::from_mat3(axes(&self.orbit, self.up));
+        Mat3::from_mat4(rolled(unrolled, self.roll_radians))
+    }
+
+    /// The direction after a turn around the vertical axis.
+    pub(super) fn turned(&self, degrees: f32) -> Self {
+        let azimuth_degrees = self.orbit.azimuth_degrees + degrees;
+        Self { orbit: Orbit { azimuth_degrees, ..self.orbit }, ..*self }
+    }
+}
+
 /// Right, up and backward of a camera that looks from the direction of `orbit`, where `up` is the vertical axis.
-pub(super) fn axes(orbit: &Orbit, up: Vec3) -> Mat3 {
+fn axes(orbit: &Orbit, up: Vec3) -> Mat3 {
     let (sin_azimuth, cos_azimuth) = sine_and_cosine(orbit.azimuth_degrees);
     let (sin_elevation, cos_elevation) = sine_and_cosine(orbit.elevation_degrees);
     let right = Vec3::new(cos_azimuth, 0.0, -sin_azimuth);

@@ -8,7 +8,7 @@ use glam::{Mat3, Mat4, Vec3};
 
 use super::fit::{Fitted, fit, fit_parallel, fit_parallel_turntable, fit_turntable};
 use super::inside::inside_camera;
-use super::orbit::axes;
+use super::orbit::Direction;
 use super::subject::Subject;
 use crate::frame::{Frame, PosedCamera};
 use crate::scene::{
@@ -106,6 +106,8 @@ struct View<'a> {
     of_file: Option<PosedCamera>,
     /// Perspective projection that frames the subject.
     lens: Projection,
+    /// Near and far plane of the file's camera, unless the camera is framed anew.
+    planes: Option<Planes>,
     target: Option<Vec3>,
     up: Vec3,
     aspect_ratio: f32,
@@ -128,13 +130,17 @@ impl<'a> View<'a> {
             (_, Some(own @ Projection::Perspective { .. })) => own,
             _ => perspective(FRAC_PI_4),
         };
+        // Planes of one place cut off what another camera frames.
+        let is_framed = request.orbit.is_some() || request.node.is_some();
+        let planes = of_file.filter(|_| !is_framed).map(|camera| Planes::of(&camera.projection));
         Self {
             scene,
             selection,
             request,
             subject: OnceCell::new(),
             of_file,
-            lens,
+            lens: limited(lens, planes),
+            planes,
             target,
             up: request.up.and_then(Vec3::try_normalize).unwrap_or(Vec3::Y),
             aspect_ratio,
@@ -193,12 +199,11 @@ impl<'a> View<'a> {
         if is_automatic && self.target.is_none() && !self.is_orthographic() {
             let lens = if self.request.lens.is_some() { self.lens } else { perspective(INSIDE_FOV_RADIANS) };
             if let Some(inside) = inside_camera(self.subject(), &lens, world_from_camera) {
-                world_from_camera = inside;
+                world_from_camera = self.rolled(inside);
                 rule = CameraRule::Inside;
                 projection = lens;
             }
         }
-        let world_from_camera = self.rolled(world_from_camera);
         (SelectedCamera::Fixed { world_from_camera, projection }, rule)
     }
 
@@ -220,7 +225,7 @@ impl<'a> View<'a> {
             _ => self.around_turntable(&orbit),
         };
         SelectedCamera::Turntable(Turntable {
-            start: self.rolled(fitted.world_from_camera),
+            start: fitted.world_from_camera,
             projection: self.projection(&fitted),
             center,
             axis: self.up,
@@ -230,12 +235,16 @@ impl<'a> View<'a> {
 
     fn look_from(&self, position: Vec3) -> Fitted {
         let backward = position - self.target.unwrap_or_else(|| self.subject().bounds.center());
-        let world_from_camera = look_along(position, backward, self.up);
+        let world_from_camera = self.rolled(look_along(position, backward, self.up));
         Fitted { world_from_camera, distance: backward.length(), half_height: None }
     }
 
+    fn from(&self, orbit: &Orbit) -> Direction {
+        Direction { orbit: *orbit, up: self.up, roll_radians: self.request.roll_degrees.to_radians() }
+    }
+
     fn around_target(&self, orbit: &Orbit) -> Fitted {
-        let axes = axes(orbit, self.up);
+        let axes = self.from(orbit).axes();
         let fitted = if self.is_orthographic() {
             fit_parallel(self.subject(), axes, self.aspect_ratio, orbit.distance)
         } else {
@@ -245,12 +254,13 @@ impl<'a> View<'a> {
     }
 
     fn around_turntable(&self, orbit: &Orbit) -> Fitted {
+        let from = self.from(orbit);
         let fitted = if self.is_orthographic() {
-            fit_parallel_turntable(self.subject(), orbit, self.up, self.aspect_ratio)
+            fit_parallel_turntable(self.subject(), &from, self.aspect_ratio)
         } else {
-            fit_turntable(self.subject(), orbit, self.up, &self.lens, self.aspect_ratio)
+            fit_turntable(self.subject(), &from, &self.lens, self.aspect_ratio)
         };
-        self.moved_to_target(fitted, axes(orbit, self.up))
+        self.moved_to_target(fitted, from.axes())
     }
 
     /// The camera around the target instead of the subject's centre. A parallel one stays beyond the subject.
@@ -276,7 +286,7 @@ impl<'a> View<'a> {
     fn projection(&self, fitted: &Fitted) -> Projection {
         match fitted.half_height {
             _ if !self.is_orthographic() => self.lens,
-            Some(half_height) => parallel(half_height, self.aspect_ratio),
+            Some(half_height) => limited(parallel(half_height, self.aspect_ratio), self.planes),
             None => self.parallel_at(fitted.distance),
         }
     }
@@ -284,15 +294,46 @@ impl<'a> View<'a> {
     /// The parallel projection of the camera of the file, or one as high as its perspective is at `distance`.
     fn parallel_at(&self, distance: f32) -> Projection {
         if let Some(own @ Projection::Orthographic { .. }) = self.of_file.map(|camera| camera.projection) {
-            return own;
+            return limited(own, self.planes);
         }
         let distance =
             if distance > 0.0 { distance } else { self.subject().bounds.extent().max_element().max(1.0) };
-        parallel(self.lens.half_size(self.aspect_ratio).y * distance, self.aspect_ratio)
+        let half_height = self.lens.half_size(self.aspect_ratio).y * distance;
+        limited(parallel(half_height, self.aspect_ratio), self.planes)
     }
 
     fn rolled(&self, camera: Mat4) -> Mat4 {
         rolled(camera, self.request.roll_degrees.to_radians())
+    }
+}
+
+/// Distances of the near and the far plane of a camera, metres.
+#[derive(Clone, Copy, Debug)]
+struct Planes {
+    near: f32,
+    /// `None`: there is none.
+    far: Option<f32>,
+}
+
+impl Planes {
+    fn of(projection: &Projection) -> Self {
+        match *projection {
+            Projection::Perspective { z_near, z_far, .. } => Self { near: z_near, far: z_far },
+            Projection::Orthographic { z_near, z_far, .. } => Self { near: z_near, far: Some(z_far) },
+        }
+    }
+}
+
+/// A projection with these planes instead of its own; `None`: all that is ahead.
+fn limited(projection: Projection, planes: Option<Planes>) -> Projection {
+    let Planes { near, far } = planes.unwrap_or(Planes { near: 0.0, far: None });
+    match projection {
+        Projection::Perspective { fov_y_radians, aspect_ratio, .. } => {
+            Projection::Perspective { fov_y_radians, aspect_ratio, z_near: near, z_far: far }
+        }
+        Projection::Orthographic { x_mag, y_mag, .. } => {
+            Projection::Orthographic { x_mag, y_mag, z_near: near, z_far: far.unwrap_or(f32::MAX) }
+        }
     }
 }
 

@@ -1,7 +1,6 @@
 //! What a camera frames: the visible triangles of the scene, or of a node, over the selected clips.
 
 use std::collections::BTreeSet;
-use std::ops::Range;
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -79,10 +78,9 @@ impl<'a> Subject<'a> {
         }
         let times = sample_times(scene, &selections);
         frame.pose_surfaces(scene, &selections[0], 0.0);
-        let below = node.map(|node| descendants(scene, node));
-        let follows_node = below.as_ref().map(|below| triangles_of(scene, &frame, below));
+        let follows_node = node.map(|node| frame.triangles_of_node(scene, node));
         let is_framed = frame.instances.iter().enumerate().map(|(index, instance)| {
-            let mut triangles = triangle_range(&frame, index);
+            let mut triangles = frame.triangle_range(index);
             let is_selected =
                 follows_node.as_ref().is_none_or(|follows| triangles.any(|triangle| follows[triangle]));
             is_selected && !frame.materials[instance.material.index()].is_shadow_catcher
@@ -232,7 +230,9 @@ impl<'a> Subject<'a> {
         let mut bounds = vec![Aabb::EMPTY; self.is_framed.len()];
         self.visit(1, |triangles, flags| {
             bounds.par_iter_mut().enumerate().for_each(|(instance, bounds)| {
-                let triangles = triangle_range(&self.frame, instance)
+                let triangles = self
+                    .frame
+                    .triangle_range(instance)
                     .into_par_iter()
                     .with_min_len(TRIANGLES_PER_TASK)
                     .filter(|&index| self.frames_triangle(index, &triangles[index], flags[index]))
@@ -247,7 +247,7 @@ impl<'a> Subject<'a> {
     /// beyond those (grounds, stages), and very large ones around them (skies).
     fn leave_out_backdrops(&mut self, bounds: &[Aabb]) {
         let triangles: Vec<usize> =
-            (0..bounds.len()).map(|index| triangle_range(&self.frame, index).len()).collect();
+            (0..bounds.len()).map(|index| self.frame.triangle_range(index).len()).collect();
         let mut by_size: Vec<_> =
             (0..bounds.len()).filter(|&index| self.is_framed[index] && !bounds[index].is_empty()).collect();
         let diagonal = |index: usize| bounds[index].extent().length();
@@ -340,50 +340,4 @@ fn sample_times(scene: &Scene, selections: &[Selection]) -> Vec<(usize, f64)> {
         }
     }
     times
-}
-
-/// Ids of the triangles of an instance.
-fn triangle_range(frame: &Frame, instance: usize) -> Range<usize> {
-    let end =
-        frame.instances.get(instance + 1).map_or(frame.triangles.len(), |next| next.first_triangle as usize);
-    frame.instances[instance].first_triangle as usize..end
-}
-
-/// For each triangle, whether it belongs to the nodes `below`: to the mesh of one, or as skin to joints among them, which have most
-/// of the weight of one of its vertices.
-fn triangles_of(scene: &Scene, frame: &Frame, below: &[bool]) -> Vec<bool> {
-    let mut belongs = vec![false; frame.triangles.len()];
-    for (index, instance) in frame.instances.iter().enumerate() {
-        let triangles = &mut belongs[triangle_range(frame, index)];
-        let node = &scene.nodes[instance.node.index()];
-        if below[instance.node.index()] {
-            triangles.fill(true);
-            continue;
-        }
-        let primitive = &scene.meshes[instance.mesh.index()].primitives[instance.primitive];
-        let skin = node.skin.and_then(|skin| scene.skins.get(skin.index()));
-        let (Some(skin), Some(influences)) = (skin, &primitive.influences) else { continue };
-        let follows = |vertex: u32| {
-            let own = vertex as usize * influences.per_vertex..(vertex as usize + 1) * influences.per_vertex;
-            let pairs = influences.joints[own.clone()].iter().zip(&influences.weights[own]);
-            let is_below =
-                |joint: u32| skin.joints.get(joint as usize).is_some_and(|node| below[node.index()]);
-            pairs.filter(|(joint, _)| is_below(**joint)).map(|(_, weight)| weight).sum::<f32>() > 0.5
-        };
-        for (belongs, corners) in triangles.iter_mut().zip(&primitive.triangles) {
-            *belongs = corners.iter().any(|&vertex| follows(vertex));
-        }
-    }
-    belongs
-}
-
-/// For each node, whether it is `node` or below it.
-fn descendants(scene: &Scene, node: NodeIndex) -> Vec<bool> {
-    let mut is_below = vec![false; scene.nodes.len()];
-    let mut pending = vec![node];
-    while let Some(index) = pending.pop() {
-        is_below[index.index()] = true;
-        pending.extend_from_slice(&scene.nodes[index.index()].children);
-    }
-    is_below
 }

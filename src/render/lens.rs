@@ -26,7 +26,7 @@ pub struct Lens {
 pub enum Aperture {
     /// Radius, metres.
     Radius(f32),
-    /// Focal length over diameter, for an image 24 mm high. Orthographic cameras ignore it and have everything in focus.
+    /// Focal length over diameter, where the height of the image is 24 mm on film. Orthographic cameras ignore it and have everything in focus.
     FNumber(f32),
 }
 
@@ -35,7 +35,8 @@ pub enum Aperture {
 pub enum Focus {
     /// A fixed distance along the camera's axis, metres.
     Metres(f32),
-    /// The distance of this node's origin at each time; infinity where it is not in front of the camera.
+    /// The distance of the middle of what this node and those below it show at each time, or of its origin; infinity where that is not in front
+    /// of the camera.
     Node(NodeIndex),
     /// The distance of the surface in the image centre at each time; infinity where there is none.
     Center,
@@ -45,17 +46,17 @@ impl Lens {
     /// The lens at the frame's time; `None` where its radius is 0.
     pub(super) fn at(&self, view: &SceneView<'_>, resolution: (u32, u32)) -> Option<ThinLens> {
         let camera = &view.frame.camera;
-        let radius = self.aperture.radius(camera);
+        let radius = self.aperture.radius(camera, resolution.0 as f32 / resolution.1 as f32);
         (radius > 0.0).then(|| ThinLens { radius, focus_distance: self.focus.distance(view, resolution) })
     }
 }
 
 impl Aperture {
-    fn radius(self, camera: &PosedCamera) -> f32 {
+    fn radius(self, camera: &PosedCamera, aspect_ratio: f32) -> f32 {
         match (self, camera.projection) {
             (Self::Radius(radius), _) => radius,
-            (Self::FNumber(number), Projection::Perspective { fov_y_radians, .. }) => {
-                let focal_length = HALF_FILM_HEIGHT / libm::tanf(fov_y_radians * 0.5);
+            (Self::FNumber(number), projection @ Projection::Perspective { .. }) => {
+                let focal_length = HALF_FILM_HEIGHT / projection.half_size(aspect_ratio).y;
                 focal_length / (2.0 * number)
             }
             (Self::FNumber(_), Projection::Orthographic { .. }) => 0.0,
@@ -68,7 +69,7 @@ impl Focus {
         let camera = &view.frame.camera;
         let point = match self {
             Self::Metres(distance) => return distance,
-            Self::Node(node) => view.frame.node_position(node),
+            Self::Node(node) => view.frame.node_center(view.scene, node),
             Self::Center => {
                 let center = Vec2::new(resolution.0 as f32, resolution.1 as f32) * 0.5;
                 let ray = CameraRays::new(camera, resolution, 0.0, None).ray(center, Seed::default());

@@ -103,6 +103,10 @@ fn read_keys(file: &TomlFile<'_>) -> Result<CameraPath> {
         }
     }
     check_keys(file, &keys)?;
+    // A path that rolls begins without a roll, unless its first key has one.
+    if keys.iter().any(|key| key.roll.is_some()) {
+        keys[0].roll.get_or_insert(0.0);
+    }
     Ok(path_of(file, kind, is_loop, &keys))
 }
 
@@ -194,7 +198,8 @@ fn path_of(file: &TomlFile<'_>, kind: CurveKind, is_loop: bool, keys: &[Key]) ->
     CameraPath {
         content_key: format!("keys {kind:?} {is_loop} {}", bits.join(" ")),
         label: file_name(file.path),
-        duration_seconds: period.map_or(last, |period| first + period).max(0.0),
+        // A loop lasts one period, from frame 0 on.
+        duration_seconds: period.unwrap_or(last).max(0.0),
         is_loop,
         motion: CameraMotion::Keys(Box::new(CameraKeys {
             position: points(|key| key.position),

@@ -317,3 +317,67 @@ fn cameras_of_the_file_change_where_asked() {
     assert!((height(&orbit) - libm::tanf(std::f32::consts::FRAC_PI_8)).abs() < 1e-6);
     assert!((height(&ViewRequest { keeps_camera: true, ..orbit }) - libm::tanf(0.25)).abs() < 1e-6);
 }
+
+#[test]
+fn rolled_views_fit_the_image() {
+    let scene = cubes(&[(Vec3::new(3.0, 1.0, -2.0), 0.5), (Vec3::new(5.0, 1.5, -2.0), 0.25)]);
+    for roll_degrees in [90.0, 30.0, -135.0] {
+        for aspect_ratio in [0.5, 16.0 / 9.0] {
+            let request = ViewRequest { roll_degrees, ..view(NamedView::Front) };
+            assert_fits(&scene, &resolve(&scene, &request, aspect_ratio), aspect_ratio);
+            assert_fits(&scene, &resolve(&scene, &parallel(request), aspect_ratio), aspect_ratio);
+        }
+    }
+    let turntable = Some(TurntableRequest { elevation_degrees: None, turn_seconds: 2.0 });
+    let request = ViewRequest { turntable, roll_degrees: 90.0, ..ViewRequest::default() };
+    for request in [request.clone(), parallel(request)] {
+        let camera = resolve(&scene, &request, 1.5);
+        let reaches = (0..32).map(|step| {
+            let [min, max] = image_bounds(&scene, &camera, 1.5, f64::from(step) / 16.0);
+            max.max(-min).max_element()
+        });
+        let largest = reaches.fold(0.0, f32::max);
+        assert!((largest - FILLED).abs() < 1e-3, "{largest}");
+    }
+}
+
+#[test]
+fn a_turntable_from_a_camera_of_the_file_rolls_once() {
+    let projection =
+        Projection::Perspective { fov_y_radians: 0.5, aspect_ratio: None, z_near: 1.0, z_far: None };
+    let scene = with_camera(cubes(&[(Vec3::ZERO, 1.0)]), Vec3::new(0.0, 0.0, 7.0), projection);
+    let selection = select_all(&scene, SelectedCamera::Node(NodeIndex(1)));
+    let turntable = Some(TurntableRequest { elevation_degrees: None, turn_seconds: 2.0 });
+    let request = ViewRequest { turntable, roll_degrees: 30.0, keeps_camera: true, ..ViewRequest::default() };
+    let camera = resolve_camera(&scene, selection, &request, 1.0);
+    let right = Frame::camera_at(&scene, &camera.selection, 0.0).world_from_camera.x_axis;
+    // cos 30° and sin 30°
+    assert!(right.truncate().abs_diff_eq(Vec3::new(0.866_025, 0.5, 0.0), 1e-5), "{right}");
+}
+
+#[test]
+fn planes_stay_with_a_camera_that_is_not_framed_anew() {
+    let own =
+        Projection::Perspective { fov_y_radians: 0.5, aspect_ratio: None, z_near: 5.5, z_far: Some(9.0) };
+    let scene = with_camera(cubes(&[(Vec3::ZERO, 1.0)]), Vec3::new(0.0, 0.0, 7.0), own);
+    let planes = |request: ViewRequest| {
+        let selection = select_all(&scene, SelectedCamera::Node(NodeIndex(1)));
+        let request = ViewRequest { keeps_camera: true, ..request };
+        let camera = resolve_camera(&scene, selection, &request, 1.0);
+        match Frame::camera_at(&scene, &camera.selection, 0.0).projection {
+            Projection::Perspective { z_near, z_far, .. } => (z_near, z_far),
+            Projection::Orthographic { z_near, z_far, .. } => (z_near, Some(z_far)),
+        }
+    };
+    let lens = Some(LensRequest::FieldOfView(30.0));
+    let (kept, none) = ((5.5, Some(9.0)), (0.0, None));
+    assert_eq!(planes(ViewRequest::default()), kept);
+    assert_eq!(planes(ViewRequest { lens, ..ViewRequest::default() }), kept);
+    assert_eq!(planes(ViewRequest { roll_degrees: 20.0, ..ViewRequest::default() }), kept);
+    assert_eq!(planes(parallel(ViewRequest::default())), kept);
+    assert_eq!(planes(ViewRequest { position: Some(Vec3::Z * 8.0), lens, ..ViewRequest::default() }), kept);
+    // They would cut what is framed from elsewhere.
+    assert_eq!(planes(view(NamedView::Right)), none);
+    assert_eq!(planes(ViewRequest { lens, ..view(NamedView::Right) }), none);
+    assert_eq!(planes(parallel(view(NamedView::Right))), (0.0, Some(f32::MAX)));
+}

@@ -84,6 +84,34 @@ fn all_frames_are_those_of_the_path_and_a_loop_ends_before_it_repeats() {
 }
 
 #[test]
+fn a_loop_lasts_one_period_wherever_its_first_key_is() {
+    for (first, second) in [("2", "3"), ("-2", "-1")] {
+        let folder = tempfile::tempdir().unwrap();
+        let keys = WALK
+            .replace("time = 1", &format!("time = {second}"))
+            .replace("time = 0", &format!("time = {first}"));
+        std::fs::write(folder.path().join("walk.toml"), format!("loop = true{keys}")).unwrap();
+        let output = render(folder.path(), &["--animation", "none", "--camera-path", "walk.toml", "-n"]);
+        let plan = String::from_utf8_lossy(&output.stdout);
+        assert!(plan.contains("frames = \"0-19\""), "first key at {first}: {plan}");
+    }
+}
+
+#[test]
+fn a_path_begins_without_the_roll_of_a_later_key() {
+    let folder = folder_with("interpolation = \"linear\"");
+    let rolled = format!("interpolation = \"linear\"{WALK}roll = 30\n");
+    std::fs::write(folder.path().join("rolled.toml"), rolled).unwrap();
+    let along = |path: &str, frame: &str, more: &[&str]| {
+        let options = [&["--animation", "none", "--camera-path", path, "-f", frame], more].concat();
+        pixels(folder.path(), &options)
+    };
+    assert!(along("rolled.toml", "0", &[]) == along("walk.toml", "0", &[]));
+    assert!(along("rolled.toml", "5", &[]) == along("walk.toml", "5", &["--roll", "15"]));
+    assert!(along("rolled.toml", "10", &[]) == along("walk.toml", "10", &["--roll", "30"]));
+}
+
+#[test]
 fn the_camera_of_another_file_moves_as_it_does_there() {
     let folder = tempfile::tempdir().unwrap();
     let cameras =

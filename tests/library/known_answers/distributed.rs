@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use glam::Vec3;
 use rayframe::film::PixelWindow;
 use rayframe::render::{Adaptive, Aperture, Focus, Lens, LightSize, PixelFilter};
-use rayframe::scene::{Environment, LightKind, Material, Projection, Transmission};
+use rayframe::scene::{Environment, LightKind, Material, NodeIndex, Projection, Transmission};
 
 use crate::stage::{Stage, lambert, rectangle, unlit};
 
@@ -63,6 +63,26 @@ fn an_f_number_is_the_focal_length_over_the_diameter() {
     stage.settings.lens = Some(Lens { aperture: Aperture::FNumber(600.0), focus: Focus::Metres(4.0) });
     let seen = stage.look(Vec3::ZERO, Vec3::NEG_Z).x;
     assert!((seen - BEYOND_HALF).abs() < 0.01, "{seen}");
+}
+
+#[test]
+fn an_f_number_refers_to_the_height_of_the_image() {
+    // A camera made for images four times as wide as high shows four times its own height in a square one: the angle of the test before.
+    let mut stage = half_white(0.05);
+    stage.projection =
+        Projection::Perspective { fov_y_radians: 0.25e-4, aspect_ratio: Some(4.0), z_near: 0.0, z_far: None };
+    stage.settings.lens = Some(Lens { aperture: Aperture::FNumber(600.0), focus: Focus::Metres(4.0) });
+    let seen = stage.look(Vec3::ZERO, Vec3::NEG_Z).x;
+    assert!((seen - BEYOND_HALF).abs() < 0.01, "{seen}");
+}
+
+#[test]
+fn a_node_is_in_focus_where_it_is_seen() {
+    // Its origin is in the lens; its surface is 2 m away, with an edge just beside the centre.
+    let mut stage = half_white(-0.01);
+    let focus = Focus::Node(NodeIndex(0));
+    stage.settings.lens = Some(Lens { aperture: Aperture::Radius(0.2), focus });
+    assert_eq!(stage.look(Vec3::ZERO, Vec3::NEG_Z).x, 1.0);
 }
 
 /// A white floor, and 1 m above it a lid over x > 0.

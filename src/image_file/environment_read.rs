@@ -8,7 +8,7 @@ use image::codecs::hdr::{HdrDecoder, SIGNATURE};
 use image::{DynamicImage, ImageDecoder as _};
 use rayon::prelude::*;
 
-use super::decode_exr_rgba;
+use super::exr_rgba::{decode_exr_window, exr_display_size};
 use super::isolated::isolated;
 use super::regular_file::check_fetched;
 use crate::error::{Error, Result, Warning, over_limit};
@@ -48,17 +48,50 @@ pub fn read_environment(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Res
         ));
     };
     make_physical(&mut environment);
+    warn_of_other_projections(&mut environment);
     Ok(environment)
 }
 
+/// The display window counts, as it does for plates: what reaches beyond is cut off, what is missing is black.
 fn from_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<EnvironmentPixels> {
-    let image = decode_exr_rgba(path, bytes, max_memory_bytes)?;
-    Ok(EnvironmentPixels {
-        width: image.size.0,
-        height: image.size.1,
-        pixels: image.pixels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect(),
-        warnings: Vec::new(),
-    })
+    let windowed = decode_exr_window(path, bytes, max_memory_bytes)?;
+    let (size, decoded_bytes) = exr_display_size(bytes).map_err(|why| Error::invalid(path, "", why))?;
+    let (width, height) = size;
+    let mut warnings = Vec::new();
+    if !windowed.fills(size) {
+        let needed = needed_bytes(size).saturating_add(decoded_bytes);
+        if needed > max_memory_bytes {
+            let needed = over_limit(needed.into(), max_memory_bytes.into());
+            let message = format!("its display window of {width}x{height} pixels needs {needed}");
+            return Err(Error::over_memory(path, "", message, Some("use a smaller image")));
+        }
+        let (x, y) = windowed.position;
+        let (columns, rows) = windowed.image.size;
+        let is_covered =
+            |start: i64, count: u32, whole: u32| start <= 0 && start + i64::from(count) >= i64::from(whole);
+        if !is_covered(x, columns, width) || !is_covered(y, rows, height) {
+            warnings.push(Warning::of_file(format!(
+                "the file holds {columns}x{rows} pixels of its display window of {width}x{height}; the rest of the environment is black"
+            )));
+        }
+    }
+    let pixels = windowed.in_display_window(size);
+    let pixels = pixels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect();
+    Ok(EnvironmentPixels { width, height, pixels, warnings })
+}
+
+/// Warns of images that are too narrow or too wide for latitudes and longitudes, such as light probes, crosses and strips of cube faces. Images of
+/// few rows are made by hand and may have any shape.
+fn warn_of_other_projections(environment: &mut EnvironmentPixels) {
+    const FEWEST_ROWS: u32 = 16;
+    let EnvironmentPixels { width, height, .. } = *environment;
+    let ratio = f64::from(width) / f64::from(height);
+    if height >= FEWEST_ROWS && !(1.5..=2.5).contains(&ratio) {
+        environment.warnings.push(Warning::of_file(format!(
+            "the image of {width}x{height} pixels is read as latitudes and longitudes, whose images are twice as wide as \
+             high; convert light probes and cube maps"
+        )));
+    }
 }
 
 fn from_hdr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<EnvironmentPixels> {
@@ -130,6 +163,8 @@ fn make_physical(environment: &mut EnvironmentPixels) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::{ColorEncoding, Image, PixelWindow};
+    use crate::image_file::{ExrCompression, FrameAttributes, encode_exr};
 
     /// An image of 2x1 pixels in the flat form of the Radiance format: (128, 64, 0, e) is (0.5, 0.25, 0) · 2^(e − 128).
     const TINY_HDR: &[u8] =
@@ -140,6 +175,50 @@ mod tests {
         let environment = read_environment(Path::new("a.hdr"), TINY_HDR, 1 << 20).unwrap();
         assert_eq!((environment.width, environment.height), (2, 1));
         assert_eq!(environment.pixels, [[0.5, 0.25, 0.0], [1.0, 0.5, 0.0]]);
+    }
+
+    /// A file of 32x16 pixels, white above and black below, of which `window` is stored.
+    fn exr(window: PixelWindow) -> Vec<u8> {
+        let pixels: Vec<_> = (window.y0..window.y1)
+            .flat_map(|y| {
+                (window.x0..window.x1).map(move |_| if y < 8 { [1.0; 4] } else { [0.0, 0.0, 0.0, 1.0] })
+            })
+            .collect();
+        let size = (window.width(), window.height());
+        let mut image = Image::from_rgba(size, ColorEncoding::Linear, &pixels);
+        image.data_window = window;
+        image.display_window = PixelWindow::full(32, 16);
+        encode_exr(image, ExrCompression::Zip, &FrameAttributes::unknown()).unwrap()
+    }
+
+    #[test]
+    fn the_display_window_of_an_exr_file_is_the_sphere() {
+        let read = |window| read_environment(Path::new("a.exr"), &exr(window), 1 << 20).unwrap();
+        let whole = read(PixelWindow::full(32, 16));
+        assert_eq!((whole.width, whole.height, whole.warnings.len()), (32, 16, 0));
+        // Black rows cut off, and pixels beyond two edges
+        let cropped = read(PixelWindow { x0: 0, y0: 0, x1: 32, y1: 8 });
+        assert_eq!((cropped.width, cropped.height), (32, 16));
+        assert!(cropped.pixels == whole.pixels);
+        assert!(cropped.warnings[0].to_string().contains("32x8 pixels of its display window of 32x16"));
+        let overscan = read(PixelWindow { x0: 0, y0: 0, x1: 40, y1: 17 });
+        assert!(overscan.pixels == whole.pixels && overscan.warnings.is_empty());
+    }
+
+    #[test]
+    fn images_of_other_projections_are_told() {
+        let warnings = |width: u32, height: u32| {
+            let pixels = vec![[1.0; 3]; width as usize * height as usize];
+            let mut environment = EnvironmentPixels { width, height, pixels, warnings: Vec::new() };
+            warn_of_other_projections(&mut environment);
+            environment.warnings.len()
+        };
+        for (width, height) in [(64, 32), (60, 32), (1, 1), (4, 1), (2, 2)] {
+            assert_eq!(warnings(width, height), 0, "{width}x{height}");
+        }
+        for (width, height) in [(32, 32), (36, 48), (192, 32), (16, 64)] {
+            assert_eq!(warnings(width, height), 1, "{width}x{height}");
+        }
     }
 
     #[test]

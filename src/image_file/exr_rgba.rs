@@ -39,6 +39,34 @@ pub(super) struct WindowedRgba {
     pub(super) pixel_aspect: f64,
 }
 
+impl WindowedRgba {
+    /// Whether the data window is the display window of `size`.
+    pub(super) fn fills(&self, size: (u32, u32)) -> bool {
+        (self.image.size, self.position) == (size, (0, 0))
+    }
+
+    /// The pixels of the display window of `size`, where zeros stand for what is missing.
+    pub(super) fn in_display_window(self, (width, height): (u32, u32)) -> Vec<[f32; 4]> {
+        if self.fills((width, height)) {
+            return self.image.pixels;
+        }
+        let Self { image, position, .. } = self;
+        let mut pixels = vec![[0.0; 4]; width as usize * height as usize];
+        let first = position.0.max(0);
+        let end = (position.0 + i64::from(image.size.0)).min(i64::from(width));
+        for row in 0..i64::from(image.size.1) {
+            let y = row + position.1;
+            if first < end && (0..i64::from(height)).contains(&y) {
+                let from = (row * i64::from(image.size.0) + first - position.0) as usize;
+                let to = (y * i64::from(width) + first) as usize;
+                let count = (end - first) as usize;
+                pixels[to..to + count].copy_from_slice(&image.pixels[from..from + count]);
+            }
+        }
+        pixels
+    }
+}
+
 /// Decodes what [`decode_exr_rgba`] does, with its place in the display window.
 pub(super) fn decode_exr_window(
     path: &Path,
@@ -164,7 +192,10 @@ fn rgba(layer: &Layer<AnyChannels<FlatSamples>>) -> Result<Vec<[f32; 4]>, String
     let [r, g, b] = ["R", "G", "B"].map(|name| named(name).or_else(|| named("Y")));
     let (Some(r), Some(g), Some(b)) = (r, g, b) else {
         let names: Vec<_> = channels.iter().map(|channel| channel.name.to_string()).collect();
-        return Err(format!("has the channels {}, but R, G, B or Y are needed", names.join(", ")));
+        return Err(format!(
+            "its first part has the channels {}, but R, G, B or Y are needed",
+            names.join(", ")
+        ));
     };
     let mut pixels = vec![[0.0, 0.0, 0.0, 1.0]; layer.size.0 * layer.size.1];
     for (component, channel) in [Some(r), Some(g), Some(b), named("A")].into_iter().enumerate() {

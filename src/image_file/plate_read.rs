@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::environment_read::{hdr_bytes, read_environment};
-use super::exr_rgba::{WindowedRgba, check_memory, decode_exr_window, exr_display_size};
+use super::exr_rgba::{check_memory, decode_exr_window, exr_display_size};
 use super::regular_file::check_fetched;
 use super::texture_decode::{
     DecodedTexels, decode_upright_texels, decompression_bomb, image_header, png_decompression_bomb,
@@ -102,7 +102,7 @@ pub fn read_plate(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Pl
     } else {
         let windowed = decode_exr_window(path, bytes, max_memory_bytes)?;
         pixel_aspect = windowed.pixel_aspect;
-        within(&windowed, size)
+        windowed.in_display_window(size)
     };
     for value in pixels.as_flattened_mut() {
         if !value.is_finite() {
@@ -131,29 +131,9 @@ fn linear_pixels(texels: &DecodedTexels) -> Vec<[f32; 4]> {
     }
 }
 
-/// The pixels of a display window of `size`.
-fn within(windowed: &WindowedRgba, (width, height): (u32, u32)) -> Vec<[f32; 4]> {
-    let WindowedRgba { image, position, .. } = windowed;
-    if (image.size, *position) == ((width, height), (0, 0)) {
-        return image.pixels.clone();
-    }
-    let mut pixels = vec![[0.0; 4]; width as usize * height as usize];
-    let first = position.0.max(0);
-    let end = (position.0 + i64::from(image.size.0)).min(i64::from(width));
-    for row in 0..i64::from(image.size.1) {
-        let y = row + position.1;
-        if first < end && (0..i64::from(height)).contains(&y) {
-            let from = (row * i64::from(image.size.0) + first - position.0) as usize;
-            let to = (y * i64::from(width) + first) as usize;
-            let count = (end - first) as usize;
-            pixels[to..to + count].copy_from_slice(&image.pixels[from..from + count]);
-        }
-    }
-    pixels
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::exr_rgba::WindowedRgba;
     use super::*;
     use crate::image::{ColorEncoding, Image};
     use crate::image_file::{ExrCompression, FrameAttributes, encode_exr, encode_png};
@@ -234,7 +214,8 @@ mod tests {
     fn the_display_window_counts() {
         let pixel = |value: f32| [value; 4];
         let image = RgbaImage { size: (3, 2), pixels: (1..=6).map(|value| pixel(value as f32)).collect() };
-        let shifted = within(&WindowedRgba { image, position: (-1, 1), pixel_aspect: 1.0 }, (3, 2));
+        let windowed = WindowedRgba { image, position: (-1, 1), pixel_aspect: 1.0 };
+        let shifted = windowed.in_display_window((3, 2));
         assert_eq!(shifted, [pixel(0.0), pixel(0.0), pixel(0.0), pixel(2.0), pixel(3.0), pixel(0.0)]);
     }
 }

@@ -257,14 +257,15 @@ impl PreparedLight {
     pub(super) fn shadow_ray(&self, end: Vec3, seed: Seed, index: usize) -> Ray {
         let LightSize { radius, sun_angle_radians } = self.size;
         match self.emitter {
-            Emitter::Distant { wi } if sun_angle_radians > 0.0 => {
-                distant_disk_ray((wi, sun_angle_radians), end, (seed, index))
+            Emitter::Distant { wi } => {
+                let is_disk = sun_angle_radians > 0.0;
+                let towards_disk = || distant_disk_direction((wi, sun_angle_radians), (seed, index));
+                Ray::new(end, if is_disk { towards_disk() } else { wi })
             }
-            Emitter::Distant { wi } => Ray::new(end, wi),
-            Emitter::Point { position, .. } if radius > 0.0 => {
-                disk_ray((position, radius), end, (seed, index))
+            Emitter::Point { position, .. } => {
+                let on_disk = || point_of_disk((position, radius), end, (seed, index));
+                ray_between(if radius > 0.0 { on_disk() } else { position }, end)
             }
-            Emitter::Point { position, .. } => ray_between(position, end),
         }
     }
 }
@@ -274,24 +275,24 @@ fn disk_point(seed: Seed, light: usize) -> Vec2 {
     concentric_disk_point(seed.point(Purpose::Light(light as u32)))
 }
 
-/// A ray from `end` to a point of the disk that a distant light fills.
+/// The direction to a point of the disk that a distant light fills.
 #[inline(never)]
-fn distant_disk_ray((wi, angle_radians): (Vec3, f32), end: Vec3, (seed, light): (Seed, usize)) -> Ray {
+fn distant_disk_direction((wi, angle_radians): (Vec3, f32), (seed, light): (Seed, usize)) -> Vec3 {
     let radius = libm::tanf(angle_radians * 0.5);
-    Ray::new(end, (wi + across(wi, disk_point(seed, light)) * radius).normalize())
+    (wi + across(wi, disk_point(seed, light)) * radius).normalize()
 }
 
-/// A ray to `end` from a point of the disk that faces it.
+/// A point of the disk of a light that faces `end`.
 #[inline(never)]
-fn disk_ray((center, radius): (Vec3, f32), end: Vec3, (seed, light): (Seed, usize)) -> Ray {
+fn point_of_disk((center, radius): (Vec3, f32), end: Vec3, (seed, light): (Seed, usize)) -> Vec3 {
     let span = end - center;
     let distance = span.length();
     if distance > 0.0 {
         // The light does not reach the surface that it lights.
         let radius = if radius < 0.5 * distance { radius } else { 0.5 * distance };
-        ray_between(center + across(span / distance, disk_point(seed, light)) * radius, end)
+        center + across(span / distance, disk_point(seed, light)) * radius
     } else {
-        ray_between(center, end)
+        center
     }
 }
 

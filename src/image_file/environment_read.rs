@@ -44,7 +44,7 @@ pub fn read_environment(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Res
         return Err(Error::invalid(
             path,
             "",
-            "is neither a Radiance .hdr nor an OpenEXR file, which environments and backgrounds are",
+            "is neither a Radiance .hdr nor an OpenEXR file, which environments are, and backgrounds with a rotation",
         ));
     };
     make_physical(&mut environment);

@@ -12,9 +12,41 @@ use crate::child_process::OwnedChild;
 /// Time in which the program tells its version.
 const VERSION_TIME: Duration = Duration::from_secs(30);
 
+/// How a film is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct FilmFormat {
+    /// Container, as `ffmpeg` names it.
+    pub(super) container: &'static str,
+    /// Codec of opaque films, as `ffmpeg` names it.
+    pub(super) codec: &'static str,
+    /// Whether frames have alpha.
+    pub(super) has_alpha: bool,
+}
+
+impl FilmFormat {
+    /// Whether films of a container may have alpha.
+    pub(super) fn may_have_alpha(container: &str) -> bool {
+        matches!(container, "webm" | "mov")
+    }
+
+    /// Options of the codec, and the format of its pixels.
+    fn codec_options(self) -> (&'static [&'static str], &'static str) {
+        match (self.codec, self.has_alpha) {
+            ("libvpx-vp9", true) => (&["-c:v", "libvpx-vp9", "-crf", "18", "-b:v", "0"], "yuva420p"),
+            ("libvpx-vp9", false) => (&["-c:v", "libvpx-vp9", "-crf", "18", "-b:v", "0"], "yuv420p"),
+            (_, true) => (&["-c:v", "prores_ks", "-profile:v", "4444", "-alpha_bits", "16"], "yuva444p10le"),
+            (_, false) => (&["-c:v", "libx264", "-crf", "18"], "yuv420p"),
+        }
+    }
+}
+
 /// Conversion of frames to the film's pixels: an even number of columns and rows, BT.709 in its limited range, and sRGB's transfer.
-const FILTERS: &str = "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p,\
-                       setparams=color_primaries=bt709:color_trc=iec61966-2-1";
+fn filters(pixel_format: &str) -> String {
+    format!(
+        "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=black@0,scale=out_color_matrix=bt709:out_range=tv,format={pixel_format},\
+         setparams=colorspace=bt709:color_primaries=bt709:color_trc=iec61966-2-1"
+    )
+}
 
 /// Whether `ffmpeg` can be started. It is tried once.
 pub fn has_ffmpeg() -> bool {
@@ -38,28 +70,37 @@ pub(super) fn over_black([r, g, b, alpha]: [u8; 4]) -> [u8; 4] {
 pub(super) fn ffmpeg(
     (width, height): (u32, u32),
     (numerator, denominator): (u32, u32),
-    (container, codec): (&str, &str),
+    format: FilmFormat,
     path: &Path,
 ) -> Command {
+    let (codec_options, pixel_format) = format.codec_options();
     let mut command = Command::new("ffmpeg");
     command
         .args(["-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba"])
         .args(["-s", &format!("{width}x{height}"), "-r", &format!("{numerator}/{denominator}"), "-i", "-"])
-        .args(["-vf", FILTERS])
+        .args(["-vf", &filters(pixel_format)])
         // Version 5.1 takes primaries and transfer from these options, version 9.0 from the frames, which the filters tag.
-        .args(["-c:v", codec, "-crf", "18", "-colorspace", "bt709", "-color_primaries", "bt709"])
-        .args(["-color_trc", "iec61966-2-1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]);
+        .args(codec_options)
+        .args([
+            "-colorspace",
+            "bt709",
+            "-color_primaries",
+            "bt709",
+            "-color_trc",
+            "iec61966-2-1",
+            "-fflags",
+            "+bitexact",
+            "-flags:v",
+            "+bitexact",
+        ]);
     command.args(["-metadata", &format!("comment={MOVIE_MARK}")]);
-    if codec == "libvpx-vp9" {
-        command.args(["-b:v", "0"]);
-    }
-    if matches!(container, "mp4" | "mov") {
+    if matches!(format.container, "mp4" | "mov") {
         command.args(["-movflags", "+faststart"]);
     }
     // With the prefix, names with a colon or a leading dash are file names, too.
     let mut output = OsString::from("file:");
     output.push(path);
-    command.args(["-f", container]).arg(output);
+    command.args(["-f", format.container]).arg(output);
     // A terminal's interrupt must not end the encoder before this program, which would look like an encoder failure.
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
@@ -73,7 +114,8 @@ mod tests {
     #[test]
     fn film_names_are_always_passed_as_files() {
         for name in ["-y.mp4", "http:a.mp4", "a b/c.mp4"] {
-            let command = ffmpeg((4, 3), (24, 1), ("mp4", "libx264"), Path::new(name));
+            let format = FilmFormat { container: "mp4", codec: "libx264", has_alpha: false };
+            let command = ffmpeg((4, 3), (24, 1), format, Path::new(name));
             assert_eq!(
                 command.get_args().last().unwrap(),
                 OsString::from(format!("file:{name}")).as_os_str()
@@ -84,14 +126,19 @@ mod tests {
     #[test]
     fn films_name_their_primaries_and_transfer() {
         let folder = tempfile::tempdir().unwrap();
-        for (name, container, codec) in [("a.mp4", "mp4", "libx264"), ("a.webm", "webm", "libvpx-vp9")] {
-            let path = folder.path().join(name);
-            let mut command = ffmpeg((3, 2), (24, 1), (container, codec), &path);
+        for (container, codec, has_alpha) in [
+            ("mp4", "libx264", false),
+            ("webm", "libvpx-vp9", false),
+            ("webm", "libvpx-vp9", true),
+            ("mov", "libx264", true),
+        ] {
+            let path = folder.path().join(format!("a.{container}"));
+            let mut command = ffmpeg((3, 2), (24, 1), FilmFormat { container, codec, has_alpha }, &path);
             let arguments: Vec<_> =
                 command.get_args().map(|text| text.to_string_lossy().into_owned()).collect();
             // Version 9.0 ignores the options.
             let filters = arguments.iter().skip_while(|text| *text != "-vf").nth(1).unwrap();
-            let tagged = "setparams=color_primaries=bt709:color_trc=iec61966-2-1";
+            let tagged = "setparams=colorspace=bt709:color_primaries=bt709:color_trc=iec61966-2-1";
             assert!(filters.ends_with(tagged) && arguments.contains(&"-color_trc".to_owned()));
             if !has_ffmpeg() {
                 continue;

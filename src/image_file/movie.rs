@@ -1,7 +1,7 @@
 //! Movies: animated PNG, WebP and GIF, and film formats by `ffmpeg` where it is installed.
 //!
 //! Frames are sRGB with straight alpha. Animated PNG and WebP are lossless. GIF has 256 colours and one-bit alpha, which is dithered, and
-//! at most 50 frames a second. Films have no alpha; frames are composited over black.
+//! at most 50 frames a second. Films have alpha in WebM and QuickTime, where their first frame has; others are composited over black.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -12,7 +12,7 @@ use image::codecs::gif::{GifEncoder, Repeat};
 use image::{Delay, RgbaImage};
 
 use super::atomic::{Replacement, begin_replacing};
-use super::ffmpeg::{ffmpeg, has_ffmpeg, over_black};
+use super::ffmpeg::{FilmFormat, ffmpeg, has_ffmpeg, over_black};
 use super::film_encoder::FilmEncoder;
 use super::frame_delays::{png_delay, rounded_delay};
 use super::gif_frames::{MAX_RATE, delay_ms, is_too_fast, one_bit_alpha, palette_speed};
@@ -30,11 +30,11 @@ pub enum MovieFormat {
     WebP,
     /// GIF: plays everywhere.
     Gif,
-    /// Film encoded by `ffmpeg`: H.264 in MP4, QuickTime or Matroska, VP9 in `WebM`.
+    /// Film encoded by `ffmpeg`: H.264 in MP4, QuickTime or Matroska, VP9 in `WebM`; with alpha `ProRes` 4444 in QuickTime.
     Film {
         /// Container, as `ffmpeg` names it.
         container: &'static str,
-        /// Codec, as `ffmpeg` names it.
+        /// Codec of opaque films, as `ffmpeg` names it.
         codec: &'static str,
     },
 }
@@ -90,7 +90,7 @@ pub struct MovieWriter {
     /// Frame rate as numerator and denominator.
     rate: (u32, u32),
     added: u64,
-    /// Whether a frame had alpha that the format does not hold: partly transparent pixels in GIF, any but opaque ones in films.
+    /// Whether a frame had alpha that the movie does not hold: partly transparent pixels in GIF, any but opaque ones in films without alpha.
     has_lost_alpha: bool,
     replacement: Replacement,
     encoder: Encoder,
@@ -100,7 +100,16 @@ enum Encoder {
     AnimatedPng(png::Writer<Sink>, Sink),
     WebP(WebpAnimation<Sink>),
     Gif(Box<GifEncoder<Sink>>, Sink),
-    Film(FilmEncoder),
+    /// A film before its first frame, which decides about alpha.
+    FutureFilm {
+        container: &'static str,
+        codec: &'static str,
+        cancel: CancelFlag,
+    },
+    Film {
+        encoder: FilmEncoder,
+        format: FilmFormat,
+    },
 }
 
 /// A file that an encoder owns and that can be flushed after it.
@@ -127,8 +136,7 @@ impl MovieWriter {
     /// Starts a movie of `frames` frames of one size. `cancel` ends the wait for an encoder that is slow.
     ///
     /// # Errors
-    /// [`Error::CannotCreate`] where the file cannot be created or `ffmpeg` cannot be started, [`Error::WriteFailed`] where it cannot be
-    /// written, [`Error::Temporary`] where the system starts no thread.
+    /// [`Error::CannotCreate`] where the file cannot be created, [`Error::WriteFailed`] where it cannot be written.
     pub fn begin(
         path: &Path,
         format: MovieFormat,
@@ -157,8 +165,7 @@ impl MovieWriter {
                 Encoder::Gif(Box::new(gif), sink)
             }
             MovieFormat::Film { container, codec } => {
-                let command = ffmpeg(size, rate, (container, codec), replacement.path());
-                Encoder::Film(FilmEncoder::start(command, path, cancel)?)
+                Encoder::FutureFilm { container, codec, cancel: cancel.clone() }
             }
         };
         Ok(Self { path: path.to_owned(), size, rate, added: 0, has_lost_alpha: false, replacement, encoder })
@@ -167,11 +174,19 @@ impl MovieWriter {
     /// Adds the next frame.
     ///
     /// # Errors
-    /// [`Error::WriteFailed`], and [`Error::Internal`] when it has another size than the movie.
+    /// [`Error::WriteFailed`], and [`Error::Internal`] when it has another size than the movie. With the first frame of a film,
+    /// [`Error::CannotCreate`] where `ffmpeg` cannot be started and [`Error::Temporary`] where the system starts no thread.
     pub fn add(&mut self, pixels: &[[u8; 4]]) -> Result<()> {
         let (width, height) = self.size;
         if pixels.len() as u64 != u64::from(width) * u64::from(height) {
             return Err(Error::Internal { message: "the frames of a movie differ in size".to_owned() });
+        }
+        if let Encoder::FutureFilm { container, codec, cancel } = &self.encoder {
+            let has_alpha = FilmFormat::may_have_alpha(container) && !is_opaque(pixels);
+            let format = FilmFormat { container, codec, has_alpha };
+            let command = ffmpeg(self.size, self.rate, format, self.replacement.path());
+            let encoder = FilmEncoder::start(command, &self.path, cancel)?;
+            self.encoder = Encoder::Film { encoder, format };
         }
         let added = self.added;
         self.added += 1;
@@ -193,19 +208,26 @@ impl MovieWriter {
                 let frame = image::Frame::from_parts(image, 0, 0, Delay::from_numer_denom_ms(delay, 1));
                 gif.encode_frame(frame).map_err(|error| write_failed(&self.path, error))
             }
-            Encoder::Film(film) => {
-                self.has_lost_alpha |= pixels.iter().any(|pixel| pixel[3] != u8::MAX);
-                film.add(pixels.iter().flat_map(|pixel| over_black(*pixel)).collect())
+            Encoder::Film { encoder, format } if format.has_alpha => {
+                encoder.add(pixels.as_flattened().to_vec())
             }
+            Encoder::Film { encoder, .. } => {
+                self.has_lost_alpha |= !is_opaque(pixels);
+                encoder.add(pixels.iter().flat_map(|pixel| over_black(*pixel)).collect())
+            }
+            Encoder::FutureFilm { .. } => Ok(()),
         }
     }
 
     /// What the format does not keep of the frames that were added.
     pub fn warnings(&self) -> Vec<Warning> {
         let is_fast_gif = matches!(self.encoder, Encoder::Gif(..)) && is_too_fast(self.rate);
-        let alpha = match self.encoder {
-            Encoder::Film(_) => {
-                "films have no alpha: the frames are composited over black; .webp and .apng keep alpha, as do frames in .png and .exr files"
+        let alpha = match &self.encoder {
+            Encoder::Film { format, .. } if FilmFormat::may_have_alpha(format.container) => {
+                "the first frame is opaque and so is the film: the other frames are composited over black; .webp and .apng keep their alpha"
+            }
+            Encoder::Film { .. } => {
+                "this format has no alpha: the frames are composited over black; .webm, .mov, .webp and .apng keep alpha"
             }
             _ => {
                 "GIF has pixels that are opaque or transparent: shadows and edges between are dithered; .webp and .apng keep them"
@@ -243,10 +265,17 @@ impl MovieWriter {
                 marked.map_err(|error| write_failed(&path, error))?;
                 sink.flush().map_err(|error| write_failed(&path, error))?;
             }
-            Encoder::Film(film) => film.finish(replacement.path())?,
+            Encoder::Film { encoder, .. } => encoder.finish(replacement.path())?,
+            Encoder::FutureFilm { .. } => {
+                return Err(Error::Internal { message: "a film has no frames".to_owned() });
+            }
         }
         replacement.commit(&path)
     }
+}
+
+fn is_opaque(pixels: &[[u8; 4]]) -> bool {
+    pixels.iter().all(|pixel| pixel[3] == u8::MAX)
 }
 
 fn animated_png(
@@ -271,95 +300,4 @@ fn write_failed(path: &Path, error: impl Into<Box<dyn std::error::Error + Send +
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use image::AnimationDecoder as _;
-
-    fn frames() -> Vec<Vec<[u8; 4]>> {
-        (0..5_u8).map(|number| (0..12).map(|i| [number * 40, i * 20, 255, 255]).collect()).collect()
-    }
-
-    fn written(name: &str) -> Vec<u8> {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join(name);
-        let format = MovieFormat::of_path(&path).unwrap();
-        let mut movie = MovieWriter::begin(&path, format, (4, 3), (24, 1), 5, &CancelFlag::new()).unwrap();
-        for frame in frames() {
-            movie.add(&frame).unwrap();
-        }
-        assert!(!path.exists(), "an unfinished movie must not have its final name");
-        movie.finish().unwrap();
-        let names: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
-        assert_eq!(names.len(), 1);
-        std::fs::read(path).unwrap()
-    }
-
-    #[test]
-    fn animated_pngs_hold_every_frame_and_the_rate() {
-        let bytes = written("a.apng");
-        let decoder = image::codecs::png::PngDecoder::new(io::Cursor::new(&bytes)).unwrap().apng().unwrap();
-        let decoded = decoder.into_frames().collect_frames().unwrap();
-        assert_eq!(decoded.len(), 5);
-        for (frame, expected) in decoded.iter().zip(frames()) {
-            assert_eq!(frame.buffer().as_raw().as_slice(), expected.as_flattened());
-        }
-        assert_eq!(written("a.png"), bytes);
-    }
-
-    #[test]
-    fn animated_webps_hold_every_frame_and_keep_time() {
-        let bytes = written("a.webp");
-        let decoder = image::codecs::webp::WebPDecoder::new(io::Cursor::new(&bytes)).unwrap();
-        let decoded = decoder.into_frames().collect_frames().unwrap();
-        for (frame, expected) in decoded.iter().zip(frames()) {
-            assert_eq!(frame.buffer().as_raw().as_slice(), expected.as_flattened());
-        }
-        // Frames of 24 fps begin at 0, 42, 83, 125, 167 and 208 ms.
-        let milliseconds: Vec<_> = decoded.iter().map(|frame| frame.delay().numer_denom_ms().0).collect();
-        assert_eq!(milliseconds, [42, 41, 42, 42, 41]);
-        assert!(MovieFormat::WebP.check((16384, 1)).is_ok() && MovieFormat::WebP.check((1, 16385)).is_err());
-    }
-
-    #[test]
-    fn gifs_hold_every_frame() {
-        let bytes = written("a.gif");
-        let decoder = image::codecs::gif::GifDecoder::new(io::Cursor::new(&bytes)).unwrap();
-        assert_eq!(decoder.into_frames().collect_frames().unwrap().len(), 5);
-    }
-
-    #[test]
-    fn ffmpeg_writes_the_named_containers() {
-        if has_ffmpeg() {
-            for (name, mark) in [("a.mp4", &b"ftyp"[..]), ("a.webm", b"webm"), ("a.mkv", b"matroska")] {
-                let bytes = written(name);
-                assert!(bytes.windows(mark.len()).take(64).any(|window| window == mark), "{name}");
-            }
-        }
-        assert_eq!(MovieFormat::of_path(Path::new("a.avi")), None);
-    }
-
-    #[test]
-    fn films_and_gifs_warn_of_alpha_that_they_lose() {
-        let warnings = |name: &str, alphas: [u8; 2]| {
-            let folder = tempfile::tempdir().unwrap();
-            let path = folder.path().join(name);
-            let format = MovieFormat::of_path(&path).unwrap();
-            let mut movie =
-                MovieWriter::begin(&path, format, (4, 3), (24, 1), 2, &CancelFlag::new()).unwrap();
-            for alpha in alphas {
-                movie.add(&[[80, 80, 80, alpha]; 12]).unwrap();
-            }
-            movie.warnings().iter().map(ToString::to_string).collect::<String>()
-        };
-        // GIF holds transparent pixels.
-        assert_eq!(warnings("a.gif", [255, 0]), "");
-        assert!(warnings("a.gif", [255, 128]).contains("dithered"));
-        if has_ffmpeg() {
-            assert_eq!(warnings("a.mp4", [255; 2]), "");
-            for alpha in [0, 254] {
-                let said = warnings("a.mp4", [255, alpha]);
-                assert!(said.contains("films have no alpha") && said.contains(".apng"), "{said}");
-            }
-        }
-    }
-}
+mod tests;

@@ -6,6 +6,7 @@
 mod aabb;
 mod active_lanes;
 mod clip;
+mod direction_sample;
 mod disk;
 mod hit;
 mod lanes;
@@ -19,6 +20,7 @@ mod watertight;
 pub use aabb::Aabb;
 pub(crate) use active_lanes::ActiveLanes;
 pub(crate) use clip::{TrianglePart, rounded_down, rounded_up};
+pub(crate) use direction_sample::DirectionSample;
 pub(crate) use disk::concentric_disk_point;
 pub use hit::{Facing, TriangleHit};
 pub(crate) use lanes::{F32Lanes, LANES, Vec2Lanes, Vec3Lanes, compiled_for, vectorized};

@@ -14,7 +14,7 @@ use super::opaque_materials::OpaqueAlbedos;
 use super::path::{EmissiveTriangles, PathGuide, VisibleEntry, VisibleEnvironment};
 use super::settings::{EnvSamples, IntegratorSettings};
 use super::zsobol::ZSobol;
-use crate::geometry::{Aabb, Ray};
+use crate::geometry::{Aabb, DirectionSample, Ray};
 use crate::scene::{KeyLight, Projection};
 use crate::scene_view::SceneView;
 
@@ -124,9 +124,8 @@ impl IntegratorContext<'_> {
         self.samples_environment || entry.is_some()
     }
 
-    /// Samples a direction to the environment for shadow rays of a path, where `entry` says what is seen of it: a unit vector and its density
-    /// by solid angle.
-    pub(super) fn sample_environment(&self, entry: Option<VisibleEntry>, u: Vec2) -> Option<(Vec3, f32)> {
+    /// Samples a direction to the environment for shadow rays of a path, where `entry` says what is seen of it.
+    pub(super) fn sample_environment(&self, entry: Option<VisibleEntry>, u: Vec2) -> Option<DirectionSample> {
         match (&self.visible_environment, entry) {
             (Some(visible), Some(entry)) => Some(visible.sample(entry, u)),
             _ if self.samples_environment => self.view.environment.sample(u),

@@ -5,9 +5,10 @@ use glam::{Vec2, Vec3};
 use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
 use crate::bsdf::{LobeDirection, ScatterLobe, ScatterSample};
+use crate::geometry::DirectionSample;
 
-/// A sampled direction.
-pub(super) struct SampledDirection {
+/// A direction in which a surface sends a ray of a path.
+pub(super) struct ScatteredDirection {
     pub(super) sample: ScatterSample,
     /// In world space.
     pub(super) direction: Vec3,
@@ -20,8 +21,8 @@ pub(super) struct SampledDirection {
 pub(super) enum ProposedDirection {
     /// Sampled by the lobes.
     ByLobes { direction: Vec3, sampled: LobeDirection },
-    /// Sampled by the guide with a density.
-    ByGuide { direction: Vec3, wi: Vec3, density: f32 },
+    /// Sampled by the guide; `wi` is the same in the local shading frame.
+    ByGuide { guided: DirectionSample, wi: Vec3 },
 }
 
 impl ProposedDirection {
@@ -47,9 +48,9 @@ impl ShadedPoint<'_, '_> {
         let u_lobe = match &self.guidance {
             None => u_lobe,
             Some(guidance) if u_lobe < guidance.share => {
-                let (direction, density) = guidance.sample(u);
-                let wi = self.local(direction).filter(|_| self.is_outside(direction))?;
-                return Some(ProposedDirection::ByGuide { direction, wi, density });
+                let guided = guidance.sample(u);
+                let wi = self.local(guided.direction).filter(|_| self.is_outside(guided.direction))?;
+                return Some(ProposedDirection::ByGuide { guided, wi });
             }
             Some(guidance) => {
                 ((u_lobe - guidance.share) / (1.0 - guidance.share)).min(1.0 - f32::EPSILON / 2.0)
@@ -70,27 +71,27 @@ impl ShadedPoint<'_, '_> {
         &self,
         proposed: ProposedDirection,
         (value, lobe_pdf): (Vec3, f32),
-    ) -> Option<SampledDirection> {
+    ) -> Option<ScatteredDirection> {
         let share = self.guidance.as_ref().map_or(0.0, |guidance| guidance.share);
         match proposed {
-            ProposedDirection::ByGuide { direction, wi, density } => {
-                let pdf = share * density + (1.0 - share) * lobe_pdf;
+            ProposedDirection::ByGuide { guided: DirectionSample { direction, pdf: guided_pdf }, wi } => {
+                let pdf = share * guided_pdf + (1.0 - share) * lobe_pdf;
                 let sample = ScatterSample::of_rough(wi, ScatterLobe::Diffuse, (value, lobe_pdf))?;
                 let sample = ScatterSample { weight: value / pdf, pdf, ..sample };
-                Some(SampledDirection { sample, direction, unguided_ratio: pdf / lobe_pdf })
+                Some(ScatteredDirection { sample, direction, unguided_ratio: pdf / lobe_pdf })
             }
             // Smooth lobes have no density, and no photons follow them.
             ProposedDirection::ByLobes { direction, sampled: LobeDirection::Smooth(mut sample) } => {
                 let unguided_ratio = 1.0 - share;
                 sample.weight /= unguided_ratio;
-                Some(SampledDirection { sample, direction, unguided_ratio })
+                Some(ScatteredDirection { sample, direction, unguided_ratio })
             }
             ProposedDirection::ByLobes { direction, sampled: LobeDirection::Rough { wi, lobe } } => {
                 let mut sample = ScatterSample::of_rough(wi, lobe, (value, lobe_pdf))?;
                 sample.pdf = self.direction_pdf(direction, lobe_pdf);
                 let unguided_ratio = sample.pdf / lobe_pdf;
                 sample.weight /= unguided_ratio;
-                Some(SampledDirection { sample, direction, unguided_ratio })
+                Some(ScatteredDirection { sample, direction, unguided_ratio })
             }
         }
     }

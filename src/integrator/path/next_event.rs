@@ -9,19 +9,11 @@ use super::emissive_triangles::EmitterSample;
 use super::mis::power_heuristic;
 use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
-use crate::geometry::{ActiveLanes, LANES, Ray, Vec3Lanes, vectorized};
+use crate::geometry::{ActiveLanes, DirectionSample, LANES, Ray, Vec3Lanes, vectorized};
 use crate::integrator::lights::{Incidence, LightSample, PreparedLight};
 use crate::integrator::media::SurfaceMedia;
 use crate::integrator::whitted::{ShadowRay, Tracer};
 use crate::integrator::{GlassShadows, LightPass};
-
-/// A sampled direction to the environment.
-#[derive(Clone, Copy)]
-struct EnvironmentSample {
-    wi: Vec3,
-    /// Density with respect to solid angle.
-    pdf: f32,
-}
 
 /// The samples of one kind of light for the surfaces of a block, with what these scatter of it; `None` where that is no light, and empty for all without
 /// lights of the kind.
@@ -116,25 +108,25 @@ impl Tracer<'_, '_> {
         &self,
         surfaces: &[ShadedPoint<'_, '_>],
         block: &mut PathBlock,
-    ) -> ScatteredSamples<EnvironmentSample> {
+    ) -> ScatteredSamples<DirectionSample> {
         let context = self.context;
         self.scatter_samples(surfaces, block, |surface| {
             if !context.samples_environment(surface.visible) {
                 return None;
             }
             let u = surface.samples.point(Decision::Environment);
-            let (wi, pdf) = context.sample_environment(surface.visible, u)?;
-            Some((wi, EnvironmentSample { wi, pdf }))
+            let sample = context.sample_environment(surface.visible, u)?;
+            Some((sample.direction, sample))
         })
     }
 
     fn queue_environment(
         &mut self,
         shaded: &ShadedPoint<'_, '_>,
-        sample: EnvironmentSample,
+        sample: DirectionSample,
         scattered: ScatteredLight,
     ) {
-        let EnvironmentSample { wi, pdf } = sample;
+        let DirectionSample { direction: wi, pdf } = sample;
         let share = power_heuristic(pdf, shaded.direction_pdf(wi, scattered.pdf)) / pdf;
         let ray = Ray::new(shaded.shadow_start(wi, Vec3::ZERO), wi);
         let media = SurfaceMedia::AtStart(shaded.media_towards(wi));

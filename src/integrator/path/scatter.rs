@@ -4,7 +4,7 @@ use arrayvec::ArrayVec;
 use glam::Vec3;
 
 use super::dimensions::Decision;
-use super::guided_direction::{ProposedDirection, SampledDirection};
+use super::guided_direction::{ProposedDirection, ScatteredDirection};
 use super::mis::LastScatter;
 use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
@@ -53,11 +53,11 @@ impl Tracer<'_, '_> {
     fn send_path(
         &mut self,
         shaded: &ShadedPoint<'_, '_>,
-        sampled: &SampledDirection,
+        sampled: &ScatteredDirection,
         u_roulette: f32,
     ) -> bool {
         let depth = shaded.state.depth;
-        let SampledDirection { sample, direction, unguided_ratio } = *sampled;
+        let ScatteredDirection { sample, direction, unguided_ratio } = *sampled;
         let mut weight = shaded.weight * sample.weight;
         let mut guide_share = if sample.is_smooth { shaded.state.guide_share * shaded.share } else { 0.0 };
         let largest = weight.max_element();

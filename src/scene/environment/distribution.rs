@@ -5,6 +5,7 @@ use std::f32::consts::TAU;
 use glam::{Vec2, Vec3};
 
 use super::cell_grid::CellGrid;
+use crate::geometry::DirectionSample;
 
 /// Cells are averaged over this many directions along each axis.
 const DIRECTIONS_PER_AXIS: u32 = 3;
@@ -80,8 +81,8 @@ impl EnvironmentDistribution {
         Self { grid, row_sums, row_guide, cell_sums, cell_guides }
     }
 
-    /// A unit direction and its density by solid angle; `None` if the environment is uniform or black.
-    pub(super) fn sample(&self, u: Vec2) -> Option<(Vec3, f32)> {
+    /// Samples a direction; `None` if the environment is uniform or black.
+    pub(super) fn sample(&self, u: Vec2) -> Option<DirectionSample> {
         if self.row_sums.is_empty() {
             return None;
         }
@@ -90,7 +91,7 @@ impl EnvironmentDistribution {
         let guide = &self.cell_guides[row * guide_length..][..guide_length];
         let (column, u) = invert(self.cell_sums(row), guide, u.x);
         let direction = self.grid.direction_inside((row, column), u, v);
-        Some((direction, self.density(row, column)))
+        Some(DirectionSample { direction, pdf: self.density(row, column) })
     }
 
     /// The density of a unit direction by solid angle.

@@ -22,7 +22,7 @@ use super::prefilter::{Pyramid, STEPS, prefiltered_images};
 use super::sectors::{SECTOR_ROWS, SectorTables};
 use crate::color::luminance;
 use crate::error::{Error, Result};
-use crate::geometry::{F32Lanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
+use crate::geometry::{DirectionSample, F32Lanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
 use crate::scene::ImageLightIndex;
 use crate::sha256::hex;
 
@@ -198,9 +198,9 @@ impl EnvironmentMap {
     }
 
     /// See [`super::Environment::sample`].
-    pub(super) fn sample(&self, u: Vec2) -> Option<(Vec3, f32)> {
-        let (direction, pdf) = self.tables.distribution.sample(u)?;
-        Some((self.rotation.world_from_map(direction), pdf))
+    pub(super) fn sample(&self, u: Vec2) -> Option<DirectionSample> {
+        let sample = self.tables.distribution.sample(u)?;
+        Some(DirectionSample { direction: self.rotation.world_from_map(sample.direction), ..sample })
     }
 
     /// See [`super::Environment::pdf`].

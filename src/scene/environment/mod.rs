@@ -35,6 +35,7 @@ use glam::{Quat, Vec2, Vec3};
 use self::sectors::SectorTables;
 use super::{ImageLight, ImageLightIndex, ImageLightPose};
 use crate::color::luminance;
+use crate::geometry::DirectionSample;
 
 pub use built_in::BuiltInLight;
 pub(crate) use cube_map::columns_for_cube;
@@ -137,9 +138,8 @@ impl Environment {
         }
     }
 
-    /// Samples a direction towards what is brighter than the mean by `u`, a point of the unit square: a unit vector and its density over solid
-    /// angle. `None` where nothing is brighter.
-    pub(crate) fn sample(&self, u: Vec2) -> Option<(Vec3, f32)> {
+    /// Samples a direction towards what is brighter than the mean by `u`, a point of the unit square; `None` where nothing is brighter.
+    pub(crate) fn sample(&self, u: Vec2) -> Option<DirectionSample> {
         match self {
             Self::BuiltIn(light) => light.distribution().sample(u),
             Self::Map(map) => map.sample(u),

@@ -8,6 +8,7 @@ use glam::{Vec2, Vec3};
 use super::cell_grid::CellGrid;
 use super::distribution::{mean_radiances, prefix_sums};
 use super::map_rotation::MapRotation;
+use crate::geometry::DirectionSample;
 
 /// Rows of sectors, of equal polar angles: 11.25° each.
 pub(crate) const SECTOR_ROWS: usize = 16;
@@ -34,10 +35,11 @@ impl<'a> EnvironmentSectors<'a> {
         &self.tables.powers
     }
 
-    /// A unit direction of a sector that has power, and its density in the sector by solid angle: proportional to the radiance.
-    pub(crate) fn sample(&self, sector: usize, u: Vec2) -> (Vec3, f32) {
-        let (direction, pdf) = self.tables.sample(sector, u);
-        (self.map.map_or(direction, |map| map.world_from_map(direction)), pdf)
+    /// Samples a direction of a sector that has power. Its density in the sector is proportional to the radiance.
+    pub(crate) fn sample(&self, sector: usize, u: Vec2) -> DirectionSample {
+        let DirectionSample { direction, pdf } = self.tables.sample(sector, u);
+        let direction = self.map.map_or(direction, |map| map.world_from_map(direction));
+        DirectionSample { direction, pdf }
     }
 
     /// The sector of a direction, and the density of the direction in it.
@@ -106,12 +108,12 @@ impl SectorTables {
         UNIFORM.get_or_init(|| Self::new(&[1.0; SECTORS])).as_ref()
     }
 
-    fn sample(&self, sector: usize, u: Vec2) -> (Vec3, f32) {
+    fn sample(&self, sector: usize, u: Vec2) -> DirectionSample {
         let (row, v) = interval(self.row_sums(sector), u.y);
         let (column, u) = interval(self.cell_sums(sector, row), u.x);
         let (first_row, first_column) = corner(sector, self.edge);
         let direction = self.grid.direction_inside((first_row + row, first_column + column), u, v);
-        (direction, self.density(sector, (row, column)))
+        DirectionSample { direction, pdf: self.density(sector, (row, column)) }
     }
 
     fn find(&self, direction: Vec3) -> (usize, f32) {

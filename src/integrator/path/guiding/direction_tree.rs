@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::photon::{Photon, PhotonPath};
+use crate::geometry::DirectionSample;
 use crate::scene::LuminanceImage;
 
 /// Levels of squares; those of the last have 1.4° to 2.4°.
@@ -110,8 +111,8 @@ impl DirectionTree {
         (index as u32, weight)
     }
 
-    /// A unit direction, and its density.
-    pub(super) fn sample(&self, mut u: Vec2) -> (Vec3, f32) {
+    /// Samples a direction.
+    pub(super) fn sample(&self, mut u: Vec2) -> DirectionSample {
         let (mut corner, mut half, mut density) = (Vec2::ZERO, 0.5, 1.0);
         let mut node = &self.nodes[0];
         loop {
@@ -123,7 +124,8 @@ impl DirectionTree {
             match node.children[quadrant(column, row)] {
                 0 => {
                     let direction = LuminanceImage::direction_from_uv(corner + u * half);
-                    return (direction, density * square_by_solid_angle(direction));
+                    let pdf = density * square_by_solid_angle(direction);
+                    return DirectionSample { direction, pdf };
                 }
                 child => node = &self.nodes[child as usize],
             }
@@ -263,7 +265,7 @@ mod tests {
         for tree in trees() {
             for index in 0..4000 {
                 let u = (Vec2::new((index % 80) as f32, (index / 80) as f32) + 0.5) / Vec2::new(80.0, 50.0);
-                let (direction, pdf) = tree.sample(u);
+                let DirectionSample { direction, pdf } = tree.sample(u);
                 assert!((direction.length() - 1.0).abs() < 1e-6 && pdf > 0.0);
                 let again = tree.pdf(direction);
                 assert!((again / pdf - 1.0).abs() < 1e-4, "{direction}: {again} {pdf}");
@@ -284,7 +286,7 @@ mod tests {
         for tree in trees() {
             let (samples, mut sum) = (1 << 18, 0.0);
             for index in 0..samples {
-                let (direction, pdf) = tree.sample(random_point(index, 0));
+                let DirectionSample { direction, pdf } = tree.sample(random_point(index, 0));
                 sum += f64::from(value(direction) / pdf);
             }
             let integral = sum / f64::from(samples);

@@ -21,6 +21,7 @@ use self::direction_tree::DirectionTree;
 pub(in crate::integrator) use self::photon::{Photon, PhotonPath, PhotonStore};
 pub(crate) use self::photons::most_photon_bytes;
 use self::point_tree::PointTree;
+use crate::geometry::DirectionSample;
 
 /// Where the indirect light of a frame's diffuse surfaces comes from.
 #[derive(Clone, Debug)]
@@ -63,8 +64,8 @@ impl PathGuide {
 }
 
 impl Guidance<'_> {
-    /// A unit direction that photons came from, and its density by solid angle.
-    pub(super) fn sample(&self, u: Vec2) -> (Vec3, f32) {
+    /// Samples a direction that photons came from.
+    pub(super) fn sample(&self, u: Vec2) -> DirectionSample {
         self.directions.sample(u)
     }
 

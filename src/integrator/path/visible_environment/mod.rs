@@ -20,6 +20,7 @@ use self::point_grid::PointGrid;
 use self::probes::Probes;
 pub(super) use self::reached_points::random_point;
 use self::reached_points::reached_points;
+use crate::geometry::DirectionSample;
 use crate::scene::EnvironmentSectors;
 use crate::scene_view::SceneView;
 
@@ -67,11 +68,11 @@ impl<'a> VisibleEnvironment<'a> {
         self.grid.get(position, normal)
     }
 
-    /// A unit direction and its density by solid angle.
-    pub(in crate::integrator) fn sample(&self, entry: VisibleEntry, u: Vec2) -> (Vec3, f32) {
+    /// Samples a direction where an entry sees the environment.
+    pub(in crate::integrator) fn sample(&self, entry: VisibleEntry, u: Vec2) -> DirectionSample {
         let (sector, probability, u) = self.entries[usize::from(entry)].sample(u);
-        let (direction, density) = self.sectors.sample(sector, u);
-        (direction, probability * density)
+        let in_sector = self.sectors.sample(sector, u);
+        DirectionSample { pdf: probability * in_sector.pdf, ..in_sector }
     }
 
     /// The density of a unit direction by solid angle.

@@ -54,7 +54,7 @@ impl<'p, 'v> Probes<'p, 'v> {
         let of_sector = |sector: usize| {
             let count = if powers[sector] > 0.0 { DIRECTIONS } else { 0 };
             (0..count)
-                .map(|number| sectors.sample(sector, random_point(number as u32, sector as u32)).0)
+                .map(|number| sectors.sample(sector, random_point(number as u32, sector as u32)).direction)
                 .collect()
         };
         Self { view, powers, points, directions: (0..SECTORS).map(of_sector).collect() }

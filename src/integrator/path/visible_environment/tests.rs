@@ -17,7 +17,7 @@ fn samples_have_their_directions_density() {
         for entry in 0..visible.entries.len() as VisibleEntry {
             for index in 0..40 {
                 let u = (Vec2::new((index % 8) as f32, (index / 8) as f32) + 0.5) / Vec2::new(8.0, 5.0);
-                let (direction, pdf) = visible.sample(entry, u);
+                let DirectionSample { direction, pdf } = visible.sample(entry, u);
                 assert!((direction.length() - 1.0).abs() < 1e-6 && pdf > 0.0 && pdf.is_finite());
                 assert_eq!(visible.pdf(entry, direction), pdf);
             }

@@ -43,7 +43,7 @@ fn environments() -> Vec<EnvironmentDistribution> {
 fn samples_have_their_directions_density() {
     for (index, environment) in environments().iter().enumerate() {
         for u in points(20_000).chain([Vec2::ZERO, Vec2::splat(1.0 - f32::EPSILON / 2.0)]) {
-            let (direction, pdf) = environment.sample(u).unwrap();
+            let DirectionSample { direction, pdf } = environment.sample(u).unwrap();
             assert!((direction.length() - 1.0).abs() < 1e-6);
             assert!(pdf > 0.0 && pdf.is_finite());
             assert_eq!(environment.pdf(direction), pdf, "environment {index}, {u}, {direction}");
@@ -79,7 +79,7 @@ fn samples_find_a_small_sun() {
     let count = 1 << 16;
     let (mut sum, mut squares) = (0.0, 0.0);
     for u in points(count) {
-        let (direction, pdf) = environment.sample(u).unwrap();
+        let DirectionSample { direction, pdf } = environment.sample(u).unwrap();
         let value = f64::from(sun(direction) / pdf);
         sum += value;
         squares += value * value;
@@ -98,7 +98,7 @@ fn mixed_with_uniform_directions_samples_integrate_the_whole_sky() {
     let count = 1 << 18;
     let uniform = 1.0 / (4.0 * std::f64::consts::PI);
     let value = |d: Vec3| f64::from(sky(d)) / (f64::from(environment.pdf(d)) + uniform);
-    let sampled: f64 = points(count).map(|u| value(environment.sample(u).unwrap().0)).sum();
+    let sampled: f64 = points(count).map(|u| value(environment.sample(u).unwrap().direction)).sum();
     let other: f64 = directions(count).map(value).sum();
     let mean = (sampled + other) / f64::from(count);
     let expected = 4.0 * std::f64::consts::PI;
@@ -110,7 +110,7 @@ fn frequencies_of_cells_are_their_probabilities() {
     let environment = EnvironmentDistribution::of(8, 16, |d| (d.x + 0.5 * d.y).max(0.0));
     let mut counts = [0_u32; 128];
     for u in points(1 << 18) {
-        let (row, column) = environment.grid.cell(environment.sample(u).unwrap().0);
+        let (row, column) = environment.grid.cell(environment.sample(u).unwrap().direction);
         counts[row * 16 + column] += 1;
     }
     for (index, &count) in counts.iter().enumerate() {

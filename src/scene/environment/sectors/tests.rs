@@ -31,7 +31,7 @@ fn samples_are_found_in_their_sector_with_their_density() {
         let mut moved = 0;
         for sector in (0..SECTORS).filter(|&sector| sectors.powers()[sector] > 0.0) {
             for u in points(37).chain([Vec2::ZERO, Vec2::splat(1.0 - f32::EPSILON / 2.0)]) {
-                let (direction, pdf) = sectors.sample(sector, u);
+                let DirectionSample { direction, pdf } = sectors.sample(sector, u);
                 assert!((direction.length() - 1.0).abs() < 1e-6 && pdf > 0.0 && pdf.is_finite());
                 let (found, density) = sectors.find(direction);
                 moved += u32::from((found, density) != (sector, pdf));

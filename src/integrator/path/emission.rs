@@ -3,35 +3,36 @@
 use glam::Vec3;
 
 use super::mis::{LastScatter, power_heuristic};
-use crate::bvh::Hit;
-use crate::integrator::whitted::Tracer;
+use crate::integrator::whitted::{SurfaceHit, Tracer};
 use crate::integrator::{ColorChannels, LightPass, RayState};
 use crate::interaction::SurfacePoint;
 
 impl Tracer<'_, '_> {
-    /// Adds the emission of a surface to a path; `weight` multiplies it.
+    /// Adds the emission of a surface to a path, `weighted` as the ray that finds it.
     pub(super) fn add_path_emission(
         &mut self,
         state: &RayState,
-        (hit, point): (&Hit, &SurfacePoint<'_>),
-        (light_pass, last): (Option<LightPass>, Option<&LastScatter>),
+        last: Option<&LastScatter>,
+        (surface_hit, point): (&SurfaceHit, &SurfacePoint<'_>),
         weighted: Vec3,
     ) {
         if weighted == Vec3::ZERO {
             return;
         }
         let Some(lights) = &self.context.emissive_triangles else { return };
-        let share = lights.emission_weight(self.context.view, hit, point, last);
-        let light_pass =
-            light_pass.map_or(LightPass::Emission, |pass| found_by(last, pass, LightPass::Direct));
-        self.add_to_path((state, last), light_pass, weighted * share);
+        let share = lights.emission_weight(self.context.view, &surface_hit.hit, point, last);
+        let light_pass = surface_hit
+            .light_pass
+            .map_or(LightPass::Emission, |pass| found_by(last, pass, LightPass::Direct));
+        self.add_to_path(state, last, light_pass, weighted * share);
     }
 
     /// Weight and light pass of the environment that a ray sees.
     pub(in crate::integrator) fn path_environment(
         &self,
         direction: Vec3,
-        (light_pass, last): (Option<LightPass>, Option<&LastScatter>),
+        light_pass: Option<LightPass>,
+        last: Option<&LastScatter>,
     ) -> (f32, LightPass) {
         let pdf = |last: &LastScatter| self.context.environment_pdf(last.visible, direction);
         let share = last.map_or(1.0, |last| power_heuristic(last.pdf, pdf(last)));
@@ -44,7 +45,8 @@ impl Tracer<'_, '_> {
     /// surface which the ray left, whether that surface looks for it, too, as `last` does, or is smooth.
     pub(in crate::integrator) fn add_to_path(
         &mut self,
-        (state, last): (&RayState, Option<&LastScatter>),
+        state: &RayState,
+        last: Option<&LastScatter>,
         light_pass: LightPass,
         radiance: Vec3,
     ) {

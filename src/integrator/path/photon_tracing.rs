@@ -1,25 +1,17 @@
 //! Photons, which are traced as the rays of paths are.
 
-use super::LastScatter;
-use super::guiding::{Photon, PhotonPath, PhotonStore};
+use super::guiding::{Photon, PhotonPath, PhotonRay, PhotonStore};
 use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
 use crate::color::luminance;
-use crate::geometry::Ray;
-use crate::integrator::RayState;
 use crate::integrator::whitted::{RaySignature, Tracer};
-use crate::integrator::zsobol::SampleSequence;
 
 impl Tracer<'_, '_> {
-    /// Traces photons to all diffuse surfaces that they reach. Each has a ray with its state, a scatter event where it starts, which clear thin
-    /// walls leave as it is, and sample points.
-    pub(super) fn trace_photons(
-        mut self,
-        photons: impl Iterator<Item = (Ray, RayState, LastScatter, SampleSequence)>,
-    ) -> PhotonStore {
+    /// Traces photons to all diffuse surfaces that they reach.
+    pub(super) fn trace_photons(mut self, photons: impl Iterator<Item = PhotonRay>) -> PhotonStore {
         self.photon_store = Some(PhotonStore::default());
         self.sequences.clear();
-        for (ray, state, last, sequence) in photons {
+        for PhotonRay { ray, state, last, sequence } in photons {
             self.sequences.push(sequence);
             self.children.push_scattered(RaySignature::CAMERA, ray, state, Some(last));
         }

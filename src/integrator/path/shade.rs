@@ -108,7 +108,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
         if material.unlit {
             let radiance = weight * material.base_color;
             self.add_guide((&state, share), (material, point));
-            self.add_to_path((&state, None), light_pass.unwrap_or(LightPass::Emission), radiance);
+            self.add_to_path(&state, None, light_pass.unwrap_or(LightPass::Emission), radiance);
             return None;
         }
         let coat = material.clear_coat.map(|sample| {
@@ -118,7 +118,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
         let below = coat.as_ref().map_or(1.0, |(coat, _, cosine)| coat.transmittance(*cosine));
         let emitted = weight * material.emission * below;
         if self.photon_store.is_none() {
-            self.add_path_emission(&state, (&hit, point), (light_pass, last.as_ref()), emitted);
+            self.add_path_emission(&state, last.as_ref(), (surface_hit, point), emitted);
         }
         let coat = coat.map(|(coat, world_from_coat, _)| (coat, world_from_coat));
         let is_too_deep = state.depth > self.context.settings.max_depth;

@@ -6,7 +6,7 @@ use std::time::Instant;
 use glam::Vec3;
 
 use super::tracer::{SampleValue, Tracer, seconds_since};
-use super::wavefront::{RaySignature, Wavefront};
+use super::wavefront::{FollowedRay, RaySignature, Wavefront};
 use crate::geometry::{ActiveLanes, LANES, Ray, Vec3Lanes, vectorized};
 use crate::integrator::camera::DifferentialLanes;
 use crate::integrator::{
@@ -87,7 +87,8 @@ impl Tracer<'_, '_> {
                 });
                 if !self.context.has_receivers {
                     let (ray, state) = wavefront.ray(slot);
-                    self.follow(slot, (ray, state, None), self.camera_hits[sample as usize], None);
+                    let followed = FollowedRay { ray, state, last: None };
+                    self.follow(slot, followed, self.camera_hits[sample as usize], None);
                 }
             }
         }

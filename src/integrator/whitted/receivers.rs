@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3};
 
 use super::receiver_shadows::{QueuedReceiver, ReceivedLight, ReceiverRay, ReceiverShadows};
 use super::tracer::{Tracer, seconds_since};
-use super::wavefront::{RaySlot, Wavefront};
+use super::wavefront::{FollowedRay, RaySlot, Wavefront};
 use crate::bvh::Hit;
 use crate::color::luminance;
 use crate::geometry::Ray;
@@ -77,10 +77,10 @@ impl Tracer<'_, '_> {
         shadows.clear();
         let mut traced = 0;
         for &slot in wavefront.in_order() {
-            let (ray, state) = wavefront.ray(slot);
+            let followed = wavefront.followed(slot);
             // The sampled rays of paths pass receivers.
-            let is_received = wavefront.last_scatter(slot).is_none()
-                && self.add_first_receiver(&mut shadows, (ray, state), first(self, slot, state));
+            let is_received = followed.last.is_none()
+                && self.add_first_receiver(&mut shadows, followed, first(self, slot, followed.state));
             lights.push(is_received.then(ReceivedLight::default));
             if shadows.rays.len() >= RAYS_TOGETHER {
                 self.receive(&mut shadows, &mut lights[traced..]);
@@ -104,9 +104,10 @@ impl Tracer<'_, '_> {
     fn add_first_receiver(
         &self,
         shadows: &mut ReceiverShadows,
-        (ray, state): (&Ray, &RayState),
+        followed: FollowedRay<'_>,
         first: Option<Hit>,
     ) -> bool {
+        let FollowedRay { ray, state, .. } = followed;
         let ground = self.context.settings.ground.and_then(|ground| Some((ground, ground.hit(ray)?)));
         if let Some((ground, t)) = ground
             && first.is_none_or(|hit| t < hit.t)
@@ -118,7 +119,7 @@ impl Tracer<'_, '_> {
             return true;
         }
         let Some(hit) = first.filter(|hit| catches_shadows(self.context.view, hit)) else { return false };
-        let (receiver, point) = self.catcher_receiver((ray, state), &hit, 0);
+        let (receiver, point) = self.catcher_receiver(followed, &hit, 0);
         self.add_receiver(shadows, &receiver, |span| point.shadow_end_outside(span));
         true
     }

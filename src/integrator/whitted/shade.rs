@@ -103,7 +103,7 @@ impl<'a> Tracer<'_, 'a> {
             let (_, state) = wavefront.ray(*slot);
             let weight = state.weight * state.media.transmittance(hit.t) * *share;
             let radiance = weight * untextured_color(self.context.view, hit);
-            self.add_to_path((state, None), light_pass.unwrap_or(LightPass::Emission), radiance);
+            self.add_to_path(state, None, light_pass.unwrap_or(LightPass::Emission), radiance);
         }
     }
 

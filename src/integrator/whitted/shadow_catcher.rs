@@ -6,23 +6,22 @@
 use super::receiver_shadows::ReceivedLight;
 use super::receivers::Receiver;
 use super::tracer::Tracer;
+use super::wavefront::FollowedRay;
 use crate::bvh::Hit;
-use crate::geometry::Ray;
-use crate::integrator::RayState;
 use crate::interaction::{RayDifferential, SurfacePoint};
 
 impl<'a> Tracer<'_, 'a> {
-    /// The share of direct light that is occluded where `ray` hits a shadow catcher; 0 where no light shines. `received` is the light there, where it
+    /// The share of direct light that is occluded where a ray hits a shadow catcher; 0 where no light shines. `received` is the light there, where it
     /// is known, and `number` that of the receiver along the ray.
     pub(super) fn caught_shadow(
         &mut self,
-        (ray, state): (&Ray, &RayState),
+        followed: FollowedRay<'_>,
         hit: &Hit,
         received: Option<ReceivedLight>,
         number: u32,
     ) -> f32 {
         let ReceivedLight { unoccluded, arriving } = received.unwrap_or_else(|| {
-            let (receiver, point) = self.catcher_receiver((ray, state), hit, number);
+            let (receiver, point) = self.catcher_receiver(followed, hit, number);
             self.direct_light_on(&receiver, |span| point.shadow_end_outside(span))
         });
         if unoccluded > 0.0 { (1.0 - arriving / unoccluded).clamp(0.0, 1.0) } else { 0.0 }
@@ -31,7 +30,7 @@ impl<'a> Tracer<'_, 'a> {
     /// The point of a shadow catcher that a ray hits, its receiver with this number.
     pub(super) fn catcher_receiver(
         &self,
-        (ray, state): (&Ray, &RayState),
+        FollowedRay { ray, state, .. }: FollowedRay<'_>,
         hit: &Hit,
         number: u32,
     ) -> (Receiver, SurfacePoint<'a>) {

@@ -7,10 +7,8 @@ use super::least_weights::MIN_WEIGHT;
 use super::receiver_shadows::ReceivedLight;
 use super::surface_hit::SurfaceHit;
 use super::tracer::{Tracer, seconds_since};
-use super::wavefront::{RaySlot, Wavefront};
+use super::wavefront::{FollowedRay, RaySlot, Wavefront};
 use crate::bvh::{Hit, TriangleFlags};
-use crate::geometry::Ray;
-use crate::integrator::path::LastScatter;
 use crate::integrator::{Integrator, LightPass, RayKind, RayState, TRANSPARENCY_LIMIT};
 use crate::interaction::{alpha_at, catches_shadows};
 
@@ -46,14 +44,14 @@ impl Tracer<'_, '_> {
         self.find_first_receivers(wavefront, &first);
         self.find_escaped_radiances(wavefront, &first);
         for (number, &slot) in wavefront.in_order().iter().enumerate() {
-            let (ray, state) = wavefront.ray(slot);
+            let followed = wavefront.followed(slot);
             if let Some(radiance) = self.escaped_radiances.get(number).copied().flatten() {
-                self.add_escaped(state, radiance);
+                self.add_escaped(followed.state, radiance);
                 continue;
             }
             let received = self.first_receivers.get(number).copied().flatten();
-            let hit = first(self, slot, state);
-            self.follow(slot, (ray, state, wavefront.last_scatter(slot)), hit, received);
+            let hit = first(self, slot, followed.state);
+            self.follow(slot, followed, hit, received);
         }
     }
 
@@ -63,10 +61,11 @@ impl Tracer<'_, '_> {
     pub(super) fn follow(
         &mut self,
         slot: RaySlot,
-        (ray, state, last): (&Ray, &RayState, Option<&LastScatter>),
+        followed: FollowedRay<'_>,
         first: Option<Hit>,
         received: Option<ReceivedLight>,
     ) {
+        let state = followed.state;
         let view = self.context.view;
         let is_solid = |hit: &Hit| !view.frame.flags[hit.triangle as usize].has(TriangleFlags::FILTERED);
         match first {
@@ -76,7 +75,7 @@ impl Tracer<'_, '_> {
                 self.surface_hits.push(surface_hit);
                 self.set_coverage(state, 1.0);
             }
-            _ => self.follow_through(slot, (ray, state, last), first, received),
+            _ => self.follow_through(slot, followed, first, received),
         }
     }
 
@@ -84,10 +83,11 @@ impl Tracer<'_, '_> {
     fn follow_through(
         &mut self,
         slot: RaySlot,
-        (ray, state, last): (&Ray, &RayState, Option<&LastScatter>),
+        followed: FollowedRay<'_>,
         first: Option<Hit>,
         mut received: Option<ReceivedLight>,
     ) {
+        let FollowedRay { ray, state, last } = followed;
         let view = self.context.view;
         let weight = state.weight.max_element();
         let mut through = 1.0_f32;
@@ -111,18 +111,14 @@ impl Tracer<'_, '_> {
                 }
             }
             let Some(hit) = next else {
-                return self.escape((ray, last), state, through, light_pass);
+                return self.escape(followed, through, light_pass);
             };
             let alpha = if catches_shadows(view, &hit) {
                 // A catcher stands for a solid surface, which hides the ground.
                 ground_hit = None;
                 let number = receivers;
                 receivers += 1;
-                if last.is_none() {
-                    self.caught_shadow((ray, state), &hit, received.take(), number)
-                } else {
-                    0.0
-                }
+                if last.is_none() { self.caught_shadow(followed, &hit, received.take(), number) } else { 0.0 }
             } else {
                 let alpha = self.covered_share(state, alpha_at(view, &hit), &mut passes);
                 let surface_hit = SurfaceHit { slot, hit, share: through * alpha, light_pass };
@@ -159,8 +155,7 @@ impl Tracer<'_, '_> {
     /// Adds the environment to a ray that leaves the scene with the share `through` of its weight.
     fn escape(
         &mut self,
-        (ray, last): (&Ray, Option<&LastScatter>),
-        state: &RayState,
+        FollowedRay { ray, state, last }: FollowedRay<'_>,
         through: f32,
         light_pass: Option<LightPass>,
     ) {
@@ -188,8 +183,8 @@ impl Tracer<'_, '_> {
                 self.add(state.sample, light_pass.unwrap_or(LightPass::Environment), weight * radiance);
             }
             Integrator::Path => {
-                let (share, light_pass) = self.path_environment(ray.direction, (light_pass, last));
-                self.add_to_path((state, last), light_pass, weight * radiance * share);
+                let (share, light_pass) = self.path_environment(ray.direction, light_pass, last);
+                self.add_to_path(state, last, light_pass, weight * radiance * share);
             }
         }
         self.set_coverage(state, 1.0);

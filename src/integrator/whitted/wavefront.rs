@@ -41,6 +41,15 @@ pub(in crate::integrator) struct RaySlot {
     index: u32,
 }
 
+/// A ray of a wavefront that is followed to the surfaces that it sees.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FollowedRay<'w> {
+    pub(super) ray: &'w Ray,
+    pub(super) state: &'w RayState,
+    /// See [`Wavefront::last_scatter`].
+    pub(super) last: Option<&'w LastScatter>,
+}
+
 /// Rays of one depth.
 #[derive(Debug, Default)]
 pub(in crate::integrator) struct Wavefront {
@@ -106,7 +115,7 @@ impl Wavefront {
         group.last_scatters.push(last);
     }
 
-    /// The surface that sampled a ray.
+    /// The surface that sampled a ray; `None` where the weights of lights do not depend on it.
     pub(in crate::integrator) fn last_scatter(&self, slot: RaySlot) -> Option<&LastScatter> {
         self.groups[slot.signature.index()].last_scatters.get(slot.index as usize)?.as_ref()
     }
@@ -147,6 +156,12 @@ impl Wavefront {
     pub(in crate::integrator) fn ray(&self, slot: RaySlot) -> (&Ray, &RayState) {
         let group = &self.groups[slot.signature.index()];
         (&group.rays[slot.index as usize], &group.states[slot.index as usize])
+    }
+
+    /// A ray with all that following it depends on.
+    pub(super) fn followed(&self, slot: RaySlot) -> FollowedRay<'_> {
+        let (ray, state) = self.ray(slot);
+        FollowedRay { ray, state, last: self.last_scatter(slot) }
     }
 
     /// The closest hit that [`Wavefront::find_hits`] found.

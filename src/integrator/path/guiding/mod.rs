@@ -18,7 +18,7 @@ mod point_tree;
 use glam::{Vec2, Vec3};
 
 use self::direction_tree::DirectionTree;
-pub(in crate::integrator) use self::photon::{Photon, PhotonPath, PhotonStore};
+pub(in crate::integrator) use self::photon::{Photon, PhotonPath, PhotonRay, PhotonStore};
 pub(crate) use self::photons::most_photon_bytes;
 use self::point_tree::PointTree;
 use crate::geometry::DirectionSample;

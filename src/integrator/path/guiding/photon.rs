@@ -1,6 +1,11 @@
-//! Photons at diffuse surfaces.
+//! Photons: their rays, and what diffuse surfaces store of them.
 
 use glam::Vec3;
+
+use crate::geometry::Ray;
+use crate::integrator::RayState;
+use crate::integrator::path::LastScatter;
+use crate::integrator::zsobol::SampleSequence;
 
 /// Photons that are traced together.
 pub(super) const BATCH: u32 = 1024;
@@ -8,6 +13,17 @@ pub(super) const BATCH: u32 = 1024;
 pub(super) const STORED_BY_BATCH: usize = 4 * BATCH as usize;
 /// Surfaces after which a photon ends. What it would still bring is smooth.
 const MOST_BOUNCES: u32 = 8;
+
+/// The ray that carries a photon away from its source.
+#[derive(Debug)]
+pub(in crate::integrator) struct PhotonRay {
+    pub(in crate::integrator) ray: Ray,
+    pub(in crate::integrator) state: RayState,
+    /// A scatter event at the source. Clear thin walls leave it as it is.
+    pub(in crate::integrator) last: LastScatter,
+    /// Sample points of the surfaces that it reaches.
+    pub(in crate::integrator) sequence: SampleSequence,
+}
 
 /// What is between the source of a photon and the surface that stores it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

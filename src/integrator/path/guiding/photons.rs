@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::photon::{BATCH, Photon, PhotonPath, PhotonStore, STORED_BY_BATCH};
+use super::photon::{BATCH, Photon, PhotonPath, PhotonRay, PhotonStore, STORED_BY_BATCH};
 use super::photon_sources::{EmittedPhoton, PhotonSources};
 use crate::integrator::path::LastScatter;
 use crate::integrator::random::Seed;
@@ -73,16 +73,16 @@ impl<'c, 'a> PhotonTracing<'c, 'a> {
         let emitted: Vec<(u32, EmittedPhoton)> =
             indices.filter_map(|index| Some((index, self.sources.emit(index)?))).collect();
         let rays = (0..).zip(&emitted).map(|(sample, (index, photon))| {
-            let media = self.context.media_at(photon.ray.origin);
+            let ray = photon.ray;
+            let media = self.context.media_at(ray.origin);
             let state = RayState {
                 weight: photon.power,
                 kind: RayKind::Reflection,
                 light_pass: Some(LightPass::Direct),
                 ..RayState::primary(RayDifferential::ZERO, media, sample, Seed::default())
             };
-            let last =
-                LastScatter { pdf: 1.0, position: photon.ray.origin, depth: 0, normal: None, visible: None };
-            (photon.ray, state, last, self.points.sequence((0, 0), *index))
+            let last = LastScatter { pdf: 1.0, position: ray.origin, depth: 0, normal: None, visible: None };
+            PhotonRay { ray, state, last, sequence: self.points.sequence((0, 0), *index) }
         });
         let mut store = Tracer::new(self.context).trace_photons(rays);
         let unit = self.sources.power() / self.count as f32;

@@ -6,40 +6,18 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Level, Simd};
+use fearless_simd::Level;
 
-use super::any_hit::AnyHit;
-use super::closest_hit::ClosestHit;
-use super::frustum::Frustum;
+use super::batch_answer::BatchAnswer;
 use super::packet::{MIN_PACKET, PACKET_SIZE, Packet};
-use super::packet_query::{PacketAnyHit, PacketClosestHit, PacketRays};
-use super::packet_walk::{PacketWalk, Refine};
+use super::packet_query::PacketRays;
 use super::ray_bins::{RayBins, SortedRays, differ};
-use super::single::traverse;
 use super::visitor::{BatchFilter, LeafIntersector};
 use crate::bvh::hit::Hit;
 use crate::bvh::statistics::TraversalCounters;
 use crate::bvh::wide_tree::{Leaf, WideTree};
-use crate::geometry::Ray;
+use crate::geometry::{Ray, compiled_for};
 
-/// Runs a task at the levels for which packets are compiled: those with eight lanes or more, or with many registers. False at
-/// other levels, where single rays are as fast.
-macro_rules! packet_dispatch {
-    ($level:expr, $simd:ident => $task:expr) => {
-        match $level {
-            #[cfg(target_arch = "x86_64")]
-            Level::Avx512($simd) => $crate::geometry::compiled_for!($simd, $task),
-            #[cfg(target_arch = "x86_64")]
-            Level::Avx2($simd) => $crate::geometry::compiled_for!($simd, $task),
-            #[cfg(target_arch = "aarch64")]
-            Level::Neon($simd) => $crate::geometry::compiled_for!($simd, $task),
-            _ => false,
-        }
-    };
-}
-
-/// Packets from one point that spread less than this per unit of depth test boxes at leaves only.
-const NARROW_SPREAD: f32 = 0.06;
 /// Indices of the rays of a packet in their order.
 const IN_ORDER: [u8; PACKET_SIZE] = in_order();
 
@@ -77,57 +55,36 @@ struct Part<'a> {
 impl Batch<'_> {
     /// Finds the closest visible hit of each ray.
     pub(crate) fn closest_hits(self, hits: &mut [Option<Hit>], counters: &mut TraversalCounters) {
-        let mut packet = Packet::EMPTY;
-        for (part, hits) in self.parts().zip(hits.chunks_mut(PACKET_SIZE)) {
-            if !differ(part.batch.rays) && part.closest_hits_of_packet(&mut packet, None, hits, counters) {
-                continue;
-            }
-            let bins = RayBins::new(part.batch.rays);
-            if !bins.has_packets() {
-                part.closest_hits_one_by_one(&IN_ORDER, hits, counters);
-                continue;
-            }
-            let bins = bins.sorted();
-            let mut sorted = [None; PACKET_SIZE];
-            for (range, is_coherent) in bins.bins() {
-                let (bin, indices) = part.bin(&bins, range);
-                let sorted = &mut sorted[..indices.len()];
-                let is_done =
-                    is_coherent && bin.closest_hits_of_packet(&mut packet, Some(indices), sorted, counters);
-                if !is_done {
-                    bin.closest_hits_one_by_one(indices, sorted, counters);
-                }
-                for (&index, hit) in indices.iter().zip(sorted) {
-                    hits[usize::from(index)] = *hit;
-                }
-            }
-        }
+        self.trace(hits, counters);
     }
 
     /// Finds which rays hit anything.
     pub(crate) fn occluded_rays(self, occluded: &mut [bool], counters: &mut TraversalCounters) {
+        self.trace(occluded, counters);
+    }
+
+    fn trace<A: BatchAnswer>(self, answers: &mut [A], counters: &mut TraversalCounters) {
         let mut packet = Packet::EMPTY;
-        for (part, occluded) in self.parts().zip(occluded.chunks_mut(PACKET_SIZE)) {
-            if !differ(part.batch.rays) && part.occlusion_of_packet(&mut packet, None, occluded, counters) {
+        for (part, answers) in self.parts().zip(answers.chunks_mut(PACKET_SIZE)) {
+            if !differ(part.batch.rays) && part.trace_packet(&mut packet, None, answers, counters) {
                 continue;
             }
             let bins = RayBins::new(part.batch.rays);
             if !bins.has_packets() {
-                part.occlusion_one_by_one(&IN_ORDER, occluded, counters);
+                part.trace_one_by_one(&IN_ORDER, answers, counters);
                 continue;
             }
             let bins = bins.sorted();
-            let mut sorted = [false; PACKET_SIZE];
+            let mut sorted = [A::default(); PACKET_SIZE];
             for (range, is_coherent) in bins.bins() {
                 let (bin, indices) = part.bin(&bins, range);
                 let sorted = &mut sorted[..indices.len()];
-                let is_done =
-                    is_coherent && bin.occlusion_of_packet(&mut packet, Some(indices), sorted, counters);
+                let is_done = is_coherent && bin.trace_packet(&mut packet, Some(indices), sorted, counters);
                 if !is_done {
-                    bin.occlusion_one_by_one(indices, sorted, counters);
+                    bin.trace_one_by_one(indices, sorted, counters);
                 }
-                for (&index, is_occluded) in indices.iter().zip(sorted) {
-                    occluded[usize::from(index)] = *is_occluded;
+                for (&index, answer) in indices.iter().zip(sorted) {
+                    answers[usize::from(index)] = *answer;
                 }
             }
         }
@@ -152,11 +109,11 @@ impl<'a> Part<'a> {
     }
 
     /// Traces the rays as a packet; false where that does not pay. Binned rays come with their `indices`.
-    fn closest_hits_of_packet(
+    fn trace_packet<A: BatchAnswer>(
         &self,
         packet: &mut Packet,
         indices: Option<&[u8]>,
-        hits: &mut [Option<Hit>],
+        answers: &mut [A],
         counters: &mut TraversalCounters,
     ) -> bool {
         let Batch { level, tree, rays, filter } = self.batch;
@@ -164,48 +121,31 @@ impl<'a> Part<'a> {
             return false;
         }
         let filter = |ray: usize, hit: &Hit| filter(self.first + ray, hit);
-        let mut query = PacketClosestHit(PacketRays { tree, rays, indices, filter: &filter });
-        packet_dispatch!(level, simd => closest_hits(simd, packet, &mut query, hits, counters))
+        let rays = PacketRays { tree, rays, indices, filter: &filter };
+        // Packets are compiled for levels with eight lanes or more, or with many registers. At others single rays are as fast.
+        match level {
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512(simd) => {
+                compiled_for!(simd, A::of_packet(simd, packet, rays, answers, counters))
+            }
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2(simd) => compiled_for!(simd, A::of_packet(simd, packet, rays, answers, counters)),
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon(simd) => compiled_for!(simd, A::of_packet(simd, packet, rays, answers, counters)),
+            _ => false,
+        }
     }
 
-    fn closest_hits_one_by_one(
+    fn trace_one_by_one<A: BatchAnswer>(
         &self,
         indices: &[u8],
-        hits: &mut [Option<Hit>],
+        answers: &mut [A],
         counters: &mut TraversalCounters,
     ) {
-        for ((ray, &index), hit) in self.batch.rays.iter().zip(indices).zip(hits) {
-            let filter = |hit: &Hit| (self.batch.filter)(self.first + usize::from(index), hit);
-            let leaves = LeafIntersector { tree: self.batch.tree, ray };
-            let mut closest = ClosestHit::<true>::new(ray, None, &filter);
-            traverse(self.batch.level, &leaves, &mut closest, counters);
-            *hit = closest.finish(&leaves);
-        }
-    }
-
-    /// Traces the rays as a packet; false where that does not pay. Binned rays come with their `indices`.
-    fn occlusion_of_packet(
-        &self,
-        packet: &mut Packet,
-        indices: Option<&[u8]>,
-        occluded: &mut [bool],
-        counters: &mut TraversalCounters,
-    ) -> bool {
         let Batch { level, tree, rays, filter } = self.batch;
-        if !self.has_packet_size() {
-            return false;
-        }
-        let filter = |ray: usize, hit: &Hit| filter(self.first + ray, hit);
-        let mut query = PacketAnyHit::new(PacketRays { tree, rays, indices, filter: &filter });
-        packet_dispatch!(level, simd => any_hits(simd, packet, &mut query, occluded, counters))
-    }
-
-    fn occlusion_one_by_one(&self, indices: &[u8], occluded: &mut [bool], counters: &mut TraversalCounters) {
-        for ((ray, &index), occluded) in self.batch.rays.iter().zip(indices).zip(occluded) {
-            let filter = |hit: &Hit| (self.batch.filter)(self.first + usize::from(index), hit);
-            let mut any = AnyHit::new(ray, &filter);
-            traverse(self.batch.level, &LeafIntersector { tree: self.batch.tree, ray }, &mut any, counters);
-            *occluded = any.found;
+        for ((ray, &index), answer) in rays.iter().zip(indices).zip(answers) {
+            let filter = |hit: &Hit| filter(self.first + usize::from(index), hit);
+            *answer = A::of_ray(level, &LeafIntersector { tree, ray }, &filter, counters);
         }
     }
 
@@ -213,44 +153,4 @@ impl<'a> Part<'a> {
     fn has_packet_size(&self) -> bool {
         self.batch.rays.len() >= MIN_PACKET && Leaf::of(self.batch.tree.root).is_none()
     }
-}
-
-#[inline(always)]
-fn closest_hits<S: Simd>(
-    simd: S,
-    packet: &mut Packet,
-    query: &mut PacketClosestHit,
-    hits: &mut [Option<Hit>],
-    counters: &mut TraversalCounters,
-) -> bool {
-    let rays = query.0;
-    let Some(frustum) = fill(simd, packet, &rays) else { return false };
-    let is_narrow = frustum.has_one_origin() && frustum.spread() < NARROW_SPREAD;
-    let refine = if is_narrow { Refine::Leaves } else { Refine::Nodes };
-    PacketWalk { tree: rays.tree, frustum, refine }.traverse(simd, packet, query, counters);
-    query.finish(simd, packet, hits);
-    true
-}
-
-#[inline(always)]
-fn any_hits<S: Simd>(
-    simd: S,
-    packet: &mut Packet,
-    query: &mut PacketAnyHit,
-    occluded: &mut [bool],
-    counters: &mut TraversalCounters,
-) -> bool {
-    let rays = query.rays;
-    let Some(frustum) = fill(simd, packet, &rays) else { return false };
-    PacketWalk { tree: rays.tree, frustum, refine: Refine::Nodes }.traverse(simd, packet, query, counters);
-    for (i, occluded) in occluded.iter_mut().enumerate() {
-        *occluded = query.is_occluded(i);
-    }
-    true
-}
-
-/// Fills the packet with rays that share a depth axis and its sense, and bounds them.
-#[inline(always)]
-fn fill<S: Simd>(simd: S, packet: &mut Packet, rays: &PacketRays) -> Option<Frustum> {
-    packet.fill(simd, rays.rays).then(|| Frustum::around(simd, packet))
 }

@@ -3,10 +3,12 @@
 //! [`visitor`] defines what a traversal reports and [`closest_hit`] and [`any_hit`] what the queries make of it. [`single`]
 //! traverses with one ray ([`lane_ray`], [`stack`]). [`batch`] cuts batches into packets ([`packet`], [`frustum`]), which
 //! [`packet_walk`] traverses for the queries of [`packet_query`]; [`exact_hits`] computes their hits. Incoherent packets are
-//! sorted by direction first ([`ray_bins`]). [`edge_functions`] are the triangle tests in single precision.
+//! sorted by direction first ([`ray_bins`]). [`batch_answer`] states what each query does with a packet and with a single ray.
+//! [`edge_functions`] are the triangle tests in single precision.
 
 mod any_hit;
 mod batch;
+mod batch_answer;
 mod closest_hit;
 mod edge_functions;
 mod exact_hits;

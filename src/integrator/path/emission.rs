@@ -2,8 +2,10 @@
 
 use glam::Vec3;
 
-use super::mis::{LastScatter, power_heuristic};
-use crate::integrator::whitted::{SurfaceHit, Tracer};
+use super::mis::power_heuristic;
+use crate::integrator::last_scatter::LastScatter;
+use crate::integrator::surface_hit::SurfaceHit;
+use crate::integrator::whitted::Tracer;
 use crate::integrator::{ColorChannels, LightPass, RayState};
 use crate::interaction::SurfacePoint;
 

@@ -3,10 +3,11 @@
 use glam::{Vec2, Vec3};
 
 use super::emitters::{coat_transmittance, emitted, emitters};
-use super::mis::{LastScatter, power_heuristic};
+use super::mis::power_heuristic;
 use super::triangle_part::TrianglePart;
 use crate::bvh::Hit;
 use crate::geometry::{Facing, Ray, Triangle};
+use crate::integrator::last_scatter::LastScatter;
 use crate::integrator::light_sampling::{LightTree, sample_triangle, triangle_pdf};
 use crate::interaction::{RayDifferential, SurfacePoint};
 use crate::scene_view::SceneView;

@@ -1,23 +1,5 @@
 //! Weights of the two ways to find a light.
 
-use glam::Vec3;
-
-use super::VisibleEntry;
-
-/// The surface that sampled a ray, as far as the weight of a light at the ray's end depends on it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::integrator) struct LastScatter {
-    /// Density of the ray's direction with respect to solid angle; infinite where no shadow rays look for lights in that direction.
-    pub(in crate::integrator) pdf: f32,
-    pub(in crate::integrator) position: Vec3,
-    /// Number of reflections and refractions before the surface.
-    pub(in crate::integrator) depth: u32,
-    /// Normal of a surface that scatters light of its own side alone.
-    pub(in crate::integrator) normal: Option<Vec3>,
-    /// What it sees of the environment.
-    pub(in crate::integrator) visible: Option<VisibleEntry>,
-}
-
 /// The power heuristic for one sample of each way (Veach 1997, equation 9.11, β = 2): the weight of the way with density `pdf`.
 #[inline(always)]
 pub(super) fn power_heuristic(pdf: f32, other: f32) -> f32 {

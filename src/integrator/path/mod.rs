@@ -37,7 +37,6 @@ pub(super) use emission::clamped;
 pub(super) use emissive_triangles::EmissiveTriangles;
 pub(crate) use guiding::most_photon_bytes;
 pub(super) use guiding::{PathGuide, PhotonStore};
-pub(super) use mis::LastScatter;
 pub(super) use path_block::PathBlock;
 pub(super) use visible_environment::{VisibleEntry, VisibleEnvironment};
 

@@ -4,7 +4,8 @@ use super::guiding::{Photon, PhotonPath, PhotonRay, PhotonStore};
 use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
 use crate::color::luminance;
-use crate::integrator::whitted::{RaySignature, Tracer};
+use crate::integrator::wavefront::RaySignature;
+use crate::integrator::whitted::Tracer;
 
 impl Tracer<'_, '_> {
     /// Traces photons to all diffuse surfaces that they reach.

@@ -5,11 +5,11 @@ use glam::Vec3;
 
 use super::dimensions::Decision;
 use super::guided_direction::{ProposedDirection, ScatteredDirection};
-use super::mis::LastScatter;
 use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
 use crate::bsdf::{ScatterLobe, ScatterSample};
 use crate::geometry::{ActiveLanes, LANES, Ray};
+use crate::integrator::last_scatter::LastScatter;
 use crate::integrator::whitted::Tracer;
 use crate::integrator::{LightPass, RayKind, RayState};
 use crate::interaction::RayDifferential;

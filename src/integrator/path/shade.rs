@@ -6,17 +6,18 @@ use glam::{Mat3, Vec3};
 use super::VisibleEntry;
 use super::dimensions::{BounceKeys, BounceSamples};
 use super::guiding::Guidance;
-use super::mis::LastScatter;
 use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
 use crate::bsdf::{Bsdf, Coat, OrientedCoat, Scattering};
 use crate::geometry::LANES;
+use crate::integrator::last_scatter::LastScatter;
 use crate::integrator::local_frame::{local_frame, shading_frame};
 use crate::integrator::opaque_materials::is_opaque;
 use crate::integrator::ray_state::ArrivingState;
-use crate::integrator::whitted::{
-    RaySignature, SurfaceHit, Tracer, TransmissionSide, Wavefront, ior_outside, ior_transmission_side,
-};
+use crate::integrator::surface_hit::SurfaceHit;
+use crate::integrator::transmission_side::{TransmissionSide, ior_outside, ior_transmission_side};
+use crate::integrator::wavefront::{RaySignature, Wavefront};
+use crate::integrator::whitted::Tracer;
 use crate::integrator::{GuideSample, LightPass, RayState};
 use crate::interaction::{MaterialSample, SurfaceBlock, SurfacePoint};
 use crate::scene::Material;

@@ -3,14 +3,15 @@
 use glam::{Mat3, Vec3};
 
 use crate::integrator::ray_state::ArrivingState;
-use crate::integrator::whitted::{RaySignature, TransmissionSide};
+use crate::integrator::transmission_side::TransmissionSide;
+use crate::integrator::wavefront::RaySignature;
 use crate::integrator::{ColorChannels, LightPass, MediaStack};
 use crate::interaction::{MaterialSample, SurfacePoint};
 
 use super::VisibleEntry;
 use super::dimensions::BounceSamples;
 use super::guiding::Guidance;
-use super::mis::LastScatter;
+use crate::integrator::last_scatter::LastScatter;
 
 /// A surface with its lobes, seen by one path.
 pub(super) struct ShadedPoint<'p, 'a> {
@@ -19,9 +20,9 @@ pub(super) struct ShadedPoint<'p, 'a> {
     /// Signature of the ray.
     pub(super) signature: RaySignature,
     pub(super) state: ArrivingState<'p>,
-    /// See [`crate::integrator::whitted::SurfaceHit::light_pass`].
+    /// See [`crate::integrator::surface_hit::SurfaceHit::light_pass`].
     pub(super) light_pass: Option<LightPass>,
-    /// See [`crate::integrator::whitted::SurfaceHit::share`].
+    /// See [`crate::integrator::surface_hit::SurfaceHit::share`].
     pub(super) share: f32,
     pub(super) point: &'p SurfacePoint<'a>,
     pub(super) material: &'p MaterialSample,

@@ -1,10 +1,10 @@
 //! The environment at the points of a block whose surfaces are shaded one by one: the lookups that most of them need, in lanes.
 
-use super::prefiltered_lobe::PrefilteredLobe;
 use super::traced_share::traced_share;
 use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec3Lanes, vectorized};
 use crate::integrator::IntegratorContext;
 use crate::integrator::local_frame::mirror_direction;
+use crate::integrator::prefiltered_lobe::PrefilteredLobe;
 use crate::interaction::{MaterialSample, SurfaceBlock};
 use crate::scene::LookupLanes;
 use glam::Vec3;

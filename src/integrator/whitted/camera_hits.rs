@@ -6,9 +6,9 @@ use std::time::Instant;
 use glam::Vec3;
 
 use super::tracer::{SampleValue, Tracer, seconds_since};
-use super::wavefront::{FollowedRay, RaySignature, Wavefront};
 use crate::geometry::{ActiveLanes, LANES, Ray, Vec3Lanes, vectorized};
 use crate::integrator::camera::DifferentialLanes;
+use crate::integrator::wavefront::{FollowedRay, RaySignature, Wavefront};
 use crate::integrator::{
     CameraRays, CameraSamples, IntegratorContext, LightPass, MediaStack, RayState, Seed,
 };

@@ -2,10 +2,10 @@
 
 use glam::{Mat3, Vec2, Vec3};
 
-use super::prefiltered_lobe::PrefilteredLobe;
 use super::traced_share::traced_share;
 use crate::bsdf::Coat;
 use crate::integrator::local_frame::{local_frame, mirror_direction};
+use crate::integrator::prefiltered_lobe::PrefilteredLobe;
 use crate::interaction::{ClearCoatSample, SurfacePoint};
 
 /// A coat seen by one ray, with its own shading frame.

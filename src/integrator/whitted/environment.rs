@@ -5,11 +5,11 @@ use std::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use super::environment_lookup::{EnvironmentLookup, EnvironmentLookups, LookupLobe};
-use super::prefiltered_lobe::PrefilteredLobe;
 use super::shading::Shading;
 use super::tracer::Tracer;
 use crate::bsdf::Bsdf;
 use crate::integrator::local_frame::mirror_direction;
+use crate::integrator::prefiltered_lobe::PrefilteredLobe;
 use crate::interaction::is_opaque_at;
 use crate::scene::KeyLight;
 

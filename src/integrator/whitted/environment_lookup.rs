@@ -3,9 +3,9 @@
 use arrayvec::ArrayVec;
 use glam::{Vec2, Vec3};
 
-use super::prefiltered_lobe::PrefilteredLobe;
 use crate::color::luminance;
 use crate::integrator::environment_directions::EnvironmentDirections;
+use crate::integrator::prefiltered_lobe::PrefilteredLobe;
 
 /// Lookups of one surface: two lobes of each side, three of dispersed glass, and a coat.
 pub(super) const MAX_LOOKUPS: usize = 8;

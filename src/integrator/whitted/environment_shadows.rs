@@ -7,9 +7,9 @@ use super::occluder_buffers::OccluderTask;
 use super::shading::{Arrival, Shading};
 use super::shadow_queue::ShadowRay;
 use super::tracer::Tracer;
-use super::wavefront::{BOUNCES, RaySignature};
 use crate::geometry::Ray;
 use crate::integrator::media::SurfaceMedia;
+use crate::integrator::wavefront::{BOUNCES, RaySignature};
 use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{EnvSamples, GlassShadows, LightPass, MediaStack, RayState};
 

@@ -9,13 +9,13 @@ use glam::{Vec2, Vec3};
 use super::environment::transmitted_lobe;
 use super::environment_shadows::on_side;
 use super::glossy::seeds;
-use super::prefiltered_lobe::PrefilteredLobe;
 use super::secondary_rays::ChildRay;
 use super::shading::Shading;
 use super::traced_share::{PREFILTERED_ROUGHNESS, smoothstep, traced_share};
 use super::tracer::Tracer;
 use crate::bsdf::{AlbedoTerms, Bsdf, FacetSample, Scattering};
 use crate::geometry::Ray;
+use crate::integrator::prefiltered_lobe::PrefilteredLobe;
 use crate::integrator::random::Purpose;
 use crate::integrator::{ColorChannels, RayKind, RayState, Seed};
 

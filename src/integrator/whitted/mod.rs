@@ -28,7 +28,6 @@ mod lookup_keys;
 mod occluder_buffers;
 mod occluder_light;
 mod opaque_block;
-mod prefiltered_lobe;
 mod receiver_shadows;
 mod receivers;
 mod reflected_environment;
@@ -42,23 +41,16 @@ mod shading;
 mod shading_order;
 mod shadow_catcher;
 mod shadow_queue;
-mod surface_hit;
 mod touching_surfaces;
 mod traced_share;
 mod tracer;
 mod transmission_probes;
-mod transmission_side;
 mod untraced_transmittance;
 mod visibility;
-mod wavefront;
 
-pub(crate) use prefiltered_lobe::PrefilteredLobe;
 pub use sample_aovs::{InstanceCoverage, SampleAovFlags};
 pub(super) use shadow_queue::ShadowRay;
-pub(super) use surface_hit::SurfaceHit;
 pub use tracer::{SampleValue, Tracer};
-pub(super) use transmission_side::{TransmissionSide, ior_outside, ior_transmission_side};
-pub(super) use wavefront::{RaySignature, Wavefront};
 
 #[cfg(test)]
 pub(super) mod tests;

@@ -10,16 +10,16 @@ use glam::{Mat3, Vec3};
 
 use super::environment_lookup::{EnvironmentLookup, LookupLobe, join_faint_pair};
 use super::least_weights::MIN_SCATTERED;
-use super::prefiltered_lobe::PrefilteredLobe;
 use super::reflected_lobe::ReflectedLobe;
-use super::surface_hit::SurfaceHit;
 use super::traced_share::traced_share;
-use super::wavefront::Wavefront;
 use crate::bsdf::{AlbedoSlice, AlbedoTable, AlbedoTermLanes, Bsdf};
 use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec3Lanes, vectorized};
 use crate::integrator::IntegratorContext;
 use crate::integrator::lights::{Incidence, IncidenceLanes};
 use crate::integrator::local_frame::{local_frame, mirror_direction};
+use crate::integrator::prefiltered_lobe::PrefilteredLobe;
+use crate::integrator::surface_hit::SurfaceHit;
+use crate::integrator::wavefront::Wavefront;
 use crate::interaction::{BaseMaterialLanes, MaterialSample, SurfaceBlock};
 use crate::scene::{Environment, LookupLanes, Material};
 

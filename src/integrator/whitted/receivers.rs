@@ -9,12 +9,12 @@ use glam::{Vec2, Vec3};
 
 use super::receiver_shadows::{QueuedReceiver, ReceivedLight, ReceiverRay, ReceiverShadows};
 use super::tracer::{Tracer, seconds_since};
-use super::wavefront::{FollowedRay, RaySlot, Wavefront};
 use crate::bvh::Hit;
 use crate::color::luminance;
 use crate::geometry::Ray;
 use crate::integrator::environment_directions::GOLDEN_SHARE;
 use crate::integrator::random::{Purpose, r2_moved};
+use crate::integrator::wavefront::{FollowedRay, RaySlot, Wavefront};
 use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{EnvSamples, Integrator, RayState, Seed};
 use crate::interaction::catches_shadows;

@@ -2,11 +2,11 @@
 
 use glam::Vec3;
 
-use super::prefiltered_lobe::PrefilteredLobe;
 use super::tracer::Tracer;
-use super::wavefront::{RaySlot, Wavefront};
 use crate::bvh::Hit;
 use crate::geometry::{ActiveLanes, F32Lanes, LANES, Ray, Vec3Lanes};
+use crate::integrator::prefiltered_lobe::PrefilteredLobe;
+use crate::integrator::wavefront::{RaySlot, Wavefront};
 use crate::integrator::{Integrator, LightPass, RayKind, RayState};
 use crate::scene::LookupLanes;
 

@@ -5,8 +5,8 @@
 
 use glam::Vec3;
 
-use super::surface_hit::SurfaceHit;
 use crate::frame::Frame;
+use crate::integrator::surface_hit::SurfaceHit;
 use crate::integrator::{GuideSample, LightPass, LightPasses, RayKind, RayState};
 
 /// The AOVs that a tracer records.

@@ -3,13 +3,13 @@
 use glam::Vec3;
 
 use super::least_weights::MIN_WEIGHT;
-use super::prefiltered_lobe::PrefilteredLobe;
 use super::reflected_lobe::ReflectedLobe;
 use super::shading::{Arrival, Shading};
 use super::tracer::Tracer;
 use crate::geometry::Ray;
 use crate::integrator::light_set::LightSet;
 use crate::integrator::local_frame::mirror_direction;
+use crate::integrator::prefiltered_lobe::PrefilteredLobe;
 use crate::integrator::random::Purpose;
 use crate::integrator::ray_state::Touching;
 use crate::integrator::{ColorChannels, LightPass, MediaStack, RayKind, RayState, Seed};

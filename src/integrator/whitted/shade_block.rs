@@ -5,10 +5,10 @@ use glam::Vec3;
 use super::opaque_block::OpaqueBlock;
 use super::shading::Arrival;
 use super::shadow_queue::ShadowRay;
-use super::surface_hit::SurfaceHit;
 use super::tracer::Tracer;
-use super::wavefront::Wavefront;
 use crate::integrator::media::SurfaceMedia;
+use crate::integrator::surface_hit::SurfaceHit;
+use crate::integrator::wavefront::Wavefront;
 use crate::integrator::{LightPass, MediaStack};
 use crate::scene::Material;
 

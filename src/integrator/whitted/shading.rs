@@ -4,9 +4,9 @@ use glam::{Mat3, Vec3};
 
 use super::coat::CoatShading;
 use super::traced_share::traced_share;
-use super::transmission_side::TransmissionSide;
-use super::wavefront::RaySignature;
 use crate::bsdf::{AlbedoTerms, Albedos, Bsdf};
+use crate::integrator::transmission_side::TransmissionSide;
+use crate::integrator::wavefront::RaySignature;
 use crate::integrator::{ColorChannels, LightPass, RayKind, RayState};
 use crate::interaction::{MaterialSample, SurfacePoint};
 
@@ -16,7 +16,7 @@ pub(super) struct Arrival<'p, 'a> {
     /// Signature of the ray.
     pub(super) signature: RaySignature,
     pub(super) state: &'p RayState,
-    /// See [`super::surface_hit::SurfaceHit::light_pass`].
+    /// See [`crate::integrator::surface_hit::SurfaceHit::light_pass`].
     pub(super) light_pass: Option<LightPass>,
     pub(super) point: &'p SurfacePoint<'a>,
 }
@@ -26,7 +26,7 @@ pub(super) struct Shading<'p, 'a> {
     /// Signature of the ray.
     pub(super) signature: RaySignature,
     pub(super) state: &'p RayState,
-    /// See [`super::surface_hit::SurfaceHit::light_pass`].
+    /// See [`crate::integrator::surface_hit::SurfaceHit::light_pass`].
     pub(super) light_pass: Option<LightPass>,
     /// Index of the point in its block.
     pub(super) index: usize,

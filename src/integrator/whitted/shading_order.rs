@@ -2,7 +2,7 @@
 //!
 //! The order of a sample's own hits depends on nothing but these hits, so that its sum is the same in every batch.
 
-use super::surface_hit::SurfaceHit;
+use crate::integrator::surface_hit::SurfaceHit;
 
 /// Bits of a key for the index of a hit; the remaining ones hold the material.
 const INDEX_BITS: u32 = 32;

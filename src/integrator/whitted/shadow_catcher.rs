@@ -6,8 +6,8 @@
 use super::receiver_shadows::ReceivedLight;
 use super::receivers::Receiver;
 use super::tracer::Tracer;
-use super::wavefront::FollowedRay;
 use crate::bvh::Hit;
+use crate::integrator::wavefront::FollowedRay;
 use crate::interaction::{RayDifferential, SurfacePoint};
 
 impl<'a> Tracer<'_, 'a> {

@@ -3,12 +3,12 @@
 use glam::Vec3;
 
 use super::occluder_buffers::OccluderTask;
-use super::wavefront::RaySignature;
 use crate::geometry::Ray;
 use crate::integrator::LightPass;
 use crate::integrator::glass_passage::GlassPassage;
 use crate::integrator::media::SurfaceMedia;
 use crate::integrator::shadow::ShadowBatch;
+use crate::integrator::wavefront::RaySignature;
 
 /// Tasks of one queue, unless a single sample has more. They take about 8 MB with their rays.
 const MOST_TASKS: usize = 1 << 16;

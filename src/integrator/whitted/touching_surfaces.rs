@@ -4,14 +4,14 @@ use std::time::Instant;
 
 use glam::Vec3;
 
-use super::surface_hit::SurfaceHit;
 use super::tracer::{Tracer, seconds_since};
 use super::transmission_probes::TransmissionProbes;
-use super::transmission_side::TransmissionSide;
 use crate::bvh::{Hit, HitOrder, TriangleFlags};
 use crate::geometry::{Facing, Ray};
 use crate::integrator::media::MediaCache;
 use crate::integrator::ray_state::{PassedSide, Touching};
+use crate::integrator::surface_hit::SurfaceHit;
+use crate::integrator::transmission_side::TransmissionSide;
 use crate::integrator::{IntegratorContext, RayState};
 use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, catches_shadows, is_opaque_at};
 use crate::scene_view::SceneView;

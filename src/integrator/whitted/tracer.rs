@@ -13,15 +13,15 @@ use super::receiver_shadows::{ReceivedLight, ReceiverShadows};
 use super::sample_aovs::{InstanceCoverage, SampleAovFlags, SampleAovs};
 use super::shading_order::ShadingOrder;
 use super::shadow_queue::ShadowQueue;
-use super::surface_hit::SurfaceHit;
 use super::transmission_probes::TransmissionProbes;
-use super::wavefront::Wavefront;
 use crate::bvh::{Hit, TraversalCounters};
 use crate::integrator::albedo_slices::AlbedoSlices;
 use crate::integrator::camera_samples::CameraRayBatch;
 use crate::integrator::lights::IncidenceLanes;
 use crate::integrator::media::MediaCache;
 use crate::integrator::path::{BounceKeys, PathBlock, PhotonStore};
+use crate::integrator::surface_hit::SurfaceHit;
+use crate::integrator::wavefront::Wavefront;
 use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{
     CameraRays, CameraSamples, GuideSample, IntegratorContext, IntegratorStatistics, LightPass, LightPasses,

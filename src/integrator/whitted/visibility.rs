@@ -5,10 +5,10 @@ use std::time::Instant;
 use super::ground::GroundHit;
 use super::least_weights::MIN_WEIGHT;
 use super::receiver_shadows::ReceivedLight;
-use super::surface_hit::SurfaceHit;
 use super::tracer::{Tracer, seconds_since};
-use super::wavefront::{FollowedRay, RaySlot, Wavefront};
 use crate::bvh::{Hit, TriangleFlags};
+use crate::integrator::surface_hit::SurfaceHit;
+use crate::integrator::wavefront::{FollowedRay, RaySlot, Wavefront};
 use crate::integrator::{Integrator, LightPass, RayKind, RayState, TRANSPARENCY_LIMIT};
 use crate::interaction::{alpha_at, catches_shadows};
 

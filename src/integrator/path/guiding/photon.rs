@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::geometry::Ray;
 use crate::integrator::RayState;
-use crate::integrator::path::LastScatter;
+use crate::integrator::last_scatter::LastScatter;
 use crate::integrator::zsobol::SampleSequence;
 
 /// Photons that are traced together.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::photon::{BATCH, Photon, PhotonPath, PhotonRay, PhotonStore, STORED_BY_BATCH};
 use super::photon_sources::{EmittedPhoton, PhotonSources};
-use crate::integrator::path::LastScatter;
+use crate::integrator::last_scatter::LastScatter;
 use crate::integrator::random::Seed;
 use crate::integrator::whitted::Tracer;
 use crate::integrator::zsobol::ZSobol;

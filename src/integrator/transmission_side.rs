@@ -1,30 +1,30 @@
 //! The transmission side of a surface: the volumes there, and the surfaces that touch it.
 
+use super::glass_passage::GlassPassage;
+use super::ray_state::Touching;
+use super::shadow::stops_light;
+use super::{ColorChannels, IntegratorContext, MediaStack, Medium, RayState};
 use crate::geometry::Facing;
-use crate::integrator::glass_passage::GlassPassage;
-use crate::integrator::ray_state::Touching;
-use crate::integrator::shadow::stops_light;
-use crate::integrator::{ColorChannels, IntegratorContext, MediaStack, Medium, RayState};
 use crate::interaction::MaterialSample;
 
 /// The transmission side of a surface.
-pub(in crate::integrator) struct TransmissionSide {
+pub(super) struct TransmissionSide {
     /// The volumes there.
-    pub(in crate::integrator) media: MediaStack,
+    pub(super) media: MediaStack,
     /// A surface that bounds no volume and touches this one.
-    pub(in crate::integrator) touching: Option<Box<Touching>>,
+    pub(super) touching: Option<Box<Touching>>,
 }
 
 impl TransmissionSide {
     /// Whether the touching surface stops the light of lamps that rays cannot hit.
-    pub(in crate::integrator) fn stops_lamps(&self, context: &IntegratorContext<'_>) -> bool {
+    pub(super) fn stops_lamps(&self, context: &IntegratorContext<'_>) -> bool {
         let touching = self.touching.as_deref();
         touching.is_some_and(|touching| stops_light(context, &touching.hit, GlassPassage::Straight))
     }
 
     /// Whether light of different colours is bent differently between the viewer's side of a surface, whose own medium is `own_medium`, and this
     /// one.
-    pub(in crate::integrator) fn disperses(
+    pub(super) fn disperses(
         &self,
         state: &RayState,
         own_medium: Option<Medium>,
@@ -40,7 +40,7 @@ impl TransmissionSide {
 
 /// Index of refraction on the viewer's side. The back face of a volume is seen from within, even where the surface is not
 /// closed and the ray never entered it.
-pub(in crate::integrator) fn ior_outside(
+pub(super) fn ior_outside(
     state: &RayState,
     own_medium: Option<Medium>,
     facing: Facing,
@@ -56,7 +56,7 @@ pub(in crate::integrator) fn ior_outside(
 
 /// Index of refraction on the transmission side: that of the medium there, or the material's own for thin walls and opaque
 /// surfaces.
-pub(in crate::integrator) fn ior_transmission_side(
+pub(super) fn ior_transmission_side(
     material: &MaterialSample,
     media: &MediaStack,
     channels: ColorChannels,

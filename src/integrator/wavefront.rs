@@ -3,40 +3,40 @@
 //! The sum of a sample follows the order of its rays. A batch query of the hierarchy, however, should hold rays of one kind that
 //! are neighbours on screen. So rays are stored in groups by signature, and a list keeps their order.
 
+use super::last_scatter::LastScatter;
+use super::{RayKind, RayState};
 use crate::bvh::{Bvh, Hit, TraversalCounters};
 use crate::geometry::Ray;
-use crate::integrator::path::LastScatter;
-use crate::integrator::{RayKind, RayState};
 
 /// The last bounces of a ray: below a leading one bit, one bit for each bounce, set for refraction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::integrator) struct RaySignature(u8);
+pub(super) struct RaySignature(u8);
 
 /// Bounces that a signature keeps.
 pub(super) const BOUNCES: u8 = 5;
 
 impl RaySignature {
     /// The signature of camera rays.
-    pub(in crate::integrator) const CAMERA: Self = Self(1);
+    pub(super) const CAMERA: Self = Self(1);
 
     /// The signature of a child ray of the given kind.
-    pub(in crate::integrator) fn then(self, kind: RayKind) -> Self {
+    pub(super) fn then(self, kind: RayKind) -> Self {
         let signature = self.0 << 1 | u8::from(kind == RayKind::Refraction);
         let longest = 1 << BOUNCES;
         Self(if signature < 2 * longest { signature } else { longest | (signature % longest) })
     }
 
     /// A small number, different for every signature.
-    pub(in crate::integrator) fn index(self) -> usize {
+    pub(super) fn index(self) -> usize {
         usize::from(self.0)
     }
 }
 
 /// Position of a ray in its wavefront.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::integrator) struct RaySlot {
+pub(super) struct RaySlot {
     /// The signature of the ray, which selects its group.
-    pub(in crate::integrator) signature: RaySignature,
+    pub(super) signature: RaySignature,
     /// Index of the ray in its group.
     index: u32,
 }
@@ -52,7 +52,7 @@ pub(super) struct FollowedRay<'w> {
 
 /// Rays of one depth.
 #[derive(Debug, Default)]
-pub(in crate::integrator) struct Wavefront {
+pub(super) struct Wavefront {
     /// By index of the signature.
     groups: Vec<RayGroup>,
     /// In the order in which the rays were added.
@@ -72,12 +72,7 @@ struct RayGroup {
 impl Wavefront {
     /// Adds a ray after all others.
     #[inline]
-    pub(in crate::integrator) fn push(
-        &mut self,
-        signature: RaySignature,
-        ray: Ray,
-        state: RayState,
-    ) -> RaySlot {
+    pub(super) fn push(&mut self, signature: RaySignature, ray: Ray, state: RayState) -> RaySlot {
         self.push_with(signature, ray, || state)
     }
 
@@ -102,7 +97,7 @@ impl Wavefront {
     }
 
     /// Adds a ray of a path after all others, with the surface that sampled it.
-    pub(in crate::integrator) fn push_scattered(
+    pub(super) fn push_scattered(
         &mut self,
         signature: RaySignature,
         ray: Ray,
@@ -116,16 +111,16 @@ impl Wavefront {
     }
 
     /// The surface that sampled a ray; `None` where the weights of lights do not depend on it.
-    pub(in crate::integrator) fn last_scatter(&self, slot: RaySlot) -> Option<&LastScatter> {
+    pub(super) fn last_scatter(&self, slot: RaySlot) -> Option<&LastScatter> {
         self.groups[slot.signature.index()].last_scatters.get(slot.index as usize)?.as_ref()
     }
 
-    pub(in crate::integrator) fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.order.is_empty()
     }
 
     /// Removes all rays and keeps the memory.
-    pub(in crate::integrator) fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.order.clear();
         for group in &mut self.groups {
             group.rays.clear();
@@ -135,7 +130,7 @@ impl Wavefront {
     }
 
     /// Finds the closest hit of every ray, group by group.
-    pub(in crate::integrator) fn find_hits(
+    pub(super) fn find_hits(
         &mut self,
         bvh: &Bvh,
         filter: impl Fn(&Hit) -> bool,
@@ -148,12 +143,12 @@ impl Wavefront {
     }
 
     /// The slots of all rays, in the order in which they were added.
-    pub(in crate::integrator) fn in_order(&self) -> &[RaySlot] {
+    pub(super) fn in_order(&self) -> &[RaySlot] {
         &self.order
     }
 
     /// A ray and its state.
-    pub(in crate::integrator) fn ray(&self, slot: RaySlot) -> (&Ray, &RayState) {
+    pub(super) fn ray(&self, slot: RaySlot) -> (&Ray, &RayState) {
         let group = &self.groups[slot.signature.index()];
         (&group.rays[slot.index as usize], &group.states[slot.index as usize])
     }
@@ -165,7 +160,7 @@ impl Wavefront {
     }
 
     /// The closest hit that [`Wavefront::find_hits`] found.
-    pub(in crate::integrator) fn hit(&self, slot: RaySlot) -> Option<Hit> {
+    pub(super) fn hit(&self, slot: RaySlot) -> Option<Hit> {
         self.groups[slot.signature.index()].hits[slot.index as usize]
     }
 }

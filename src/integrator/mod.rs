@@ -7,6 +7,7 @@
 mod albedo_slices;
 mod camera;
 mod camera_samples;
+mod clamp;
 mod color_channels;
 mod context;
 mod context_build;
@@ -27,6 +28,7 @@ pub mod path;
 mod prefiltered_lobe;
 mod random;
 mod ray_state;
+mod sample_aovs;
 mod settings;
 mod shadow;
 mod statistics;
@@ -48,6 +50,7 @@ pub use light_pass::{LightPass, LightPasses};
 pub use media::{MediaStack, Medium, VolumeId};
 pub use random::{R2, Seed};
 pub use ray_state::{RayKind, RayState};
+pub use sample_aovs::{InstanceCoverage, SampleAovFlags};
 pub use settings::{
     EnvSamples, GlassShadows, Integrator, IntegratorSettings, LightSize, PathSettings, SampleRange,
 };

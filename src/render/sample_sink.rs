@@ -5,7 +5,8 @@ use super::filter::PixelSample;
 use super::tile_aovs::TileAovs;
 use super::tile_pixels::PixelSum;
 use crate::film::{ExactSum, GuideSample, LightPasses, SampleSums, add_exact_share};
-use crate::integrator::whitted::{InstanceCoverage, SampleValue};
+use crate::integrator::InstanceCoverage;
+use crate::integrator::whitted::SampleValue;
 
 /// Receiver of traced samples.
 pub(super) trait SampleSink {

@@ -3,8 +3,7 @@
 //! Samples have the same weights as for the colour, so that the light passes of a pixel sum to it.
 
 use crate::film::{AovFlags, FilmAovs, PixelWindow, add_share};
-use crate::integrator::LightPasses;
-use crate::integrator::whitted::InstanceCoverage;
+use crate::integrator::{InstanceCoverage, LightPasses};
 
 /// AOV sums of one tile. Samples of pixels outside the tile are ignored.
 #[derive(Clone, Debug)]

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::mis::power_heuristic;
+use crate::integrator::clamp::clamped;
 use crate::integrator::last_scatter::LastScatter;
 use crate::integrator::surface_hit::SurfaceHit;
 use crate::integrator::whitted::Tracer;
@@ -62,12 +63,6 @@ impl Tracer<'_, '_> {
     pub(super) fn clamp_at(&self, depth: u32, channels: ColorChannels) -> f32 {
         if depth > 0 { self.context.settings.path.clamp_indirect * channels.gain() } else { f32::INFINITY }
     }
-}
-
-/// Light whose largest component is `limit` at most.
-pub(in crate::integrator) fn clamped(radiance: Vec3, limit: f32) -> Vec3 {
-    let largest = radiance.max_element();
-    if largest > limit && largest < f32::INFINITY { radiance * (limit / largest) } else { radiance }
 }
 
 /// The light pass of a light that a ray finds whose light belongs to `pass`. A light that a rough lobe of the first surface finds by its sampled

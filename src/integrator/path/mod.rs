@@ -1,6 +1,6 @@
 //! Path tracing (Kajiya, "The Rendering Equation", SIGGRAPH 1986): light that bounces, and shadows of environments.
 //!
-//! The wavefronts, camera rays, transparent surfaces, media and shadow rays are those of [`super::whitted`]; so is the material model. What
+//! Camera rays, transparent surfaces, media and shadow rays are those of [`super::whitted`]; so is the material model. What
 //! differs is what a surface does: it sends one ray, sampled among all of its lobes, and one shadow ray to each kind of light.
 //!
 //! * **Lights that rays can hit**, the environment and emissive triangles, are found in two ways: by shadow rays to sampled points (next-event
@@ -33,7 +33,6 @@ mod triangle_part;
 mod visible_environment;
 
 pub(super) use dimensions::BounceKeys;
-pub(super) use emission::clamped;
 pub(super) use emissive_triangles::EmissiveTriangles;
 pub(crate) use guiding::most_photon_bytes;
 pub(super) use guiding::{PathGuide, PhotonStore};

@@ -4,12 +4,12 @@ use arrayvec::ArrayVec;
 use glam::{Vec2, Vec3};
 
 use super::dimensions::Decision;
-use super::emission::clamped;
 use super::emissive_triangles::EmitterSample;
 use super::mis::power_heuristic;
 use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
 use crate::geometry::{ActiveLanes, DirectionSample, LANES, Ray, Vec3Lanes, vectorized};
+use crate::integrator::clamp::clamped;
 use crate::integrator::lights::{Incidence, LightSample, PreparedLight};
 use crate::integrator::media::SurfaceMedia;
 use crate::integrator::whitted::{ShadowRay, Tracer};

@@ -11,8 +11,8 @@ use super::shading::Shading;
 use super::shadow_queue::{ShadowQueue, ShadowRay, ShadowTask};
 use super::tracer::{Tracer, seconds_since};
 use crate::integrator::LightPass;
+use crate::integrator::clamp::clamped;
 use crate::integrator::media::SurfaceMedia;
-use crate::integrator::path::clamped;
 
 impl Tracer<'_, '_> {
     /// Queues a shadow ray for each light that a surface scatters towards the viewer.

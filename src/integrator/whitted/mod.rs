@@ -33,7 +33,6 @@ mod receivers;
 mod reflected_environment;
 mod reflected_lobe;
 mod rough_reflection;
-mod sample_aovs;
 mod secondary_rays;
 mod shade;
 mod shade_block;
@@ -48,7 +47,6 @@ mod transmission_probes;
 mod untraced_transmittance;
 mod visibility;
 
-pub use sample_aovs::{InstanceCoverage, SampleAovFlags};
 pub(super) use shadow_queue::ShadowRay;
 pub use tracer::{SampleValue, Tracer};
 

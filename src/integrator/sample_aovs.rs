@@ -5,18 +5,18 @@
 
 use glam::Vec3;
 
+use super::surface_hit::SurfaceHit;
+use super::{GuideSample, LightPass, LightPasses, RayKind, RayState};
 use crate::frame::Frame;
-use crate::integrator::surface_hit::SurfaceHit;
-use crate::integrator::{GuideSample, LightPass, LightPasses, RayKind, RayState};
 
 /// The AOVs that a tracer records.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SampleAovFlags {
-    /// Light passes: [`super::Tracer::light_passes`].
+    /// Light passes: [`super::whitted::Tracer::light_passes`].
     pub light: bool,
-    /// Instances that camera rays see: [`super::Tracer::coverage`].
+    /// Instances that camera rays see: [`super::whitted::Tracer::coverage`].
     pub coverage: bool,
-    /// Guides of denoising, of paths alone: [`super::Tracer::guides`].
+    /// Guides of denoising, of paths alone: [`super::whitted::Tracer::guides`].
     pub guides: bool,
 }
 
@@ -33,7 +33,7 @@ pub struct InstanceCoverage {
 
 /// The recorded AOVs of a batch.
 #[derive(Debug, Default)]
-pub(in crate::integrator) struct SampleAovs {
+pub(super) struct SampleAovs {
     flags: SampleAovFlags,
     /// One entry for each sample, or none.
     light: Vec<LightPasses>,
@@ -74,7 +74,7 @@ impl SampleAovs {
     }
 
     /// Adds a surface that scatters light to the guide of a sample.
-    pub(in crate::integrator) fn add_guide(&mut self, sample: u32, share: f32, guide: GuideSample) {
+    pub(super) fn add_guide(&mut self, sample: u32, share: f32, guide: GuideSample) {
         if let Some(sum) = self.guides.get_mut(sample as usize) {
             sum.albedo += guide.albedo * share;
             sum.normal += guide.normal * share;

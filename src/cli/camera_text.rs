@@ -53,7 +53,8 @@ fn placing_options(camera: Mat4, projection: &Projection) -> String {
 fn roll_degrees(camera: Mat4) -> f32 {
     let unrolled = look_along(Vec3::ZERO, camera.z_axis.truncate(), Vec3::Y);
     let (sine, cosine) = (-camera.y_axis.dot(unrolled.x_axis), camera.y_axis.dot(unrolled.y_axis));
-    (libm::atan2f(sine, cosine).to_degrees() * 1000.0).round() / 1000.0
+    let degrees = (libm::atan2f(sine, cosine).to_degrees() * 1000.0).round() / 1000.0;
+    if degrees == -180.0 { 180.0 } else { degrees }
 }
 
 /// Coordinates with digits that tell a ten-thousandth of `distance`, and six significant ones at least.

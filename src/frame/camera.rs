@@ -87,7 +87,10 @@ fn changed(own: PosedCamera, changes: &CameraChanges) -> PosedCamera {
     }
     PosedCamera {
         world_from_camera: changes.apply(own.world_from_camera),
-        projection: changes.projection.unwrap_or(own.projection),
+        // Planes may be animated.
+        projection: changes
+            .projection
+            .map_or(own.projection, |projection| projection.with_planes_of(&own.projection)),
     }
 }
 

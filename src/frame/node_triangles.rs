@@ -5,6 +5,7 @@ use std::ops::Range;
 use glam::Vec3;
 
 use super::Frame;
+use crate::bvh::TriangleFlags;
 use crate::geometry::Aabb;
 use crate::scene::{NodeIndex, Scene};
 
@@ -46,14 +47,16 @@ impl Frame {
         belongs
     }
 
-    /// Centre of the bounds of the triangles that follow a node, metres; its origin where there are none, and `None` for an index that the posed
+    /// Centre of the bounds of the visible triangles that follow a node, metres; its origin where there are none, and `None` for an index that the posed
     /// scene does not have.
     pub(crate) fn node_center(&self, scene: &Scene, node: NodeIndex) -> Option<Vec3> {
         let origin = self.node_position(node)?;
         let belongs = self.triangles_of_node(scene, node);
         let mut bounds = Aabb::EMPTY;
-        for (triangle, _) in self.triangles.iter().zip(&belongs).filter(|(_, belongs)| **belongs) {
-            bounds = bounds.union(triangle.bounds());
+        for ((triangle, flags), belongs) in self.triangles.iter().zip(&self.flags).zip(belongs) {
+            if belongs && !flags.has(TriangleFlags::HIDDEN) {
+                bounds = bounds.union(triangle.bounds());
+            }
         }
         Some(if bounds.is_empty() { origin } else { bounds.center() })
     }

@@ -106,8 +106,8 @@ struct View<'a> {
     of_file: Option<PosedCamera>,
     /// Perspective projection that frames the subject.
     lens: Projection,
-    /// Near and far plane of the file's camera, unless the camera is framed anew.
-    planes: Option<Planes>,
+    /// The projection of the file's camera, for its near and far plane, unless the camera is framed anew.
+    planes: Option<Projection>,
     target: Option<Vec3>,
     up: Vec3,
     aspect_ratio: f32,
@@ -132,7 +132,7 @@ impl<'a> View<'a> {
         };
         // Planes of one place cut off what another camera frames.
         let is_framed = request.orbit.is_some() || request.node.is_some();
-        let planes = of_file.filter(|_| !is_framed).map(|camera| Planes::of(&camera.projection));
+        let planes = of_file.filter(|_| !is_framed).map(|camera| camera.projection);
         Self {
             scene,
             selection,
@@ -198,7 +198,8 @@ impl<'a> View<'a> {
         let mut rule = if is_automatic { CameraRule::Outside } else { CameraRule::Requested };
         if is_automatic && self.target.is_none() && !self.is_orthographic() {
             let lens = if self.request.lens.is_some() { self.lens } else { perspective(INSIDE_FOV_RADIANS) };
-            if let Some(inside) = inside_camera(self.subject(), &lens, world_from_camera) {
+            let unrolled = rolled(world_from_camera, -self.request.roll_degrees.to_radians());
+            if let Some(inside) = inside_camera(self.subject(), &lens, unrolled) {
                 world_from_camera = self.rolled(inside);
                 rule = CameraRule::Inside;
                 projection = lens;
@@ -307,34 +308,9 @@ impl<'a> View<'a> {
     }
 }
 
-/// Distances of the near and the far plane of a camera, metres.
-#[derive(Clone, Copy, Debug)]
-struct Planes {
-    near: f32,
-    /// `None`: there is none.
-    far: Option<f32>,
-}
-
-impl Planes {
-    fn of(projection: &Projection) -> Self {
-        match *projection {
-            Projection::Perspective { z_near, z_far, .. } => Self { near: z_near, far: z_far },
-            Projection::Orthographic { z_near, z_far, .. } => Self { near: z_near, far: Some(z_far) },
-        }
-    }
-}
-
-/// A projection with these planes instead of its own; `None`: all that is ahead.
-fn limited(projection: Projection, planes: Option<Planes>) -> Projection {
-    let Planes { near, far } = planes.unwrap_or(Planes { near: 0.0, far: None });
-    match projection {
-        Projection::Perspective { fov_y_radians, aspect_ratio, .. } => {
-            Projection::Perspective { fov_y_radians, aspect_ratio, z_near: near, z_far: far }
-        }
-        Projection::Orthographic { x_mag, y_mag, .. } => {
-            Projection::Orthographic { x_mag, y_mag, z_near: near, z_far: far.unwrap_or(f32::MAX) }
-        }
-    }
+/// A projection with the planes of a camera; without one, of all that is ahead.
+fn limited(projection: Projection, planes: Option<Projection>) -> Projection {
+    projection.with_planes_of(&planes.unwrap_or_else(|| perspective(FRAC_PI_4)))
 }
 
 /// Perspective projection without near and far planes.

@@ -47,6 +47,23 @@ impl Projection {
         }
     }
 
+    /// The same projection with the near and far plane of another one.
+    #[must_use]
+    pub(crate) fn with_planes_of(self, other: &Self) -> Self {
+        let (near, far) = match *other {
+            Self::Perspective { z_near, z_far, .. } => (z_near, z_far),
+            Self::Orthographic { z_near, z_far, .. } => (z_near, Some(z_far)),
+        };
+        match self {
+            Self::Perspective { fov_y_radians, aspect_ratio, .. } => {
+                Self::Perspective { fov_y_radians, aspect_ratio, z_near: near, z_far: far }
+            }
+            Self::Orthographic { x_mag, y_mag, .. } => {
+                Self::Orthographic { x_mag, y_mag, z_near: near, z_far: far.unwrap_or(f32::MAX) }
+            }
+        }
+    }
+
     /// Half the visible width and height for an image of `aspect_ratio` (width over height): at distance one for a perspective
     /// camera, in metres for an orthographic one.
     ///

@@ -54,7 +54,7 @@ pub struct CameraChanges {
     pub up: Option<Vec3>,
     /// Rotation about the viewing axis, radians.
     pub roll_radians: f32,
-    /// Projection.
+    /// Projection, but for its near and far plane, which stay those of the camera.
     pub projection: Option<Projection>,
 }
 

@@ -149,7 +149,7 @@ settings! {
     /// Depth of field: radius in metres, or an f-number such as f/2.8
     /// for a sensor 24 mm high. Its noise falls with more samples
     aperture: ApertureType, Image { value_name: "METRES|f/N" }
-    /// Focus: distance in metres along the camera's axis, a node's name or #I, or center
+    /// Focus: distance in metres along the camera's axis, the middle of a node by its name or #I, or center
     focus: FocusType = FocusRequest::Center, Image {
         value_name: "METRES|NODE|#I|center", requires: Some("aperture"),
     }

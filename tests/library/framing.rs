@@ -4,8 +4,8 @@ use glam::{Mat4, Quat, Vec2, Vec3};
 use rayframe::frame::Frame;
 use rayframe::framing::{CameraRule, NamedView, ResolvedCamera, resolve_camera};
 use rayframe::scene::{
-    AnimationTarget, Camera, CameraIndex, LensRequest, LocalTransform, Node, NodeIndex, Orbit, Projection,
-    Scene, SelectedCamera, Target, TurntableRequest, ViewRequest,
+    AnimationTarget, Camera, CameraIndex, CameraProperty, LensRequest, LocalTransform, Node, NodeIndex,
+    Orbit, Projection, Scene, SelectedCamera, Target, TurntableRequest, ViewRequest,
 };
 
 use crate::stage::{Stage, animate, cuboid, lambert, rectangle, select_all};
@@ -380,4 +380,16 @@ fn planes_stay_with_a_camera_that_is_not_framed_anew() {
     assert_eq!(planes(view(NamedView::Right)), none);
     assert_eq!(planes(ViewRequest { lens, ..view(NamedView::Right) }), none);
     assert_eq!(planes(parallel(view(NamedView::Right))), (0.0, Some(f32::MAX)));
+}
+
+#[test]
+fn animated_planes_stay_animated_with_another_lens() {
+    let own = Projection::Perspective { fov_y_radians: 0.5, aspect_ratio: None, z_near: 5.5, z_far: None };
+    let mut scene = with_camera(cubes(&[(Vec3::ZERO, 1.0)]), Vec3::new(0.0, 0.0, 7.0), own);
+    animate(&mut scene, AnimationTarget::Camera(CameraIndex(0), CameraProperty::ZNear), &[5.5], &[1.5]);
+    let selection = select_all(&scene, SelectedCamera::Node(NodeIndex(1)));
+    let lens = Some(LensRequest::FieldOfView(30.0));
+    let camera = resolve_camera(&scene, selection, &ViewRequest { lens, ..ViewRequest::default() }, 1.0);
+    let at_end = Frame::camera_at(&scene, &camera.selection, 1.0).projection;
+    assert!(matches!(at_end, Projection::Perspective { z_near: 1.5, .. }), "{at_end:?}");
 }

@@ -83,6 +83,13 @@ fn a_node_is_in_focus_where_it_is_seen() {
     let focus = Focus::Node(NodeIndex(0));
     stage.settings.lens = Some(Lens { aperture: Aperture::Radius(0.2), focus });
     assert_eq!(stage.look(Vec3::ZERO, Vec3::NEG_Z).x, 1.0);
+    // What is hidden below it does not count.
+    let far = rectangle(Vec3::new(0.0, 0.0, -20.0), Vec3::X, Vec3::Y);
+    stage.add(far, unlit(Vec3::ZERO));
+    stage.scene.nodes[0].children.push(NodeIndex(1));
+    assert!(stage.look(Vec3::ZERO, Vec3::NEG_Z).x < 0.9);
+    stage.scene.nodes[1].is_hidden = true;
+    assert_eq!(stage.look(Vec3::ZERO, Vec3::NEG_Z).x, 1.0);
 }
 
 /// A white floor, and 1 m above it a lid over x > 0.

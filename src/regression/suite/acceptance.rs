@@ -170,11 +170,15 @@ impl<'a> Acceptance<'a> {
     }
 }
 
-/// Checks that a file holds an image, as a reference must. Only images without a right checksum are decoded.
+/// Checks that a file holds a whole image, as a reference must. Only images without a checksum are decoded.
 fn check_image(path: &Path) -> Result<()> {
     let file = File::open(path).map_err(Error::missing(path))?;
     match verify_exr(&mut BufReader::new(file)) {
         Ok(ExrIntegrity::Whole) => Ok(()),
+        Ok(ExrIntegrity::Damaged) => {
+            let why = "is damaged: its bytes do not match its checksum; run `rayframe test` again";
+            Err(Error::invalid(path, "", why))
+        }
         _ => Image::read(path).map(drop),
     }
 }

@@ -58,8 +58,7 @@ fn images_that_cannot_be_decoded_do_not_keep_others_from_being_accepted() {
     let image = std::fs::read(stage.path("references/point_far.exr.new")).unwrap();
     std::fs::write(stage.path("references/point_far.exr.new"), &image[..image.len() / 2]).unwrap();
     stage.write("references/sun.exr.new", "no image");
-    let [far, sun] =
-        ["references/point_far.exr.new: not a readable OpenEXR", "references/sun.exr.new: is neither"];
+    let [far, sun] = ["references/point_far.exr.new: is damaged", "references/sun.exr.new: is neither"];
     // A name, or a part of one, is accepted all or none.
     stage.run(&["accept", "point"]).ends(0, &["added references/point.exr"]);
     stage.run(&["accept", "sun"]).ends(65, &[sun]);
@@ -74,6 +73,19 @@ fn images_that_cannot_be_decoded_do_not_keep_others_from_being_accepted() {
     // The test renders them again.
     stage.run(&["test"]).ends(1, &["1 image identical"]);
     stage.run(&["accept"]).ends(0, &["added references/point_far.exr", "added references/sun.exr"]);
+}
+
+#[test]
+fn images_whose_bytes_have_changed_are_not_accepted() {
+    // The name of the software decodes as well with another letter.
+    let stage = pending();
+    let path = stage.path("references/sun.exr.new");
+    let mut image = std::fs::read(&path).unwrap();
+    let name = image.windows(8).position(|bytes| bytes == b"rayframe").unwrap();
+    image[name] = b'R';
+    std::fs::write(&path, &image).unwrap();
+    stage.run(&["accept", "sun"]).ends(65, &["sun.exr.new: is damaged: its bytes do not match its checksum"]);
+    assert_eq!(stage.references(), ["point.exr.new", "point_far.exr.new", "sun.exr.new"]);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use image::codecs::hdr::{HdrDecoder, SIGNATURE};
 use image::{DynamicImage, ImageDecoder as _};
 use rayon::prelude::*;
 
-use super::exr_rgba::{decode_exr_window, exr_display_size};
+use super::exr_rgba::{WindowedRgba, decode_exr_window, exr_display_size};
 use super::isolated::isolated;
 use super::regular_file::check_fetched;
 use crate::error::{Error, Result, Warning, over_limit};
@@ -25,7 +25,7 @@ pub struct EnvironmentPixels {
     pub height: u32,
     /// Row-major R, G, B, top row first; finite and not negative.
     pub pixels: Vec<[f32; 3]>,
-    /// Warnings about values that were replaced.
+    /// Warnings about values that were replaced, pixels that are missing, and images of other projections.
     pub warnings: Vec<Warning>,
 }
 
@@ -48,7 +48,7 @@ pub fn read_environment(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Res
         ));
     };
     make_physical(&mut environment);
-    warn_of_other_projections(&mut environment);
+    warn_of_other_projections(path, &mut environment);
     Ok(environment)
 }
 
@@ -56,40 +56,72 @@ pub fn read_environment(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Res
 fn from_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<EnvironmentPixels> {
     let windowed = decode_exr_window(path, bytes, max_memory_bytes)?;
     let (size, decoded_bytes) = exr_display_size(bytes).map_err(|why| Error::invalid(path, "", why))?;
-    let (width, height) = size;
     let mut warnings = Vec::new();
     if !windowed.fills(size) {
+        check_window(path, &windowed, size)?;
         let needed = needed_bytes(size).saturating_add(decoded_bytes);
         if needed > max_memory_bytes {
             let needed = over_limit(needed.into(), max_memory_bytes.into());
-            let message = format!("its display window of {width}x{height} pixels needs {needed}");
+            let message = format!("its display window of {}x{} pixels needs {needed}", size.0, size.1);
             return Err(Error::over_memory(path, "", message, Some("use a smaller image")));
         }
-        let (x, y) = windowed.position;
-        let (columns, rows) = windowed.image.size;
-        let is_covered =
-            |start: i64, count: u32, whole: u32| start <= 0 && start + i64::from(count) >= i64::from(whole);
-        if !is_covered(x, columns, width) || !is_covered(y, rows, height) {
-            warnings.push(Warning::of_file(format!(
-                "the file holds {columns}x{rows} pixels of its display window of {width}x{height}; the rest of the environment is black"
-            )));
-        }
+        warnings.extend(lost_pixels(path, &windowed, size));
     }
     let pixels = windowed.in_display_window(size);
     let pixels = pixels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect();
-    Ok(EnvironmentPixels { width, height, pixels, warnings })
+    Ok(EnvironmentPixels { width: size.0, height: size.1, pixels, warnings })
+}
+
+/// Refuses display windows that hold nothing of the image, or that a small file makes large.
+fn check_window(path: &Path, windowed: &WindowedRgba, (width, height): (u32, u32)) -> Result<()> {
+    const MOST_PIXELS: u64 = 64;
+    let (columns, rows) = windowed.image.size;
+    let window = format!("its display window of {width}x{height} pixels");
+    if windowed.overlap((width, height)) == (0, 0) {
+        let message = format!("none of its {columns}x{rows} pixels is in {window}; reset the window");
+        return Err(Error::invalid(path, "", message));
+    }
+    let (stored, shown) =
+        (u64::from(columns) * u64::from(rows), u64::from(width).saturating_mul(height.into()));
+    if shown / MOST_PIXELS > stored {
+        let message = format!("{window} has more than {MOST_PIXELS} times its {columns}x{rows} pixels");
+        return Err(Error::invalid(path, "", message));
+    }
+    Ok(())
+}
+
+/// Tells which pixels are missing, and that most are cut off.
+fn lost_pixels(path: &Path, windowed: &WindowedRgba, size: (u32, u32)) -> Vec<Warning> {
+    let (columns, rows) = windowed.overlap(size);
+    let pixels = |(width, height): (u32, u32)| u64::from(width) * u64::from(height);
+    let (stored, kept) = (windowed.image.size, pixels((columns, rows)));
+    let mut told = Vec::new();
+    if kept < pixels(size) {
+        told.push(format!(
+            "holds {columns}x{rows} pixels of its display window of {}x{}, which is the sphere; the rest is black",
+            size.0, size.1
+        ));
+    }
+    if kept * 2 < pixels(stored) {
+        told.push(format!(
+            "holds {}x{} pixels, of which the {columns}x{rows} in its display window are the sphere; the others are cut off",
+            stored.0, stored.1
+        ));
+    }
+    told.into_iter().map(|what| Warning::of_file(format!("{} {what}", path.display()))).collect()
 }
 
 /// Warns of images that are too narrow or too wide for latitudes and longitudes, such as light probes, crosses and strips of cube faces. Images of
 /// few rows are made by hand and may have any shape.
-fn warn_of_other_projections(environment: &mut EnvironmentPixels) {
+fn warn_of_other_projections(path: &Path, environment: &mut EnvironmentPixels) {
     const FEWEST_ROWS: u32 = 16;
     let EnvironmentPixels { width, height, .. } = *environment;
     let ratio = f64::from(width) / f64::from(height);
     if height >= FEWEST_ROWS && !(1.5..=2.5).contains(&ratio) {
         environment.warnings.push(Warning::of_file(format!(
-            "the image of {width}x{height} pixels is read as latitudes and longitudes, whose images are twice as wide as \
-             high; convert light probes and cube maps"
+            "{} is read as latitudes and longitudes, but {width}x{height} pixels are not about twice as wide as high; convert light \
+             probes and cube maps",
+            path.display()
         )));
     }
 }
@@ -177,13 +209,12 @@ mod tests {
         assert_eq!(environment.pixels, [[0.5, 0.25, 0.0], [1.0, 0.5, 0.0]]);
     }
 
-    /// A file of 32x16 pixels, white above and black below, of which `window` is stored.
+    /// A file with a display window of 32x16 pixels, of which `window` is stored: red grows with columns and green with rows, and the lower half is black.
     fn exr(window: PixelWindow) -> Vec<u8> {
-        let pixels: Vec<_> = (window.y0..window.y1)
-            .flat_map(|y| {
-                (window.x0..window.x1).map(move |_| if y < 8 { [1.0; 4] } else { [0.0, 0.0, 0.0, 1.0] })
-            })
-            .collect();
+        let pixel =
+            |x: u32, y: u32| if y < 8 { [x as f32, y as f32, 1.0, 1.0] } else { [0.0, 0.0, 0.0, 1.0] };
+        let pixels: Vec<_> =
+            (window.y0..window.y1).flat_map(|y| (window.x0..window.x1).map(move |x| pixel(x, y))).collect();
         let size = (window.width(), window.height());
         let mut image = Image::from_rgba(size, ColorEncoding::Linear, &pixels);
         image.data_window = window;
@@ -191,18 +222,43 @@ mod tests {
         encode_exr(image, ExrCompression::Zip, &FrameAttributes::unknown()).unwrap()
     }
 
+    fn read(window: PixelWindow) -> Result<EnvironmentPixels> {
+        read_environment(Path::new("a.exr"), &exr(window), 1 << 20)
+    }
+
     #[test]
     fn the_display_window_of_an_exr_file_is_the_sphere() {
-        let read = |window| read_environment(Path::new("a.exr"), &exr(window), 1 << 20).unwrap();
-        let whole = read(PixelWindow::full(32, 16));
+        let whole = read(PixelWindow::full(32, 16)).unwrap();
         assert_eq!((whole.width, whole.height, whole.warnings.len()), (32, 16, 0));
         // Black rows cut off, and pixels beyond two edges
-        let cropped = read(PixelWindow { x0: 0, y0: 0, x1: 32, y1: 8 });
+        let cropped = read(PixelWindow { x0: 0, y0: 0, x1: 32, y1: 8 }).unwrap();
         assert_eq!((cropped.width, cropped.height), (32, 16));
         assert!(cropped.pixels == whole.pixels);
-        assert!(cropped.warnings[0].to_string().contains("32x8 pixels of its display window of 32x16"));
-        let overscan = read(PixelWindow { x0: 0, y0: 0, x1: 40, y1: 17 });
+        let said = cropped.warnings[0].to_string();
+        assert!(said.contains("a.exr holds 32x8 pixels of its display window of 32x16"), "{said}");
+        let overscan = read(PixelWindow { x0: 0, y0: 0, x1: 40, y1: 17 }).unwrap();
         assert!(overscan.pixels == whole.pixels && overscan.warnings.is_empty());
+        // A shifted part, of which 10x6 pixels are inside
+        let part = read(PixelWindow { x0: 22, y0: 2, x1: 60, y1: 8 }).unwrap();
+        for (index, (pixel, of_whole)) in part.pixels.iter().zip(&whole.pixels).enumerate() {
+            let is_inside = index % 32 >= 22 && (2..8).contains(&(index / 32));
+            assert_eq!(*pixel, if is_inside { *of_whole } else { [0.0; 3] }, "pixel {index}");
+        }
+        let said: Vec<_> = part.warnings.iter().map(ToString::to_string).collect();
+        assert!(
+            said[0].contains("holds 10x6 pixels of") && said[1].contains("38x6 pixels, of which the 10x6")
+        );
+    }
+
+    #[test]
+    fn windows_without_the_image_and_windows_far_larger_than_it_are_refused() {
+        let outside = read(PixelWindow { x0: 32, y0: 0, x1: 40, y1: 16 }).unwrap_err();
+        assert!(outside.to_string().contains("none of its 8x16 pixels"), "{outside}");
+        let tiny = read(PixelWindow { x0: 0, y0: 0, x1: 7, y1: 1 }).unwrap_err();
+        assert!(tiny.to_string().contains("more than 64 times its 7x1 pixels"), "{tiny}");
+        assert!(read(PixelWindow { x0: 0, y0: 0, x1: 8, y1: 1 }).is_ok());
+        let bytes = exr(PixelWindow { x0: 0, y0: 0, x1: 32, y1: 8 });
+        assert_eq!(read_environment(Path::new("a.exr"), &bytes, 16 << 10).unwrap_err().exit_code(), 77);
     }
 
     #[test]
@@ -210,7 +266,7 @@ mod tests {
         let warnings = |width: u32, height: u32| {
             let pixels = vec![[1.0; 3]; width as usize * height as usize];
             let mut environment = EnvironmentPixels { width, height, pixels, warnings: Vec::new() };
-            warn_of_other_projections(&mut environment);
+            warn_of_other_projections(Path::new("a.hdr"), &mut environment);
             environment.warnings.len()
         };
         for (width, height) in [(64, 32), (60, 32), (1, 1), (4, 1), (2, 2)] {

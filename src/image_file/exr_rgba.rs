@@ -45,6 +45,17 @@ impl WindowedRgba {
         (self.image.size, self.position) == (size, (0, 0))
     }
 
+    /// Columns and rows that are in the display window of `size`; none of both where they do not overlap.
+    pub(super) fn overlap(&self, (width, height): (u32, u32)) -> (u32, u32) {
+        let within = |start: i64, count: u32, whole: u32| {
+            let end = (start + i64::from(count)).min(whole.into());
+            u32::try_from(end - start.max(0)).unwrap_or(0)
+        };
+        let columns = within(self.position.0, self.image.size.0, width);
+        let rows = within(self.position.1, self.image.size.1, height);
+        if columns == 0 || rows == 0 { (0, 0) } else { (columns, rows) }
+    }
+
     /// The pixels of the display window of `size`, where zeros stand for what is missing.
     pub(super) fn in_display_window(self, (width, height): (u32, u32)) -> Vec<[f32; 4]> {
         if self.fills((width, height)) {

@@ -1,8 +1,8 @@
 //! Order of animated values: the cones of spots, and the near and far planes of cameras.
 //!
 //! Source: the text of `KHR_lights_punctual`; glTF 2.0 specification, section 3.10 (cameras). The values are compared at the keyframes of
-//! each animation; a property that it does not animate has its value in the file. Two animations of one light or camera that play
-//! together are not compared.
+//! each animation, and just before it, where values jump; a property that no animation animates has its value in the file. Two animations of one
+//! light or camera, which may play together or alone, are not compared.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use super::context::Context;
 use super::light::check_cones;
 use crate::error::Result;
 use crate::scene::{
-    AnimationTarget, Camera, CameraProperty, Channel, Interpolation, Keyframes, Light, LightKind,
+    Animation, AnimationTarget, Camera, CameraProperty, Interpolation, Keyframes, Light, LightKind,
     LightProperty, Projection,
 };
 
@@ -21,8 +21,11 @@ const ROUNDING: f32 = 4.0 * f32::EPSILON;
 /// The channels of one animation.
 #[derive(Debug)]
 pub(super) struct ImportedChannels<'a> {
-    pub(super) channels: &'a [Channel],
-    /// JSON pointers of the outputs of their samplers.
+    /// All animations.
+    pub(super) animations: &'a [Animation],
+    /// Index of this one.
+    pub(super) index: usize,
+    /// JSON pointers of the outputs of the samplers of its channels.
     pub(super) outputs: &'a [String],
 }
 
@@ -41,12 +44,15 @@ impl ImportedChannels<'_> {
         lights: &[Light],
         cameras: &[Camera],
     ) -> Result<()> {
+        let Some(animation) = self.animations.get(self.index) else { return Ok(()) };
         let is_compared = |target| matches!(target, AnimationTarget::Light(..) | AnimationTarget::Camera(..));
-        let compared = self.channels.iter().zip(self.outputs).filter(|pair| is_compared(pair.0.target));
+        let compared = animation.channels.iter().zip(self.outputs).filter(|pair| is_compared(pair.0.target));
         let keyframes: BTreeMap<_, _> =
             compared.clone().map(|(channel, _)| (channel.target, &channel.keyframes)).collect();
-        let values = |target, at_rest| {
-            keyframes.get(&target).map_or(Values::Static(at_rest), |keyframes| Values::Animated(keyframes))
+        // What another animation animates has no value of its own here.
+        let values = |target, at_rest| match keyframes.get(&target) {
+            Some(keyframes) => Some(Values::Animated(keyframes)),
+            None => (!self.is_animated_elsewhere(target)).then_some(Values::Static(at_rest)),
         };
         for (channel, output) in compared {
             match channel.target {
@@ -57,7 +63,8 @@ impl ImportedChannels<'_> {
                         let inner = of(LightProperty::InnerCone, inner_cone_radians);
                         let outer = of(LightProperty::OuterCone, outer_cone_radians);
                         let is_wider = |inner: f32, outer: f32| inner > outer * (1.0 + ROUNDING);
-                        if let Some((inner, outer)) = first_where(inner, outer, is_wider) {
+                        let both = inner.zip(outer);
+                        if let Some((inner, outer)) = both.and_then(|both| first_where(both, is_wider)) {
                             check_cones(context, inner, outer, output);
                         }
                     }
@@ -73,7 +80,9 @@ impl ImportedChannels<'_> {
                     };
                     let of = |property, value| values(AnimationTarget::Camera(camera, property), value);
                     let (near, far) = (of(CameraProperty::ZNear, z_near), of(CameraProperty::ZFar, z_far));
-                    if let Some((near, far)) = first_where(near, far, |near, far| far <= near) {
+                    let is_wrong = |near, far| far <= near;
+                    let both = near.zip(far);
+                    if let Some((near, far)) = both.and_then(|both| first_where(both, is_wrong)) {
                         check_planes(context, near, far, output)?;
                     }
                 }
@@ -81,6 +90,11 @@ impl ImportedChannels<'_> {
             }
         }
         Ok(())
+    }
+
+    fn is_animated_elsewhere(&self, target: AnimationTarget) -> bool {
+        let others = self.animations.iter().enumerate().filter(|(index, _)| *index != self.index);
+        others.flat_map(|(_, animation)| &animation.channels).any(|channel| channel.target == target)
     }
 }
 
@@ -115,9 +129,9 @@ impl<'a> Values<'a> {
     }
 }
 
-/// The values of both at the first keyframe of either where `is_wrong`.
-fn first_where(a: Values, b: Values, is_wrong: impl Fn(f32, f32) -> bool) -> Option<(f32, f32)> {
-    let times = a.times_seconds().iter().chain(b.times_seconds());
-    let mut values = times.filter_map(|&time| a.at(time).zip(b.at(time)));
-    values.find(|&(a, b)| is_wrong(a, b))
+/// The values of both at the first keyframe of either, or just before it, where `is_wrong`.
+fn first_where((a, b): (Values, Values), is_wrong: impl Fn(f32, f32) -> bool) -> Option<(f32, f32)> {
+    let keys = || a.times_seconds().iter().chain(b.times_seconds()).copied();
+    let mut times = keys().chain(keys().map(f32::next_down));
+    times.find_map(|time| a.at(time).zip(b.at(time)).filter(|&(a, b)| is_wrong(a, b)))
 }

@@ -73,7 +73,7 @@ pub(super) fn import(
     data: &Data,
     targets: &AnimationTargets,
 ) -> Result<(Vec<Animation>, Vec<usize>)> {
-    let mut animations = Vec::new();
+    let (mut animations, mut all_outputs) = (Vec::new(), Vec::new());
     let mut ignored = Vec::new();
     for (i, animation) in data.document.root.animations.iter().enumerate() {
         let pointer = format!("/animations/{i}");
@@ -103,10 +103,13 @@ pub(super) fn import(
                 outputs.push(format!("{pointer}/output"));
             }
         }
-        let imported = ImportedChannels { channels: &channels, outputs: &outputs };
-        imported.check_order(context, targets.lights, targets.cameras)?;
         ignored.push(animation.channels.len().saturating_sub(channels.len()));
         animations.push(Animation { name: animation.name.clone(), channels });
+        all_outputs.push(outputs);
+    }
+    for (index, outputs) in all_outputs.iter().enumerate() {
+        let imported = ImportedChannels { animations: &animations, index, outputs };
+        imported.check_order(context, targets.lights, targets.cameras)?;
     }
     Ok((animations, ignored))
 }

@@ -76,7 +76,8 @@ fn spot(context: &mut Context, raw: &Raw) -> Result<LightKind> {
     let inner_cone_radians = cone.number(context, "innerConeAngle", 0.0, 0.0..=FRAC_PI_2)?;
     let outer_cone_radians = cone.number(context, "outerConeAngle", FRAC_PI_4, 0.0..=FRAC_PI_2)?;
     check_cones(context, inner_cone_radians, outer_cone_radians, &cone.pointer);
-    Ok(LightKind::Spot { inner_cone_radians: inner_cone_radians.min(outer_cone_radians), outer_cone_radians })
+    // As read, since clips may animate the other one.
+    Ok(LightKind::Spot { inner_cone_radians, outer_cone_radians })
 }
 
 /// Warns of an inner cone that is wider than the outer. Blender and three.js write equal cones for a spot without a soft edge. `pointer` names

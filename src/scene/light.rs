@@ -26,7 +26,7 @@ pub enum LightKind {
     Point,
     /// Cone of light.
     Spot {
-        /// Angle from the axis at which the light begins to fade.
+        /// Angle from the axis at which the light begins to fade. The edge is hard where it is not below the outer one.
         inner_cone_radians: f32,
         /// Angle from the axis at which it has faded to zero.
         outer_cone_radians: f32,

@@ -126,13 +126,19 @@ fn animated_planes_in_the_wrong_order_are_refused_as_static_ones() {
         let error = document.error(65);
         assert!(error.contains(&format!("/animations/0/samplers/0/output: {expected}")), "{error}");
     }
-    // Both move together.
+    // Both move together, in two animations or in one.
     let mut document = perspective(1.0, 2.0);
     animate(&mut document, "/cameras/0/perspective/znear", "LINEAR", "SCALAR", &[1.0, 8.0]);
     animate(&mut document, "/cameras/0/perspective/zfar", "LINEAR", "SCALAR", &[2.0, 9.0]);
-    assert!(document.error(65).contains("zfar is 2, but must be greater than znear, 8"));
+    assert_eq!(warnings(&document.import().unwrap()), []);
     join_last(&mut document);
     assert_eq!(warnings(&document.import().unwrap()), []);
+    // The near plane jumps too late.
+    let mut document = perspective(1.0, 10.0);
+    animate(&mut document, "/cameras/0/perspective/znear", "STEP", "SCALAR", &[4.0, 0.5]);
+    animate(&mut document, "/cameras/0/perspective/zfar", "LINEAR", "SCALAR", &[10.0, 2.0]);
+    join_last(&mut document);
+    assert!(document.error(65).contains("must be greater than znear, 4"));
 }
 
 #[test]

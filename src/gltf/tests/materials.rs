@@ -204,7 +204,7 @@ fn lights_are_checked() {
     assert_eq!((scene.lights[0].range, scene.lights[0].intensity), (Some(4.0), 3.0));
     assert!(matches!(scene.lights[0].kind, LightKind::Spot { inner_cone_radians: 0.0, .. }));
     assert!(scene.nodes[0].light.is_some());
-    for (hard, inner) in [([1.0, 1.0], 1.0), ([1.5, 1.0], 1.0), ([0.5, 1.0], 0.5)] {
+    for (hard, inner) in [([1.0, 1.0], 1.0), ([1.5, 1.0], 1.5), ([0.5, 1.0], 0.5)] {
         let cone = json!({"innerConeAngle": hard[0], "outerConeAngle": hard[1]});
         let scene = light(json!({"type": "spot", "spot": cone})).unwrap();
         let kind = LightKind::Spot { inner_cone_radians: inner, outer_cone_radians: 1.0 };

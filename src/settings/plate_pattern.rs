@@ -43,8 +43,8 @@ impl PlatePattern {
         } else {
             match parse_parts(&name) {
                 Ok(parts) => Self { parts },
-                // The name of an environment may hold any character.
-                Err(_) if !is_plate => return Ok(None),
+                // The name of an environment may hold any character, but there is none of this name.
+                Err(_) if !is_plate && !name.to_string_lossy().contains("%d") => return Ok(None),
                 Err(why) => return Err(why),
             }
         };

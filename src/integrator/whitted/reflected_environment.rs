@@ -202,3 +202,57 @@ impl Tracer<'_, '_> {
         self.add(state.sample, state.light_pass.unwrap_or(LightPass::Environment), weight * radiance);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Quat;
+
+    use super::*;
+    use crate::integrator::wavefront::RaySignature;
+    use crate::integrator::whitted::tests::with_context;
+    use crate::integrator::{MediaStack, Seed};
+    use crate::interaction::RayDifferential;
+    use crate::scene::{Environment, EnvironmentImage, EnvironmentMap};
+
+    #[test]
+    fn blocks_of_rays_see_what_single_rays_see() {
+        // Blue noise and a sun, so that no two lookups are the same
+        let mut pixels: Vec<[f32; 3]> =
+            (0..64 * 32).map(|i| [(i * 37 % 101) as f32, (i * 53 % 97) as f32, 1.0]).collect();
+        pixels[9 * 64 + 20] = [90_000.0; 3];
+        let image = EnvironmentImage { width: 64, height: 32, pixels, content_hash: [0; 32] };
+        let map = EnvironmentMap::new(std::path::Path::new("sky.hdr"), image, 20.0).unwrap();
+        with_context("demo/whitted_1980", &Environment::Map(map), |context, _| {
+            let mut tracer = Tracer::new(context);
+            let mut wavefront = Wavefront::default();
+            for index in 0..50_u8 {
+                let turned =
+                    Quat::from_rotation_y(f32::from(index)) * Quat::from_rotation_x(f32::from(index) * 0.3);
+                let step = f32::from(index % 7) * 0.1;
+                let differential = RayDifferential {
+                    direction: [turned * Vec3::X * step, turned * Vec3::Y * 0.02],
+                    ..RayDifferential::ZERO
+                };
+                let mut state = RayState::primary(differential, MediaStack::default(), 0, Seed::default());
+                let kinds = [RayKind::Reflection, RayKind::Refraction, RayKind::GroundReflection];
+                state.kind = kinds[usize::from(index) % 3];
+                state.blur = [0.0, 1e-5, 1e-3, 0.3][usize::from(index) % 4];
+                state.sees_peaks = index % 5 < 2;
+                if index % 11 == 0 {
+                    state.environment_lobe =
+                        Some(PrefilteredLobe { direction: turned * Vec3::NEG_Y, roughness: 0.4 });
+                }
+                wavefront.push(RaySignature::CAMERA, Ray::new(Vec3::ZERO, turned * Vec3::NEG_Z), state);
+            }
+            tracer.find_escaped_radiances(&wavefront, |_, _, _| None);
+            let mut seen = Vec::new();
+            for (&slot, found) in wavefront.in_order().iter().zip(&tracer.escaped_radiances) {
+                let (ray, state) = wavefront.ray(slot);
+                let sees_environment = state.kind != RayKind::GroundReflection;
+                assert_eq!(*found, sees_environment.then(|| tracer.reflected_environment(ray, state)));
+                seen.extend(*found);
+            }
+            assert_eq!(seen.len(), 34);
+        });
+    }
+}

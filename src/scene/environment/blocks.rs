@@ -130,11 +130,13 @@ mod tests {
     use crate::scene::{BuiltInLight, ComposedEnvironment, EnvironmentImage, EnvironmentMap};
 
     fn environments() -> Vec<Environment> {
-        let image = EquirectImage::of(64, |d| Vec3::new(1.0 + d.x, 1.0 + d.y, 0.2));
+        // A sky with a sun, which is a peak
+        let mut image = EquirectImage::of(64, |d| Vec3::new(1.0 + d.x, 1.0 + d.y, 0.2));
+        image.pixels[9 * 64 + 20] = [9000.0; 3];
         let image = EnvironmentImage { width: 64, height: 32, pixels: image.pixels, content_hash: [0; 32] };
         let map = EnvironmentMap::new(std::path::Path::new("sky.hdr"), image, 70.0).unwrap();
-        let composed = |background| {
-            let light = Environment::BuiltIn(BuiltInLight::Outdoor);
+        assert_eq!(map.peaks().len(), 1);
+        let composed = |light, background| {
             Environment::Composed(Box::new(ComposedEnvironment { light, intensity: 0.7, background }))
         };
         vec![
@@ -142,8 +144,8 @@ mod tests {
             Environment::Constant(Vec3::new(0.3, 0.2, 0.1)),
             Environment::BuiltIn(BuiltInLight::Studio),
             Environment::Map(map.clone()),
-            composed(None),
-            composed(Some(Environment::Map(map))),
+            composed(Environment::BuiltIn(BuiltInLight::Outdoor), None),
+            composed(Environment::Map(map.clone()), Some(Environment::Map(map))),
         ]
     }
 

@@ -1,5 +1,7 @@
 //! The environment at the points of a block whose surfaces are shaded one by one: the lookups that most of them need, in lanes.
 
+use glam::Vec3;
+
 use super::traced_share::traced_share;
 use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec3Lanes, vectorized};
 use crate::integrator::IntegratorContext;
@@ -7,7 +9,6 @@ use crate::integrator::local_frame::mirror_direction;
 use crate::integrator::prefiltered_lobe::PrefilteredLobe;
 use crate::interaction::{MaterialSample, SurfaceBlock};
 use crate::scene::LookupLanes;
-use glam::Vec3;
 
 /// Irradiance and prefiltered radiance at the points of a block.
 #[derive(Debug, Default)]

@@ -5,6 +5,7 @@ use std::path::Path;
 use gltf::json::{Asset, Root};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Number, Value};
+use serde_path_to_error::Segment;
 
 use super::context::Context;
 use super::extension_names::is_supported;
@@ -207,7 +208,22 @@ fn elements<T: DeserializeOwned>(context: &Context, value: &Value, key: &str) ->
 }
 
 fn typed<T: DeserializeOwned>(context: &Context, value: &Value, pointer: &str) -> Result<T> {
-    T::deserialize(value).map_err(|error| context.invalid(pointer, json_error_text(&error)))
+    T::deserialize(value).map_err(|error| {
+        // Once more, to find the member: following it slows all objects down.
+        let member = serde_path_to_error::deserialize::<_, T>(value).err();
+        let member = member.map_or_else(String::new, |error| member_pointer(error.path()));
+        context.invalid(format!("{pointer}{member}"), json_error_text(&error))
+    })
+}
+
+/// The JSON pointer of a member below an object.
+fn member_pointer(path: &serde_path_to_error::Path) -> String {
+    let segments = path.iter().map_while(|segment| match segment {
+        Segment::Seq { index } => Some(format!("/{index}")),
+        Segment::Map { key } => Some(format!("/{}", escape(key))),
+        Segment::Enum { .. } | Segment::Unknown => None,
+    });
+    segments.collect()
 }
 
 fn check_version(context: &Context, asset: &Asset) -> Result<()> {

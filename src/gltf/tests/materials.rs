@@ -229,3 +229,25 @@ fn lights_are_checked() {
         error_text(light(bad), 65);
     }
 }
+
+#[test]
+fn errors_of_types_name_the_member() {
+    let error = |document: serde_json::Value| {
+        error_text(import_bytes("a.gltf", document.to_string().as_bytes()).map(|_| Scene::default()), 65)
+    };
+    let material =
+        |values| json!({"asset": {"version": "2.0"}, "materials": [{}, {"pbrMetallicRoughness": values}]});
+    for (values, pointer) in [
+        (json!({"baseColorFactor": [1, 1, 1]}), "/materials/1/pbrMetallicRoughness/baseColorFactor"),
+        (json!({"roughnessFactor": "half"}), "/materials/1/pbrMetallicRoughness/roughnessFactor"),
+        (
+            json!({"baseColorTexture": {"index": -1}}),
+            "/materials/1/pbrMetallicRoughness/baseColorTexture/index",
+        ),
+    ] {
+        let error = error(material(values));
+        assert!(error.contains(&format!(": {pointer}: ")), "{error}");
+    }
+    let node = json!({"asset": {"version": "2.0"}, "nodes": [{"children": [0, "one"]}]});
+    assert!(error(node).contains(": /nodes/0/children/1: "));
+}

@@ -198,6 +198,7 @@ impl<'a> View<'a> {
         let mut rule = if is_automatic { CameraRule::Outside } else { CameraRule::Requested };
         if is_automatic && self.target.is_none() && !self.is_orthographic() {
             let lens = if self.request.lens.is_some() { self.lens } else { perspective(INSIDE_FOV_RADIANS) };
+            // What both cameras show is compared without the roll.
             let unrolled = rolled(world_from_camera, -self.request.roll_degrees.to_radians());
             if let Some(inside) = inside_camera(self.subject(), &lens, unrolled) {
                 world_from_camera = self.rolled(inside);

@@ -1,7 +1,7 @@
 //! Order of animated values: the cones of spots, and the near and far planes of cameras.
 //!
 //! Source: the text of `KHR_lights_punctual`; glTF 2.0 specification, section 3.10 (cameras). The values are compared at the keyframes of
-//! each animation, and just before it, where values jump; a property that no animation animates has its value in the file. Two animations of one
+//! each animation, and just before them, where values jump; a property that no animation animates has its value in the file. Two animations of one
 //! light or camera, which may play together or alone, are not compared.
 
 use std::collections::BTreeMap;

@@ -79,20 +79,10 @@ pub(super) fn ffmpeg(
         .args(["-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba"])
         .args(["-s", &format!("{width}x{height}"), "-r", &format!("{numerator}/{denominator}"), "-i", "-"])
         .args(["-vf", &filters(pixel_format)])
-        // Version 5.1 takes primaries and transfer from these options, version 9.0 from the frames, which the filters tag.
         .args(codec_options)
-        .args([
-            "-colorspace",
-            "bt709",
-            "-color_primaries",
-            "bt709",
-            "-color_trc",
-            "iec61966-2-1",
-            "-fflags",
-            "+bitexact",
-            "-flags:v",
-            "+bitexact",
-        ]);
+        // Version 5.1 takes primaries and transfer from these options, version 9.0 from the frames, which the filters tag.
+        .args(["-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "iec61966-2-1"])
+        .args(["-fflags", "+bitexact", "-flags:v", "+bitexact"]);
     command.args(["-metadata", &format!("comment={MOVIE_MARK}")]);
     if matches!(format.container, "mp4" | "mov") {
         command.args(["-movflags", "+faststart"]);

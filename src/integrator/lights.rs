@@ -275,7 +275,7 @@ fn disk_point(seed: Seed, light: usize) -> Vec2 {
     concentric_disk_point(seed.point(Purpose::Light(light as u32)))
 }
 
-/// The direction to a point of the disk that a distant light fills.
+/// The direction to a point of the disk that a distant light fills. Not part of [`PreparedLight::shadow_ray`], whose result stays in registers then.
 #[inline(never)]
 fn distant_disk_direction((wi, angle_radians): (Vec3, f32), (seed, light): (Seed, usize)) -> Vec3 {
     let radius = libm::tanf(angle_radians * 0.5);

@@ -36,23 +36,16 @@ impl Tracer<'_, '_> {
         color: Vec3,
     ) {
         let context = self.context;
-        if context.environment_directions.is_none() {
-            let light_pass = arrival.light_pass.unwrap_or(LightPass::Environment);
-            for lookup in lookups {
-                let media = if lookup.is_outside { &arrival.state.media } else { beyond };
-                let through = self.untraced_transmittance(arrival.point, lookup, media);
-                self.add(arrival.state.sample, light_pass, lookup.radiance * through);
-            }
-            return;
-        }
-        let passes_inside = context.settings.glass_shadows == GlassShadows::Straight;
-        let has_rays = |lookup: &EnvironmentLookup| lookup.is_outside || passes_inside;
-        let brightest = join_faint(lookups, context.mean_radiance, has_rays);
-        self.queue_lookups(arrival, beyond, (lookups, brightest), color);
+        let brightest = context
+            .environment_directions
+            .is_some()
+            .then(|| join_faint(lookups, context.mean_radiance, |lookup| self.has_rays(lookup)))
+            .flatten();
+        self.add_joined_lookups(arrival, beyond, (lookups, brightest), color);
     }
 
-    /// The same for lookups to which faint ones were added; `brightest` is the index of the brightest of those that have shadow rays.
-    pub(super) fn queue_lookups(
+    /// The same where faint lookups have joined brighter ones; `brightest` is the index of the brightest of those that have shadow rays.
+    pub(super) fn add_joined_lookups(
         &mut self,
         arrival: &Arrival<'_, '_>,
         beyond: &MediaStack,
@@ -62,8 +55,14 @@ impl Tracer<'_, '_> {
         let Arrival { signature, state, light_pass, .. } = *arrival;
         let light_pass = light_pass.unwrap_or(LightPass::Environment);
         let context = self.context;
-        let passes_inside = context.settings.glass_shadows == GlassShadows::Straight;
-        let has_rays = |lookup: &EnvironmentLookup| lookup.is_outside || passes_inside;
+        if context.environment_directions.is_none() {
+            for lookup in lookups {
+                let media = if lookup.is_outside { &state.media } else { beyond };
+                let through = self.untraced_transmittance(arrival.point, lookup, media);
+                self.add(state.sample, light_pass, lookup.radiance * through);
+            }
+            return;
+        }
         // Occluders are found for one lookup of a surface that a camera sees.
         let traces_occluders = context.bounce_share > 0.0 && state.depth == 0;
         let with_occluder = brightest.filter(|_| traces_occluders);
@@ -73,8 +72,7 @@ impl Tracer<'_, '_> {
                 continue;
             }
             let media = if lookup.is_outside { &state.media } else { beyond };
-            // The far side of glass that casts full shadows would hide everything.
-            if has_rays(lookup) {
+            if self.has_rays(lookup) {
                 let queued = QueuedLookup {
                     lookup,
                     light_pass,
@@ -88,6 +86,11 @@ impl Tracer<'_, '_> {
             }
             index += 1;
         }
+    }
+
+    /// Whether a lookup has shadow rays: the far side of glass that casts full shadows would hide everything.
+    fn has_rays(&self, lookup: &EnvironmentLookup) -> bool {
+        lookup.is_outside || self.context.settings.glass_shadows == GlassShadows::Straight
     }
 
     /// Adds one lookup behind shadow rays that start in `media`.

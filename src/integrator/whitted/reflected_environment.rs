@@ -114,15 +114,17 @@ impl Tracer<'_, '_> {
                 environment.open_radiance_over(direction, differentials)
             }
         };
-        let blurred = || {
-            let open = environment.prefiltered(direction, roughness);
-            if state.sees_peaks {
-                open + self.peaks_in_lobe(PrefilteredLobe { direction, roughness })
-            } else {
-                open
-            }
-        };
+        let blurred =
+            || self.with_peaks(environment.prefiltered(direction, roughness), &view, state.sees_peaks);
         view.radiance(sharp, blurred)
+    }
+
+    /// The prefiltered radiance of a view, and the peaks of the environment where it sees them.
+    fn with_peaks(&self, open: Vec3, view: &ReflectedView, sees_peaks: bool) -> Vec3 {
+        if !sees_peaks {
+            return open;
+        }
+        open + self.peaks_in_lobe(PrefilteredLobe { direction: view.direction, roughness: view.roughness })
     }
 
     /// Finds the radiance of the environment for the rays of a wavefront that hit nothing. `first` returns the first hit of a ray.
@@ -181,15 +183,7 @@ impl Tracer<'_, '_> {
             environment.open_radiances_over(&lookups(open), differentials, &mut sharp[0]);
         }
         for lane in lanes {
-            let ReflectedView { direction, roughness, .. } = views[lane];
-            let blurred = || {
-                let open = blurred.get(lane);
-                if sees_peaks(lane) {
-                    open + self.peaks_in_lobe(PrefilteredLobe { direction, roughness })
-                } else {
-                    open
-                }
-            };
+            let blurred = || self.with_peaks(blurred.get(lane), &views[lane], sees_peaks(lane));
             let sharp = || sharp[usize::from(sees_peaks(lane))].get(lane);
             radiances[rays[lane]] = Some(views[lane].radiance(sharp, blurred));
         }
@@ -216,7 +210,7 @@ mod tests {
 
     #[test]
     fn blocks_of_rays_see_what_single_rays_see() {
-        // Blue noise and a sun, so that no two lookups are the same
+        // Texels that differ and a sun, so that no two lookups are the same
         let mut pixels: Vec<[f32; 3]> =
             (0..64 * 32).map(|i| [(i * 37 % 101) as f32, (i * 53 % 97) as f32, 1.0]).collect();
         pixels[9 * 64 + 20] = [90_000.0; 3];

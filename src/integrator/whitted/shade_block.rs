@@ -61,14 +61,9 @@ impl Tracer<'_, '_> {
         let point = &block.surfaces.points[lane];
         let arrival = Arrival { signature: slot.signature, state, light_pass, point };
         let direction = block.reflected.mirrored.get(lane);
-        let (mut lookups, brighter) = block.reflected.lookups(lane, point.shading_normal);
+        let (lookups, brighter) = block.reflected.lookups(lane, point.shading_normal);
         let color = block.materials.base.base_color(lane);
-        let beyond = MediaStack::default();
-        if self.context.environment_directions.is_some() {
-            self.queue_lookups(&arrival, &beyond, (&lookups, Some(brighter)), color);
-        } else {
-            self.add_lookups(&arrival, &beyond, &mut lookups, color);
-        }
+        self.add_joined_lookups(&arrival, &MediaStack::default(), (&lookups, Some(brighter)), color);
         let weight = block.reflected.specular.get(lane);
         let roughness = block.reflected.lobe_roughness[lane];
         let (albedo, traced_share) = block.reflected.specular_albedo(lane);

@@ -1,8 +1,8 @@
 //! Radiance and coverage of camera samples.
 //!
 //! An integrator takes the camera rays of a batch of samples and returns each sample's radiance and coverage. A sample is a
-//! pure function of (frame, settings, pixel, sample): it does not depend on the batch that holds it. [`whitted`] and [`path`] are
-//! the integrators. Pixels, films and files are not known here.
+//! pure function of (frame, settings, pixel, sample): it does not depend on the batch that holds it. [`tracing`] follows
+//! the rays, and [`whitted`] and [`path`], the integrators, shade what these hit. Pixels, films and files are not known here.
 
 mod albedo_slices;
 mod camera;
@@ -16,6 +16,7 @@ mod glass_passage;
 mod guide_sample;
 mod interiors;
 mod last_scatter;
+mod least_weights;
 mod light_pass;
 mod light_sampling;
 mod light_set;
@@ -33,6 +34,7 @@ mod settings;
 mod shadow;
 mod statistics;
 mod surface_hit;
+pub mod tracing;
 mod transmission_side;
 mod transparent_hits;
 mod unit_interval;

@@ -12,11 +12,11 @@ use crate::frame::Frame;
 /// The AOVs that a tracer records.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SampleAovFlags {
-    /// Light passes: [`super::whitted::Tracer::light_passes`].
+    /// Light passes: [`super::tracing::Tracer::light_passes`].
     pub light: bool,
-    /// Instances that camera rays see: [`super::whitted::Tracer::coverage`].
+    /// Instances that camera rays see: [`super::tracing::Tracer::coverage`].
     pub coverage: bool,
-    /// Guides of denoising, of paths alone: [`super::whitted::Tracer::guides`].
+    /// Guides of denoising, of paths alone: [`super::tracing::Tracer::guides`].
     pub guides: bool,
 }
 

@@ -6,7 +6,7 @@ use super::tile_aovs::TileAovs;
 use super::tile_pixels::PixelSum;
 use crate::film::{ExactSum, GuideSample, LightPasses, SampleSums, add_exact_share};
 use crate::integrator::InstanceCoverage;
-use crate::integrator::whitted::SampleValue;
+use crate::integrator::tracing::SampleValue;
 
 /// Receiver of traced samples.
 pub(super) trait SampleSink {

@@ -12,7 +12,7 @@ use super::tile_grid::pixels_in_morton_order;
 use super::tile_pixels::{PixelGrid, PixelSum};
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::{AovFlags, FilmAovs, PixelWindow, SampleSums};
-use crate::integrator::whitted::Tracer;
+use crate::integrator::tracing::Tracer;
 use crate::integrator::{CameraRays, CameraSamples, IntegratorContext, IntegratorStatistics, SampleAovFlags};
 
 /// Samples in a batch: enough for full packets of every kind of ray, few enough for the cache.

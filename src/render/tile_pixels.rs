@@ -3,7 +3,7 @@
 use super::adaptive::{EdgeThreshold, SampleRange};
 use super::filter::PixelSample;
 use crate::film::{PixelWindow, clamp_lobes};
-use crate::integrator::whitted::SampleValue;
+use crate::integrator::tracing::SampleValue;
 
 /// The sums of one pixel.
 #[derive(Clone, Copy)]

@@ -3,7 +3,7 @@
 use super::dimensions::Decision;
 use crate::integrator::Integrator;
 use crate::integrator::RayState;
-use crate::integrator::whitted::Tracer;
+use crate::integrator::tracing::Tracer;
 
 impl Tracer<'_, '_> {
     /// The share of a ray that stays at a surface with coverage `alpha`. A path goes on along one ray, so beyond its first surface it stays at a

@@ -6,7 +6,7 @@ use super::mis::power_heuristic;
 use crate::integrator::clamp::clamped;
 use crate::integrator::last_scatter::LastScatter;
 use crate::integrator::surface_hit::SurfaceHit;
-use crate::integrator::whitted::Tracer;
+use crate::integrator::tracing::Tracer;
 use crate::integrator::{ColorChannels, LightPass, RayState};
 use crate::interaction::SurfacePoint;
 

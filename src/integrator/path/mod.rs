@@ -1,7 +1,7 @@
 //! Path tracing (Kajiya, "The Rendering Equation", SIGGRAPH 1986): light that bounces, and shadows of environments.
 //!
-//! Camera rays, transparent surfaces, media and shadow rays are those of [`super::whitted`]; so is the material model. What
-//! differs is what a surface does: it sends one ray, sampled among all of its lobes, and one shadow ray to each kind of light.
+//! Rays are followed by [`super::tracing`], through the same transparent surfaces and media as those of Whitted's tree, and the material model is the
+//! same. What differs is what a surface does: it sends one ray, sampled among all of its lobes, and one shadow ray to each kind of light.
 //!
 //! * **Lights that rays can hit**, the environment and emissive triangles, are found in two ways: by shadow rays to sampled points (next-event
 //!   estimation) and by the sampled rays. Both are weighted by the power heuristic (Veach, "Robust Monte Carlo Methods for Light
@@ -14,6 +14,7 @@
 //!
 //! A sample's numbers are points of one sequence (`zsobol`), by (pixel, sample, dimension): they do not depend on batches and threads.
 
+mod buffers;
 mod coverage;
 mod dimensions;
 mod emission;
@@ -32,11 +33,10 @@ mod shaded_point;
 mod triangle_part;
 mod visible_environment;
 
-pub(super) use dimensions::BounceKeys;
+pub(super) use buffers::PathBuffers;
 pub(super) use emissive_triangles::EmissiveTriangles;
+pub(super) use guiding::PathGuide;
 pub(crate) use guiding::most_photon_bytes;
-pub(super) use guiding::{PathGuide, PhotonStore};
-pub(super) use path_block::PathBlock;
 pub(super) use visible_environment::{VisibleEntry, VisibleEnvironment};
 
 #[cfg(test)]

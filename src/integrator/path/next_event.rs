@@ -12,7 +12,7 @@ use crate::geometry::{ActiveLanes, DirectionSample, LANES, Ray, Vec3Lanes, vecto
 use crate::integrator::clamp::clamped;
 use crate::integrator::lights::{Incidence, LightSample, PreparedLight};
 use crate::integrator::media::SurfaceMedia;
-use crate::integrator::whitted::{ShadowRay, Tracer};
+use crate::integrator::tracing::{ShadowRay, Tracer};
 use crate::integrator::{GlassShadows, LightPass};
 
 /// The samples of one kind of light for the surfaces of a block, with what these scatter of it; `None` where that is no light, and empty for all without

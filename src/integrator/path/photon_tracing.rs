@@ -4,25 +4,25 @@ use super::guiding::{Photon, PhotonPath, PhotonRay, PhotonStore};
 use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
 use crate::color::luminance;
+use crate::integrator::tracing::Tracer;
 use crate::integrator::wavefront::RaySignature;
-use crate::integrator::whitted::Tracer;
 
 impl Tracer<'_, '_> {
     /// Traces photons to all diffuse surfaces that they reach.
     pub(super) fn trace_photons(mut self, photons: impl Iterator<Item = PhotonRay>) -> PhotonStore {
-        self.photon_store = Some(PhotonStore::default());
+        self.path.photon_store = Some(PhotonStore::default());
         self.sequences.clear();
         for PhotonRay { ray, state, last, sequence } in photons {
             self.sequences.push(sequence);
             self.children.push_scattered(RaySignature::CAMERA, ray, state, Some(last));
         }
         self.trace_children();
-        self.photon_store.unwrap_or_default()
+        self.path.photon_store.unwrap_or_default()
     }
 
     /// Stores a photon at a surface; `false` where it ends.
     pub(super) fn store_photon(&mut self, shaded: &ShadedPoint<'_, '_>, block: &PathBlock) -> bool {
-        let Some(store) = &mut self.photon_store else { return false };
+        let Some(store) = &mut self.path.photon_store else { return false };
         let state = &*shaded.state;
         if !shaded.transmits && block.diffuse_probability(shaded.lane) > 0.0 {
             // Smooth surfaces alone pass on a share of what guides the denoising.

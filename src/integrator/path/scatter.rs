@@ -10,7 +10,7 @@ use super::shaded_point::ShadedPoint;
 use crate::bsdf::{ScatterLobe, ScatterSample};
 use crate::geometry::{ActiveLanes, LANES, Ray};
 use crate::integrator::last_scatter::LastScatter;
-use crate::integrator::whitted::Tracer;
+use crate::integrator::tracing::Tracer;
 use crate::integrator::{LightPass, RayKind, RayState};
 use crate::interaction::RayDifferential;
 

@@ -15,9 +15,9 @@ use crate::integrator::local_frame::{local_frame, shading_frame};
 use crate::integrator::opaque_materials::is_opaque;
 use crate::integrator::ray_state::ArrivingState;
 use crate::integrator::surface_hit::SurfaceHit;
+use crate::integrator::tracing::Tracer;
 use crate::integrator::transmission_side::{TransmissionSide, ior_outside, ior_transmission_side};
 use crate::integrator::wavefront::{RaySignature, Wavefront};
-use crate::integrator::whitted::Tracer;
 use crate::integrator::{GuideSample, LightPass, RayState};
 use crate::interaction::{MaterialSample, SurfaceBlock, SurfacePoint};
 use crate::scene::Material;
@@ -50,7 +50,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
         (material, hits): (&Material, &[SurfaceHit]),
         (points, materials): (&SurfaceBlock<'a>, &[MaterialSample]),
     ) {
-        let Some(mut block) = self.path_block.take() else { return };
+        let Some(mut block) = self.path.block.take() else { return };
         let context = self.context;
         let level = context.view.bvh.simd_level();
         let in_vacuum = |hit: &SurfaceHit| wavefront.ray(hit.slot).1.is_in_vacuum();
@@ -69,7 +69,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
                 }
             }
             block.fill(level, (material, table), &surfaces, points.viewers());
-            if self.photon_store.is_some() {
+            if self.path.photon_store.is_some() {
                 surfaces.retain(|surface| self.store_photon(surface, &block));
             } else {
                 for surface in &mut surfaces {
@@ -79,7 +79,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
             }
             self.send_paths(&surfaces, &mut block);
         }
-        self.path_block = Some(block);
+        self.path.block = Some(block);
     }
 
     /// Adds the light of a surface to its path, and prepares the surface for scattering; `None` where the path ends.
@@ -118,7 +118,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
         });
         let below = coat.as_ref().map_or(1.0, |(coat, _, cosine)| coat.transmittance(*cosine));
         let emitted = weight * material.emission * below;
-        if self.photon_store.is_none() {
+        if self.path.photon_store.is_none() {
             self.add_path_emission(&state, last.as_ref(), (surface_hit, point), emitted);
         }
         let coat = coat.map(|(coat, world_from_coat, _)| (coat, world_from_coat));
@@ -185,7 +185,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
         let own_medium = self.context.interiors.medium(point.instance);
         let is_dispersive = transmission_side.disperses(&state, own_medium, material);
         let sequence = self.sequences[state.sample as usize];
-        let keys = BounceKeys::shared(&mut self.bounce_keys, &sequence, state.depth);
+        let keys = BounceKeys::shared(&mut self.path.bounce_keys, &sequence, state.depth);
         let samples = BounceSamples { sequence, keys };
         let channels = if is_dispersive { samples.single_channel() } else { state.channels };
         if is_dispersive {

@@ -2,8 +2,8 @@
 
 use glam::Vec2;
 
-use crate::integrator::whitted::tests::with_context;
-use crate::integrator::whitted::{SampleValue, Tracer};
+use crate::integrator::tracing::tests::with_context;
+use crate::integrator::tracing::{SampleValue, Tracer};
 use crate::integrator::{
     CameraRays, CameraSamples, Integrator, IntegratorContext, IntegratorSettings, LightSize, PathSettings,
 };
@@ -59,7 +59,7 @@ fn lanes_shade_paths_as_surfaces_one_by_one_do() {
             let pixels: Vec<_> = (0..SIZE.1).flat_map(|y| (0..SIZE.0).map(move |x| (x, y))).collect();
             let traced = |is_one_by_one: bool| {
                 let mut tracer = Tracer::new(&context);
-                tracer.path_block.as_mut().unwrap().is_one_by_one = is_one_by_one;
+                tracer.path.block.as_mut().unwrap().is_one_by_one = is_one_by_one;
                 trace(&mut tracer, camera, &pixels)
             };
             assert!(traced(false) == traced(true), "{scene}");

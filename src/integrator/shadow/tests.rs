@@ -4,7 +4,7 @@ use glam::Vec2;
 
 use super::*;
 use crate::integrator::Seed;
-use crate::integrator::whitted::tests::with_context;
+use crate::integrator::tracing::tests::with_context;
 use crate::scene::Environment;
 
 #[test]

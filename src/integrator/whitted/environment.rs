@@ -6,10 +6,10 @@ use glam::Vec3;
 
 use super::environment_lookup::{EnvironmentLookup, EnvironmentLookups, LookupLobe};
 use super::shading::Shading;
-use super::tracer::Tracer;
 use crate::bsdf::Bsdf;
 use crate::integrator::local_frame::mirror_direction;
 use crate::integrator::prefiltered_lobe::PrefilteredLobe;
+use crate::integrator::tracing::Tracer;
 use crate::interaction::is_opaque_at;
 use crate::scene::KeyLight;
 
@@ -48,7 +48,7 @@ impl Tracer<'_, '_> {
         {
             if albedo != Vec3::ZERO && (is_outside || !self.is_covered(shading)) {
                 let albedo = reached * albedo;
-                let looked_up = self.block_lookups.irradiance(shading.index).filter(|_| is_outside);
+                let looked_up = self.whitted.block_lookups.irradiance(shading.index).filter(|_| is_outside);
                 let irradiance = looked_up.unwrap_or_else(|| environment.irradiance(normal));
                 lookups.push(EnvironmentLookup {
                     radiance: albedo * irradiance * FRAC_1_PI,
@@ -132,7 +132,7 @@ impl Tracer<'_, '_> {
 
     /// Prefiltered radiance of the specular lobe, and the lobe.
     fn prefiltered_reflection(&self, shading: &Shading<'_, '_>) -> (Vec3, LookupLobe) {
-        if let Some((seen, lobe)) = self.block_lookups.reflection(shading.index) {
+        if let Some((seen, lobe)) = self.whitted.block_lookups.reflection(shading.index) {
             return (seen, LookupLobe::Glossy(lobe));
         }
         let (environment, roughness) = (self.context.view.environment, shading.material.roughness);

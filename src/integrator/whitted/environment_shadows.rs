@@ -5,10 +5,9 @@ use glam::{Vec2, Vec3};
 use super::environment_lookup::{EnvironmentLookup, MAX_LOOKUPS, join_faint};
 use super::occluder_buffers::OccluderTask;
 use super::shading::{Arrival, Shading};
-use super::shadow_queue::ShadowRay;
-use super::tracer::Tracer;
 use crate::geometry::Ray;
 use crate::integrator::media::SurfaceMedia;
+use crate::integrator::tracing::{ShadowRay, Tracer};
 use crate::integrator::wavefront::{BOUNCES, RaySignature};
 use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{EnvSamples, GlassShadows, LightPass, MediaStack, RayState};
@@ -27,6 +26,15 @@ struct QueuedLookup<'l> {
 }
 
 impl Tracer<'_, '_> {
+    /// The most shadow rays of the lookups of one surface.
+    pub(in crate::integrator) fn most_lookup_rays(&self) -> usize {
+        match (&self.context.environment_directions, self.context.settings.env_samples) {
+            (None, _) => 0,
+            (Some(_), EnvSamples::Auto) => MAX_LOOKUPS,
+            (Some(_), EnvSamples::Fixed(rays)) => MAX_LOOKUPS * rays as usize,
+        }
+    }
+
     /// Adds the looked-up light of a surface of `color`: at once, or behind shadow rays. `beyond` holds the volumes on the other side.
     pub(super) fn add_lookups(
         &mut self,
@@ -150,7 +158,7 @@ impl Tracer<'_, '_> {
                 media: SurfaceMedia::AtStart(media.clone()),
             });
             if traces_occluder {
-                self.shadows.occluder_tasks.push(OccluderTask {
+                self.whitted.occluders.queued.push(OccluderTask {
                     task,
                     lookup: (number + MAX_NUMBERS) as u32,
                     ray,
@@ -190,7 +198,7 @@ impl Tracer<'_, '_> {
 
     /// The sample point of a ray of a lookup, and a random number.
     fn point_of_ray(&mut self, sequence: &SampleSequence, number: usize, ray: u32) -> (Vec2, f32) {
-        let [keys, _] = self.lookup_keys.get(sequence.seed(), number, ray);
+        let [keys, _] = self.whitted.lookup_keys.get(sequence.seed(), number, ray);
         sequence.point_and_random_by(&keys)
     }
 }

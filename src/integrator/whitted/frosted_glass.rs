@@ -12,11 +12,11 @@ use super::glossy::seeds;
 use super::secondary_rays::ChildRay;
 use super::shading::Shading;
 use super::traced_share::{PREFILTERED_ROUGHNESS, smoothstep, traced_share};
-use super::tracer::Tracer;
 use crate::bsdf::{AlbedoTerms, Bsdf, FacetSample, Scattering};
 use crate::geometry::Ray;
 use crate::integrator::prefiltered_lobe::PrefilteredLobe;
 use crate::integrator::random::Purpose;
+use crate::integrator::tracing::Tracer;
 use crate::integrator::{ColorChannels, RayKind, RayState, Seed};
 
 /// The deepest bounce at which a facet sends a reflected and a refracted ray; deeper ones send either.

@@ -6,9 +6,9 @@
 
 use super::secondary_rays::ChildRay;
 use super::shading::Shading;
-use super::tracer::Tracer;
 use crate::geometry::Ray;
 use crate::integrator::random::Purpose;
+use crate::integrator::tracing::Tracer;
 use crate::integrator::{RayKind, RayState, Seed};
 
 impl Tracer<'_, '_> {

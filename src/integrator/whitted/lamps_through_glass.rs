@@ -7,11 +7,11 @@ use glam::Vec3;
 
 use super::secondary_rays::ChildRay;
 use super::shading::{Arrival, Shading};
-use super::tracer::Tracer;
 use crate::bsdf::Scattering;
 use crate::geometry::Facing;
 use crate::integrator::light_set::LightSet;
 use crate::integrator::lights::{Incidence, PreparedLight};
+use crate::integrator::tracing::Tracer;
 use crate::integrator::{GlassShadows, IntegratorContext};
 use crate::interaction::SurfacePoint;
 

@@ -22,9 +22,11 @@ pub(super) struct OccluderTask {
     pub(super) reflected: Vec3,
 }
 
-/// Stopped rays and their occluders, for one wavefront. Keeps its memory.
+/// Shadow rays of lookups and their occluders, for one wavefront. Keeps its memory.
 #[derive(Debug, Default)]
 pub(super) struct OccluderBuffers {
+    /// The tasks of the queued shadow rays whose occluders are lit.
+    pub(super) queued: Vec<OccluderTask>,
     /// The stopped rays.
     pub(super) rays: Vec<Ray>,
     /// Their tasks.

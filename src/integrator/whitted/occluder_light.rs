@@ -12,8 +12,6 @@ use glam::Vec3;
 
 use super::environment_shadows::on_side;
 use super::occluder_buffers::{LitOccluder, OccluderBuffers, StoppedTask};
-use super::shadow_queue::ShadowTask;
-use super::tracer::{Tracer, seconds_since};
 use crate::bvh::{Hit, TriangleFlags};
 use crate::color::luminance;
 use crate::geometry::{Facing, Ray};
@@ -21,6 +19,7 @@ use crate::integrator::IntegratorContext;
 use crate::integrator::glass_passage::GlassPassage;
 use crate::integrator::media::SurfaceMedia;
 use crate::integrator::shadow::stops_light;
+use crate::integrator::tracing::{ShadowTask, Tracer, seconds_since};
 use crate::interaction::{SurfacePoint, blurred_color_at, transmits_at};
 
 /// What stops a shadow ray.
@@ -41,28 +40,28 @@ struct KeyIrradiance {
 
 impl Tracer<'_, '_> {
     /// Adds the light that the occluders of lookups reflect, after their shadow rays were traced.
-    pub(super) fn add_occluder_light(&mut self) {
-        if self.shadows.occluder_tasks.is_empty() {
+    pub(in crate::integrator) fn add_occluder_light(&mut self) {
+        if self.whitted.occluders.queued.is_empty() {
             return;
         }
-        let mut buffers = std::mem::take(&mut self.occluders);
+        let mut buffers = std::mem::take(&mut self.whitted.occluders);
         self.find_occluders(&mut buffers);
         self.light_occluders(&mut buffers);
-        self.occluders = buffers;
+        self.whitted.occluders = buffers;
     }
 
     /// Finds what stops the rays of all tasks.
     fn find_occluders(&mut self, buffers: &mut OccluderBuffers) {
-        let OccluderBuffers { rays, tasks, occluders, .. } = buffers;
+        let OccluderBuffers { queued, rays, tasks, occluders, .. } = buffers;
         rays.clear();
         tasks.clear();
-        let queue = &mut self.shadows;
+        let queue = &self.shadows;
         let context = self.context;
-        for task in queue.occluder_tasks.drain(..) {
+        for task in queued.drain(..) {
             let ShadowTask { sample, batch, ray, .. } = queue.tasks[task.task as usize];
             let Some(stopped) = queue.batches[batch as usize].occluded_ray(ray) else { continue };
             let sequence = &self.sequences[sample as usize];
-            let keys = self.lookup_keys.get(sequence.seed(), task.lookup as usize, task.ray);
+            let keys = self.whitted.lookup_keys.get(sequence.seed(), task.lookup as usize, task.ray);
             let light = sequence.number_by(&keys[1]) / context.bounce_share;
             if light < 1.0 {
                 rays.push(*stopped);
@@ -102,7 +101,7 @@ impl Tracer<'_, '_> {
     /// Adds the light that found occluders scatter into their lookups.
     fn light_occluders(&mut self, buffers: &mut OccluderBuffers) {
         self.trace_segments(buffers);
-        let OccluderBuffers { rays, tasks, occluders, segments, shadows, lit } = buffers;
+        let OccluderBuffers { rays, tasks, occluders, segments, shadows, lit, .. } = buffers;
         shadows.clear();
         lit.clear();
         for (index, ((ray, hit), task)) in rays.iter().zip(&*occluders).zip(&*tasks).enumerate() {

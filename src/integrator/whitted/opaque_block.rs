@@ -9,12 +9,12 @@ use fearless_simd::Level;
 use glam::{Mat3, Vec3};
 
 use super::environment_lookup::{EnvironmentLookup, LookupLobe, join_faint_pair};
-use super::least_weights::MIN_SCATTERED;
 use super::reflected_lobe::ReflectedLobe;
 use super::traced_share::traced_share;
 use crate::bsdf::{AlbedoSlice, AlbedoTable, AlbedoTermLanes, Bsdf};
 use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec3Lanes, vectorized};
 use crate::integrator::IntegratorContext;
+use crate::integrator::least_weights::MIN_SCATTERED;
 use crate::integrator::lights::{Incidence, IncidenceLanes};
 use crate::integrator::local_frame::{local_frame, mirror_direction};
 use crate::integrator::prefiltered_lobe::PrefilteredLobe;

@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use super::tracer::Tracer;
 use crate::bvh::Hit;
 use crate::geometry::{ActiveLanes, F32Lanes, LANES, Ray, Vec3Lanes};
 use crate::integrator::prefiltered_lobe::PrefilteredLobe;
+use crate::integrator::tracing::Tracer;
 use crate::integrator::wavefront::{RaySlot, Wavefront};
 use crate::integrator::{Integrator, LightPass, RayKind, RayState};
 use crate::scene::LookupLanes;
@@ -102,7 +102,7 @@ impl ViewBlock {
 
 impl Tracer<'_, '_> {
     /// Radiance of the environment that a mirror or refraction ray sees.
-    pub(super) fn reflected_environment(&self, ray: &Ray, state: &RayState) -> Vec3 {
+    pub(in crate::integrator) fn reflected_environment(&self, ray: &Ray, state: &RayState) -> Vec3 {
         let environment = self.context.view.environment;
         let view = ReflectedView::new(ray, state);
         let ReflectedView { direction, roughness, .. } = view;
@@ -128,7 +128,7 @@ impl Tracer<'_, '_> {
     }
 
     /// Finds the radiance of the environment for the rays of a wavefront that hit nothing. `first` returns the first hit of a ray.
-    pub(super) fn find_escaped_radiances(
+    pub(in crate::integrator) fn find_escaped_radiances(
         &mut self,
         wavefront: &Wavefront,
         first: impl Fn(&Self, RaySlot, &RayState) -> Option<Hit>,
@@ -191,7 +191,7 @@ impl Tracer<'_, '_> {
     }
 
     /// Adds the radiance of the environment that a ray sees which hits nothing.
-    pub(super) fn add_escaped(&mut self, state: &RayState, radiance: Vec3) {
+    pub(in crate::integrator) fn add_escaped(&mut self, state: &RayState, radiance: Vec3) {
         let weight = state.weight * state.media.transmittance(f32::INFINITY);
         self.add(state.sample, state.light_pass.unwrap_or(LightPass::Environment), weight * radiance);
     }
@@ -202,8 +202,8 @@ mod tests {
     use glam::Quat;
 
     use super::*;
+    use crate::integrator::tracing::tests::with_context;
     use crate::integrator::wavefront::RaySignature;
-    use crate::integrator::whitted::tests::with_context;
     use crate::integrator::{MediaStack, Seed};
     use crate::interaction::RayDifferential;
     use crate::scene::{Environment, EnvironmentImage, EnvironmentMap};

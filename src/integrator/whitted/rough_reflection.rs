@@ -6,10 +6,10 @@ use super::reflected_lobe::ReflectedLobe;
 use super::secondary_rays::ChildRay;
 use super::shading::Arrival;
 use super::traced_share::smoothstep;
-use super::tracer::Tracer;
 use crate::geometry::Ray;
 use crate::integrator::RayKind;
 use crate::integrator::random::Purpose;
+use crate::integrator::tracing::Tracer;
 
 /// Between these albedos of a lobe the followed share rises from 0 to 1. Dielectrics reflect less, but at grazing angles and totally.
 const FOLLOWED_ALBEDO: [f32; 2] = [0.3, 0.5];

@@ -2,16 +2,16 @@
 
 use glam::Vec3;
 
-use super::least_weights::MIN_WEIGHT;
 use super::reflected_lobe::ReflectedLobe;
 use super::shading::{Arrival, Shading};
-use super::tracer::Tracer;
 use crate::geometry::Ray;
+use crate::integrator::least_weights::MIN_WEIGHT;
 use crate::integrator::light_set::LightSet;
 use crate::integrator::local_frame::mirror_direction;
 use crate::integrator::prefiltered_lobe::PrefilteredLobe;
 use crate::integrator::random::Purpose;
 use crate::integrator::ray_state::Touching;
+use crate::integrator::tracing::Tracer;
 use crate::integrator::{ColorChannels, LightPass, MediaStack, RayKind, RayState, Seed};
 use crate::interaction::RayDifferential;
 
@@ -252,7 +252,7 @@ mod tests {
     use super::*;
     use crate::bvh::TraversalCounters;
     use crate::integrator::CameraSamples;
-    use crate::integrator::whitted::tests::with_context;
+    use crate::integrator::tracing::tests::with_context;
     use crate::scene::{BuiltInLight, Environment};
 
     #[test]

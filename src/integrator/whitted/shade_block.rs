@@ -4,28 +4,27 @@ use glam::Vec3;
 
 use super::opaque_block::OpaqueBlock;
 use super::shading::Arrival;
-use super::shadow_queue::ShadowRay;
-use super::tracer::Tracer;
 use crate::integrator::media::SurfaceMedia;
 use crate::integrator::surface_hit::SurfaceHit;
+use crate::integrator::tracing::{ShadowRay, Tracer};
 use crate::integrator::wavefront::Wavefront;
 use crate::integrator::{LightPass, MediaStack};
 use crate::scene::Material;
 
 impl Tracer<'_, '_> {
     /// Shades up to [`crate::geometry::LANES`] hits on one opaque material whose rays run through vacuum.
-    pub(super) fn shade_opaque_block(
+    pub(in crate::integrator) fn shade_opaque_block(
         &mut self,
         wavefront: &Wavefront,
         material: &Material,
         hits: &[SurfaceHit],
     ) {
-        let Some(mut block) = self.opaque_block.take() else { return };
+        let Some(mut block) = self.whitted.opaque_block.take() else { return };
         block.compute(self.context, wavefront, (material, hits));
         for (lane, hit) in hits.iter().enumerate() {
             self.finish_hit((&block, lane), wavefront, material, hit);
         }
-        self.opaque_block = Some(block);
+        self.whitted.opaque_block = Some(block);
     }
 
     /// Adds the light of a hit to its sample, queues its shadow rays and sends its mirror ray.

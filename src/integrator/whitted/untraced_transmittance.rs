@@ -6,12 +6,12 @@ use glam::Vec3;
 
 use super::environment_lookup::EnvironmentLookup;
 use super::environment_shadows::on_side;
-use super::tracer::{Tracer, seconds_since};
 use crate::bvh::Hit;
 use crate::geometry::{Facing, Ray};
 use crate::integrator::MediaStack;
 use crate::integrator::glass_passage::GlassPassage;
 use crate::integrator::shadow::stops_light;
+use crate::integrator::tracing::{Tracer, seconds_since};
 use crate::interaction::SurfacePoint;
 
 impl Tracer<'_, '_> {

@@ -8,7 +8,7 @@ use super::photon::{BATCH, Photon, PhotonPath, PhotonRay, PhotonStore, STORED_BY
 use super::photon_sources::{EmittedPhoton, PhotonSources};
 use crate::integrator::last_scatter::LastScatter;
 use crate::integrator::random::Seed;
-use crate::integrator::whitted::Tracer;
+use crate::integrator::tracing::Tracer;
 use crate::integrator::zsobol::ZSobol;
 use crate::integrator::{IntegratorContext, LightPass, RayKind, RayState};
 use crate::interaction::RayDifferential;

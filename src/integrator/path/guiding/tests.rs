@@ -6,8 +6,8 @@ use super::photons::PhotonTracing;
 use super::{PathGuide, Photon, PhotonPath};
 use crate::bvh::{Hit, TraversalCounters};
 use crate::geometry::Ray;
-use crate::integrator::whitted::tests::with_context;
-use crate::integrator::whitted::{SampleValue, Tracer};
+use crate::integrator::tracing::tests::with_context;
+use crate::integrator::tracing::{SampleValue, Tracer};
 use crate::integrator::{CameraRays, CameraSamples, Integrator, IntegratorContext, IntegratorSettings};
 use crate::scene::{Environment, KeyLight};
 

@@ -1,6 +1,6 @@
 use super::*;
 use crate::geometry::spiral_direction;
-use crate::integrator::whitted::tests::with_context;
+use crate::integrator::tracing::tests::with_context;
 use crate::scene::{BuiltInLight, Environment};
 
 /// Calls `check` with what is seen from inside an apartment.

@@ -3,10 +3,10 @@
 use std::time::Instant;
 
 use super::ground::GroundHit;
-use super::least_weights::MIN_WEIGHT;
 use super::receiver_shadows::ReceivedLight;
 use super::tracer::{Tracer, seconds_since};
 use crate::bvh::{Hit, TriangleFlags};
+use crate::integrator::least_weights::MIN_WEIGHT;
 use crate::integrator::surface_hit::SurfaceHit;
 use crate::integrator::wavefront::{FollowedRay, RaySlot, Wavefront};
 use crate::integrator::{Integrator, LightPass, RayKind, RayState, TRANSPARENCY_LIMIT};

@@ -1,14 +1,9 @@
 //! The tracer of batches of samples and its buffers.
 
-use std::rc::Rc;
 use std::time::Instant;
 
 use glam::Vec3;
 
-use super::block_lookups::BlockLookups;
-use super::lookup_keys::LookupKeys;
-use super::occluder_buffers::OccluderBuffers;
-use super::opaque_block::OpaqueBlock;
 use super::receiver_shadows::{ReceivedLight, ReceiverShadows};
 use super::shading_order::ShadingOrder;
 use super::shadow_queue::ShadowQueue;
@@ -16,12 +11,12 @@ use super::transmission_probes::TransmissionProbes;
 use crate::bvh::{Hit, TraversalCounters};
 use crate::integrator::albedo_slices::AlbedoSlices;
 use crate::integrator::camera_samples::CameraRayBatch;
-use crate::integrator::lights::IncidenceLanes;
 use crate::integrator::media::MediaCache;
-use crate::integrator::path::{BounceKeys, PathBlock, PhotonStore};
+use crate::integrator::path::PathBuffers;
 use crate::integrator::sample_aovs::{InstanceCoverage, SampleAovFlags, SampleAovs};
 use crate::integrator::surface_hit::SurfaceHit;
 use crate::integrator::wavefront::Wavefront;
+use crate::integrator::whitted::WhittedBuffers;
 use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{
     CameraRays, CameraSamples, GuideSample, IntegratorContext, IntegratorStatistics, LightPass, LightPasses,
@@ -51,11 +46,11 @@ impl SampleValue {
 pub struct Tracer<'w, 'a> {
     pub(in crate::integrator) context: &'w IntegratorContext<'a>,
     pub(in crate::integrator) values: Vec<SampleValue>,
-    pub(in crate::integrator) camera_rays: CameraRayBatch,
+    pub(super) camera_rays: CameraRayBatch,
     /// The closest hits of the camera rays.
-    pub(in crate::integrator) camera_hits: Vec<Option<Hit>>,
+    pub(super) camera_hits: Vec<Option<Hit>>,
     /// Indices of the samples whose camera rays see more than the background.
-    pub(in crate::integrator) followed: Vec<u32>,
+    pub(super) followed: Vec<u32>,
     /// The rays that are traced next.
     wavefront: Wavefront,
     /// The rays of the next depth.
@@ -67,38 +62,26 @@ pub struct Tracer<'w, 'a> {
     pub(super) surface_block: Option<Box<SurfaceBlock<'a>>>,
     /// Material values at those points.
     pub(super) block_materials: Vec<MaterialSample>,
-    /// For each light what arrives at those points without occlusion; empty for paths, which choose among lights.
-    pub(super) block_incidences: Vec<IncidenceLanes>,
-    /// What those points see of the environment; empty for paths.
-    pub(super) block_lookups: BlockLookups,
-    /// Taken out while a block is shaded.
-    pub(super) opaque_block: Option<Box<OpaqueBlock<'a>>>,
-    /// Taken out while a block of paths is shaded.
-    pub(in crate::integrator) path_block: Option<Box<PathBlock>>,
     pub(in crate::integrator) shadows: ShadowQueue,
     /// Taken out while it is filled.
     pub(super) receiver_shadows: ReceiverShadows,
     /// The light on the first receiver of each ray that is followed; empty where nothing receives shadows.
     pub(super) first_receivers: Vec<Option<ReceivedLight>>,
     /// What rays that are followed see of the environment, where they hit nothing; empty where that is looked up ray by ray.
-    pub(super) escaped_radiances: Vec<Option<Vec3>>,
+    pub(in crate::integrator) escaped_radiances: Vec<Option<Vec3>>,
     /// The sample points of each sample that is followed; empty where none are needed.
     pub(in crate::integrator) sequences: Vec<SampleSequence>,
     /// Surfaces that touch those of the shaded block.
     pub(super) probes: TransmissionProbes,
     pub(in crate::integrator) albedo_slices: AlbedoSlices,
-    /// The keys of the sample points of the shaded paths.
-    pub(in crate::integrator) bounce_keys: Rc<BounceKeys>,
-    /// The keys of the sample points of environment lookups.
-    pub(super) lookup_keys: LookupKeys,
-    /// Taken out while it is filled.
-    pub(super) occluders: OccluderBuffers,
     pub(super) media_cache: MediaCache,
     pub(in crate::integrator) aovs: SampleAovs,
     pub(in crate::integrator) counters: TraversalCounters,
     pub(in crate::integrator) statistics: IntegratorStatistics,
-    /// What surfaces store of photons; `None` for rays from a camera.
-    pub(in crate::integrator) photon_store: Option<PhotonStore>,
+    /// What the shading of Whitted's tree keeps.
+    pub(in crate::integrator) whitted: WhittedBuffers<'a>,
+    /// What that of paths keeps.
+    pub(in crate::integrator) path: PathBuffers,
 }
 
 impl<'w, 'a> Tracer<'w, 'a> {
@@ -116,10 +99,6 @@ impl<'w, 'a> Tracer<'w, 'a> {
             shading_order: ShadingOrder::default(),
             surface_block: Some(Box::default()),
             block_materials: Vec::new(),
-            block_incidences: Vec::new(),
-            block_lookups: BlockLookups::default(),
-            opaque_block: Some(Box::new(OpaqueBlock::new(context.lights.len()))),
-            path_block: Some(Box::default()),
             shadows: ShadowQueue::new(context.shadow_passages()),
             receiver_shadows: ReceiverShadows::default(),
             first_receivers: Vec::new(),
@@ -127,14 +106,12 @@ impl<'w, 'a> Tracer<'w, 'a> {
             sequences: Vec::new(),
             probes: TransmissionProbes::default(),
             albedo_slices: AlbedoSlices::default(),
-            bounce_keys: Rc::default(),
-            lookup_keys: LookupKeys::default(),
-            occluders: OccluderBuffers::default(),
             media_cache: MediaCache::default(),
             aovs: SampleAovs::default(),
             counters: TraversalCounters::default(),
             statistics: IntegratorStatistics::default(),
-            photon_store: None,
+            whitted: WhittedBuffers::new(context.lights.len()),
+            path: PathBuffers::default(),
         }
     }
 
@@ -173,7 +150,11 @@ impl<'w, 'a> Tracer<'w, 'a> {
     }
 
     /// Begins a batch: traces its camera rays.
-    pub(super) fn trace_camera(&mut self, camera: &CameraRays, samples: &CameraSamples<'_>) -> Wavefront {
+    pub(in crate::integrator) fn trace_camera(
+        &mut self,
+        camera: &CameraRays,
+        samples: &CameraSamples<'_>,
+    ) -> Wavefront {
         self.values.clear();
         self.values.resize(samples.len(), SampleValue::default());
         self.aovs.clear(samples.len());

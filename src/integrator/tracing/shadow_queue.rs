@@ -2,7 +2,6 @@
 
 use glam::Vec3;
 
-use super::occluder_buffers::OccluderTask;
 use crate::geometry::Ray;
 use crate::integrator::LightPass;
 use crate::integrator::glass_passage::GlassPassage;
@@ -28,8 +27,6 @@ pub(in crate::integrator) struct ShadowQueue {
     pub(in crate::integrator) batches: Vec<ShadowBatch>,
     /// In the order in which they were added.
     pub(in crate::integrator) tasks: Vec<ShadowTask>,
-    /// Those of the tasks whose occluders are lit.
-    pub(super) occluder_tasks: Vec<OccluderTask>,
 }
 
 /// Light that reaches the camera unless its shadow ray is occluded.
@@ -70,13 +67,7 @@ pub(in crate::integrator) struct ShadowRay {
 impl ShadowQueue {
     /// An empty queue for kinds of shadow rays with these passages.
     pub(in crate::integrator) fn new(passages: Vec<GlassPassage>) -> Self {
-        Self {
-            passages,
-            most_tasks: MOST_TASKS,
-            batches: Vec::new(),
-            tasks: Vec::new(),
-            occluder_tasks: Vec::new(),
-        }
+        Self { passages, most_tasks: MOST_TASKS, batches: Vec::new(), tasks: Vec::new() }
     }
 
     /// Adds a ray after all others. Returns the index of its task.

@@ -5,12 +5,12 @@
 //! dark as on a diffuse floor. The mirror image lies over the shadow: it adds F times the premultiplied colour and coverage of the objects that the
 //! mirror ray sees, and nothing of the environment.
 
-use super::least_weights::MIN_WEIGHT;
 use super::receiver_shadows::ReceivedLight;
 use super::receivers::Receiver;
 use super::tracer::Tracer;
 use crate::bsdf::dielectric_reflectance;
 use crate::geometry::Ray;
+use crate::integrator::least_weights::MIN_WEIGHT;
 use crate::integrator::light_set::LightSet;
 use crate::integrator::random::Purpose;
 use crate::integrator::wavefront::RaySlot;

@@ -7,23 +7,24 @@ use exr::compression::Compression;
 use exr::image::read::read;
 use exr::image::{AnyChannels, FlatSamples, Image as ExrImage, Layer};
 use exr::meta::attribute::Chromaticities as ExrChromaticities;
-use exr::meta::header::Header;
+use exr::meta::header::{Header, ImageAttributes};
 use exr::prelude::{ReadChannels as _, ReadLayers as _};
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use super::exr_chunks::check_chunks;
+use super::exr_color_layer::ColorLayer;
 use super::isolated::isolated;
 use crate::color::Chromaticities;
 use crate::error::{Error, over_limit};
 use crate::image::RgbaImage;
 
-/// Decodes the data window of the first flat part of `bytes`, the content of the file `path`, as linear Rec.709. The part must have
-/// the channels R, G and B, or Y, of any numeric type. Alpha is 1 without a channel A. Colours of other `chromaticities` are converted,
+/// Decodes the data window of the finished image in `bytes`, the content of the file `path`, as linear Rec.709. It has the channels R, G and B, or Y, of any
+/// numeric type, in a flat part: those without a layer, of a layer such as Blender's `ViewLayer.Combined`, or else the first ones. Alpha is 1 without a channel A. Colours of other `chromaticities` are converted,
 /// those of a file without the attribute, or with chromaticities that no colours have, are Rec.709.
 ///
 /// # Errors
-/// [`Error::Invalid`] when there is no such part; [`Error::Refused`] when the pixels would take more than
+/// [`Error::Invalid`] when there are no such channels; [`Error::Refused`] when the pixels would take more than
 /// `max_memory_bytes`.
 pub fn decode_exr_rgba(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<RgbaImage, Error> {
     Ok(decode_exr_window(path, bytes, max_memory_bytes)?.image)
@@ -86,12 +87,12 @@ pub(super) fn decode_exr_window(
 ) -> Result<WindowedRgba, Error> {
     check_memory(path, bytes, max_memory_bytes)?;
     let decoded = || {
-        let part = read_first_part(bytes)?;
-        let (attributes, layer) = (part.attributes, part.layer_data);
+        let color_layer = ColorLayer::find(&headers(bytes)?)?;
+        let (attributes, layer) = read_part(bytes, color_layer.part)?;
         let size = (layer.size.0 as u32, layer.size.1 as u32);
         let (start, origin) = (layer.attributes.layer_position, attributes.display_window.position);
         let offset = |start: i32, origin: i32| i64::from(start) - i64::from(origin);
-        let mut pixels = rgba(&layer)?;
+        let mut pixels = rgba(&layer, &color_layer)?;
         if let Some(matrix) = attributes.chromaticities.and_then(to_rec709) {
             pixels.par_iter_mut().for_each(|pixel| *pixel = converted(*pixel, &matrix));
         }
@@ -109,9 +110,8 @@ fn plausible_aspect(ratio: f32) -> f64 {
 
 /// Size of the display window, and the bytes that decoding the file takes.
 pub(super) fn exr_display_size(bytes: &[u8]) -> Result<((u32, u32), u64), String> {
-    let reader = exr::block::read(Cursor::new(bytes), false)
-        .map_err(|error| format!("not a readable OpenEXR file: {error}"))?;
-    let header = reader.headers().first().ok_or("the file holds no image")?;
+    let headers = headers(bytes)?;
+    let header = headers.first().ok_or("the file holds no image")?;
     let size = header.shared_attributes.display_window.size;
     let size = u32::try_from(size.0).ok().zip(u32::try_from(size.1).ok()).ok_or("the image is too large")?;
     Ok((size, u64::try_from(decoded_bytes(bytes)?).unwrap_or(u64::MAX)))
@@ -147,8 +147,32 @@ fn converted([r, g, b, a]: [f32; 4], matrix: &DMat3) -> [f32; 4] {
     [r, g, b, a]
 }
 
+type Part = Layer<AnyChannels<FlatSamples>>;
+
+fn headers(bytes: &[u8]) -> Result<Vec<Header>, String> {
+    let reader = exr::block::read(Cursor::new(bytes), false).map_err(unreadable)?;
+    Ok(reader.headers().to_vec())
+}
+
+fn unreadable(error: exr::error::Error) -> String {
+    format!("not a readable OpenEXR file: {error}")
+}
+
+/// The flat part with this index and the attributes of the file.
+fn read_part(bytes: &[u8], part: usize) -> Result<(ImageAttributes, Part), String> {
+    if part == 0 {
+        let ExrImage { attributes, layer_data } = read_first_part(bytes)?;
+        return Ok((attributes, layer_data));
+    }
+    let parts = read().no_deep_data().largest_resolution_level().all_channels().all_layers();
+    let image =
+        parts.all_attributes().non_parallel().from_buffered(Cursor::new(bytes)).map_err(unreadable)?;
+    let layer = image.layer_data.into_iter().nth(part).ok_or("the file holds no image")?;
+    Ok((image.attributes, layer))
+}
+
 /// The first flat part with all its channels and attributes.
-pub(super) fn read_first_part(bytes: &[u8]) -> Result<ExrImage<Layer<AnyChannels<FlatSamples>>>, String> {
+pub(super) fn read_first_part(bytes: &[u8]) -> Result<ExrImage<Part>, String> {
     read()
         .no_deep_data()
         .largest_resolution_level()
@@ -157,15 +181,14 @@ pub(super) fn read_first_part(bytes: &[u8]) -> Result<ExrImage<Layer<AnyChannels
         .all_attributes()
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
-        .map_err(|error| format!("not a readable OpenEXR file: {error}"))
+        .map_err(unreadable)
 }
 
 /// Memory that decoding needs, from the header alone, so that a false size costs nothing. A file too short for the pixels that it states
 /// is an error.
 fn decoded_bytes(bytes: &[u8]) -> Result<u128, String> {
-    let reader = exr::block::read(Cursor::new(bytes), false)
-        .map_err(|error| format!("not a readable OpenEXR file: {error}"))?;
-    if reader.headers().iter().map(least_bytes).sum::<u128>() > bytes.len() as u128 {
+    let headers = headers(bytes)?;
+    if headers.iter().map(least_bytes).sum::<u128>() > bytes.len() as u128 {
         return Err(
             "is too short for the pixels that its header states; the file is damaged or truncated".to_owned()
         );
@@ -175,7 +198,7 @@ fn decoded_bytes(bytes: &[u8]) -> Result<u128, String> {
         // At most four bytes a sample while decoding, and sixteen a pixel in the result.
         width * height * (header.channels.list.len() as u128 * 4 + 16)
     };
-    Ok(reader.headers().iter().map(needed).sum())
+    Ok(headers.iter().map(needed).sum())
 }
 
 /// The fewest bytes of a file with the pixels of `header`: those of the pixels at the strongest compression.
@@ -197,16 +220,12 @@ fn least_bytes(header: &Header) -> u128 {
     sampled.sum::<u128>() / strongest
 }
 
-fn rgba(layer: &Layer<AnyChannels<FlatSamples>>) -> Result<Vec<[f32; 4]>, String> {
+fn rgba(layer: &Part, color_layer: &ColorLayer) -> Result<Vec<[f32; 4]>, String> {
     let channels = &layer.channel_data.list;
-    let named = |name: &str| channels.iter().find(|channel| channel.name.eq_case_insensitive(name));
+    let named = |name: &str| channels.iter().find(|channel| color_layer.has(&channel.name, name));
     let [r, g, b] = ["R", "G", "B"].map(|name| named(name).or_else(|| named("Y")));
     let (Some(r), Some(g), Some(b)) = (r, g, b) else {
-        let names: Vec<_> = channels.iter().map(|channel| channel.name.to_string()).collect();
-        return Err(format!(
-            "its first part has the channels {}, but R, G, B or Y are needed",
-            names.join(", ")
-        ));
+        return Err("has no channels R, G, B or Y".to_owned());
     };
     let mut pixels = vec![[0.0, 0.0, 0.0, 1.0]; layer.size.0 * layer.size.1];
     for (component, channel) in [Some(r), Some(g), Some(b), named("A")].into_iter().enumerate() {

@@ -12,6 +12,7 @@ mod exr_attributes;
 mod exr_bands;
 mod exr_checksum;
 mod exr_chunks;
+mod exr_color_layer;
 mod exr_compression;
 mod exr_header;
 mod exr_join;

@@ -7,10 +7,11 @@ use std::ops::RangeInclusive;
 
 use super::camera::warn_of_negative_magnification;
 use super::context::Context;
+use super::light::warn_of_negative_intensity;
 use super::material::{distance_or_infinite, ior_or_one};
-use super::raw::{TOLERANCE, UNIT, check_range};
+use super::raw::{TOLERANCE, UNIT, check_range, without_rounding_below};
 use crate::error::Result;
-use crate::scene::{AnimationTarget, CameraProperty, ImageLightProperty, MaterialProperty};
+use crate::scene::{AnimationTarget, CameraProperty, ImageLightProperty, LightProperty, MaterialProperty};
 
 /// Values of the keyframes of a channel. Tangents of cubic splines may lie outside the range of the property.
 #[derive(Debug)]
@@ -35,13 +36,19 @@ impl KeyValues<'_> {
         if let AnimationTarget::Camera(_, CameraProperty::XMag | CameraProperty::YMag) = property {
             self.make_positive(context);
         }
-        let is_emission = matches!(property, AnimationTarget::Material(_, MaterialProperty::EmissiveFactor));
-        self.check_ranges(context, range, is_emission)?;
+        // Files have brighter ones.
+        let may_be_brighter = matches!(
+            property,
+            AnimationTarget::Material(_, MaterialProperty::EmissiveFactor)
+                | AnimationTarget::Light(_, LightProperty::Color)
+        );
+        self.check_ranges(context, range, may_be_brighter)?;
         match property {
             AnimationTarget::Material(_, MaterialProperty::Ior) => self.check_ior(context),
             AnimationTarget::Material(_, MaterialProperty::AttenuationDistance) => {
                 self.make_zeros_infinite(context);
             }
+            AnimationTarget::Light(_, LightProperty::Intensity) => self.check_intensity(context),
             AnimationTarget::Rotation(_) | AnimationTarget::ImageLight(_, ImageLightProperty::Rotation) => {
                 self.check_rotations(context)?;
             }
@@ -61,7 +68,7 @@ impl KeyValues<'_> {
         &mut self,
         context: &mut Context,
         range: &RangeInclusive<f32>,
-        is_emission: bool,
+        may_be_brighter: bool,
     ) -> Result<()> {
         let pointer = self.pointer.clone();
         // The value that is farthest beyond 0 to 1
@@ -70,7 +77,7 @@ impl KeyValues<'_> {
             if *range != UNIT {
                 check_range(context, *key, range, &pointer)?;
             }
-            if (*range == UNIT || is_emission) && (*key - 0.5).abs() > (farthest - 0.5).abs() {
+            if (*range == UNIT || may_be_brighter) && (*key - 0.5).abs() > (farthest - 0.5).abs() {
                 farthest = *key;
             }
             if *range == UNIT {
@@ -79,7 +86,7 @@ impl KeyValues<'_> {
         }
         if (farthest - 0.5).abs() > 0.5 + TOLERANCE {
             let consequence =
-                if is_emission { "they are used as they are" } else { "they are clamped to 0 and 1" };
+                if may_be_brighter { "they are used as they are" } else { "they are clamped to 0 and 1" };
             let message = format!("has values outside 0 to 1, such as {farthest}; {consequence}");
             context.warn(pointer, message);
         }
@@ -91,6 +98,16 @@ impl KeyValues<'_> {
         let pointer = self.pointer.clone();
         let is_wrong = |ior: &f32| ior_or_one(context, *ior, &pointer) != *ior;
         self.of_keys().flatten().map(|ior| *ior).find(is_wrong);
+    }
+
+    /// Warns of the first negative intensity. The pose takes these for 0.
+    fn check_intensity(&mut self, context: &mut Context) {
+        let pointer = self.pointer.clone();
+        if let Some(&mut intensity) =
+            self.of_keys().flatten().find(|intensity| without_rounding_below(**intensity, 0.0) < 0.0)
+        {
+            warn_of_negative_intensity(context, pointer, intensity);
+        }
     }
 
     /// Takes attenuation distances of 0 for infinite: the largest number, as keys are interpolated.

@@ -42,13 +42,17 @@ fn import_light(context: &mut Context, raw: &Raw) -> Result<Light> {
     Ok(Light { name, color, intensity, range: range(context, raw, kind)?, kind })
 }
 
+/// Warns of an intensity below 0.
+pub(super) fn warn_of_negative_intensity(context: &mut Context, pointer: String, intensity: f32) {
+    context.warn(pointer, format!("is {intensity}, and light cannot be negative; the lamp is off"));
+}
+
 /// Linear colour and intensity. Authoring tools write colours beyond 1 for brighter lamps, and negative intensities for lamps that take light away.
 fn color_and_intensity(context: &mut Context, raw: &Raw) -> Result<(Vec3, f32)> {
     let color = Vec3::from_array(raw.numbers(context, "color", [1.0; 3], NOT_NEGATIVE)?);
     let intensity = without_rounding_below(raw.number(context, "intensity", 1.0, ANY)?, 0.0);
     if intensity < 0.0 {
-        let message = format!("is {intensity}, and light cannot be negative; the lamp is off");
-        context.warn(format!("{}/intensity", raw.pointer), message);
+        warn_of_negative_intensity(context, format!("{}/intensity", raw.pointer), intensity);
     }
     let (brightest, intensity) = (color.max_element(), intensity.max(0.0));
     if brightest <= 1.0 + TOLERANCE {

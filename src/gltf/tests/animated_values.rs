@@ -57,6 +57,23 @@ fn an_animated_attenuation_distance_of_0_is_infinite() {
 }
 
 #[test]
+fn animated_lights_are_told_as_static_ones() {
+    let light = "/extensions/KHR_lights_punctual/lights/0";
+    let mut document = animatable();
+    animate(&mut document, &format!("{light}/intensity"), "LINEAR", "SCALAR", &[-3.0, 5.0]);
+    animate(&mut document, &format!("{light}/color"), "LINEAR", "VEC3", &[1.0, 0.5, 0.0, 4.0, 1.0, 0.0]);
+    let scene = document.import().unwrap();
+    let expected = [
+        ("/animations/0/samplers/0/output", "is -3, and light cannot be negative; the lamp is off"),
+        (
+            "/animations/1/samplers/0/output",
+            "has values outside 0 to 1, such as 4; they are used as they are",
+        ),
+    ];
+    assert_eq!(warnings(&scene), expected);
+}
+
+#[test]
 fn animated_cones_in_the_wrong_order_are_told_as_static_ones() {
     let message = |inner: f32, outer: f32| {
         format!(

@@ -1,4 +1,4 @@
-//! Reports of a run: times, BVH, rays and files of each frame, as written by `--stats` and progress output.
+//! Reports of a run: times, BVH, rays and files of each frame, as written by `--stats` (`schema/stats.schema.json`) and progress output.
 
 use std::path::PathBuf;
 

@@ -200,7 +200,7 @@ def schema_part(file):
 
 
 def schema_page():
-    page = f"{NOTE}\n# JSON output\n\nWhat `check --json`, `diff --json`, `test --json`, `--progress json`, `--manifest` and `rayframe farm` write, field by field. The fields of `info --json` and `--stats` are in no schema; their `schema` number rises when one changes its meaning. The schemas are JSON Schema 2020-12. "
+    page = f"{NOTE}\n# JSON output\n\nWhat `check --json`, `diff --json`, `info --json`, `test --json`, `--progress json`, `--manifest`, `--stats` and `rayframe farm` write, field by field. The schemas are JSON Schema 2020-12. "
     page += "`a.b` is field `b` of object `a`, `a[]` an element of array `a`.\n"
     return page + "".join(schema_part(file) for file in sorted((ROOT / "schema").glob("*.json")))
 

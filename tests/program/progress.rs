@@ -174,6 +174,49 @@ fn json_lines_match_the_schema() {
 }
 
 #[test]
+fn statistics_are_those_of_their_schema() {
+    let schema = Schema::read("stats");
+    let folder = tempfile::tempdir().unwrap();
+    let statistics = |options: &[&str]| {
+        let output = render(folder.path(), &[&["--stats", "s.json", "-q"], options].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let statistics = json_file(&folder.path().join("s.json"));
+        schema.check(&statistics);
+        statistics
+    };
+    // A split AOV, and the cache of a scene with a texture
+    let first = statistics(&[
+        "-o",
+        "a.#.exr",
+        "-f",
+        "0-1",
+        "--aovs",
+        "depth",
+        "--split-aovs",
+        "--asset-cache",
+        "cache",
+    ]);
+    assert!(first["frames"][1]["layers"][0]["bytes"].as_u64() > Some(0));
+    assert_eq!(first["asset_cache"]["misses"].as_u64().map(|misses| misses > 0), Some(true));
+    // A frame that is kept, and the names of each
+    let kept = statistics(&["-o", "a.#.exr", "-f", "0-2", "--aovs", "depth", "--split-aovs", "--resume"]);
+    assert_eq!(kept["kept"], json!([0, 1]));
+    let named = statistics(&["-o", "{clip}.{camera}.exr", "-f", "0", "--animation", "each", "-c", "each"]);
+    assert_eq!((&named["clip"], &named["camera"]), (&json!("drift"), &json!("camera")));
+    // Parts of a movie, and a failure
+    statistics(&["-o", "a.gif", "-f", "0-1", "--bvh", "brute"]);
+    let output = render_with_an_obstacle(folder.path(), &["--stats", "s.json", "-q"]);
+    assert_eq!(output.status.code(), Some(74), "{}", text(&output.stderr));
+    let failed = json_file(&folder.path().join("s.json"));
+    schema.check(&failed);
+    assert_eq!(failed["failed"][0]["code"], 74);
+    // Names and types are fixed.
+    let mut renamed = named.clone();
+    renamed["frames"][0]["tree"].as_object_mut().unwrap().remove("depth");
+    assert!(schema.accepts(&named) && !schema.accepts(&renamed));
+}
+
+#[test]
 fn the_manifest_lists_every_frame_and_its_files() {
     let schema = Schema::read("manifest");
     let folder = tempfile::tempdir().unwrap();

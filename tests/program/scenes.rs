@@ -1,6 +1,7 @@
 //! `rayframe info`, names in scenes, and warnings about unsupported or ineffective content.
 
 use crate::cli::assert_fails;
+use crate::progress::schema::Schema;
 use crate::{both, rayframe, stderr};
 
 #[test]
@@ -61,6 +62,7 @@ fn info_lists_everything_with_its_support() {
     }
     let output = rayframe(&["info", "--json", scene]);
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    Schema::read("info").check(&report);
     assert_eq!(report["schema"], 2);
     assert_eq!(report["clips"][0]["ignored_channels"], 1);
     assert_eq!(report["clips"][0]["support"], "supported in part");
@@ -71,6 +73,24 @@ fn info_lists_everything_with_its_support() {
     let scene = root.join("light/image_based.gltf");
     let shown = String::from_utf8_lossy(&rayframe(&["info", scene.to_str().unwrap()]).stdout).into_owned();
     assert!(shown.contains("cube of 16x16 texels, 3 levels, supported"), "{shown}");
+}
+
+#[test]
+fn the_json_of_every_scene_is_that_of_its_schema() {
+    let schema = Schema::read("info");
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let folders = std::fs::read_dir(&root).unwrap().map(|entry| entry.unwrap().path());
+    let files = folders.filter(|path| path.is_dir()).flat_map(|folder| std::fs::read_dir(folder).unwrap());
+    let mut reports = 0;
+    for path in files.map(|entry| entry.unwrap().path()) {
+        if matches!(path.extension().and_then(|extension| extension.to_str()), Some("gltf" | "glb")) {
+            let output = rayframe(&["info", "--json", path.to_str().unwrap()]);
+            assert_eq!(output.status.code(), Some(0), "{}: {}", path.display(), stderr(&output));
+            schema.check(&serde_json::from_slice(&output.stdout).unwrap());
+            reports += 1;
+        }
+    }
+    assert!(reports > 50, "{reports}");
 }
 
 #[test]

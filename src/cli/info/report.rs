@@ -1,4 +1,4 @@
-//! What is in a file, as plain data.
+//! What is in a file, as plain data. `--json` prints it as `schema/info.schema.json` describes.
 
 use serde::Serialize;
 

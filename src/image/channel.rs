@@ -53,6 +53,12 @@ impl Samples {
     }
 }
 
+/// Whether programs call the layer of the finished image so: Blender, Nuke and others, also with the name of a view before it.
+pub fn is_finished_image(layer: &str) -> bool {
+    let name = layer.rsplit('.').next().unwrap_or(layer);
+    ["combined", "rgba", BEAUTY].into_iter().any(|finished| name.eq_ignore_ascii_case(finished))
+}
+
 /// One channel of an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {

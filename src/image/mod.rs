@@ -15,7 +15,8 @@ use crate::color::srgb_to_linear;
 
 use channel::without_rank;
 pub use channel::{
-    BEAUTY, Channel, Samples, finite_f32, half_from_f32, halves_from_f32, is_cryptomatte, layer_of,
+    BEAUTY, Channel, Samples, finite_f32, half_from_f32, halves_from_f32, is_cryptomatte, is_finished_image,
+    layer_of,
 };
 pub use plate::{Plate, PlateFit, over, resample};
 pub use rendered_scene::{PartHashes, RenderedScene};
@@ -158,13 +159,9 @@ impl Image {
 
     /// The layer that the image shows: [`BEAUTY`], one that other programs call so, or the first other one with colours.
     pub fn color_layer(&self) -> Option<&str> {
-        let is_whole = |layer: &str| {
-            let name = layer.rsplit('.').next().unwrap_or(layer);
-            ["combined", "rgba", "beauty"].into_iter().any(|whole| name.eq_ignore_ascii_case(whole))
-        };
         let layers =
             self.layers().into_iter().filter(|layer| self.has_colors(layer) && !is_cryptomatte(layer));
-        layers.min_by_key(|layer| (*layer != BEAUTY, !is_whole(layer)))
+        layers.min_by_key(|layer| (*layer != BEAUTY, !is_finished_image(layer)))
     }
 
     /// Whether a layer has the channels R, G and B. [`BEAUTY`] may have `Y` alone, which is grey.

@@ -4,8 +4,7 @@
 use exr::meta::attribute::Text;
 use exr::meta::header::Header;
 
-/// What programs call the layer of the finished image, in lower case: Blender, Nuke, and several renderers.
-const FINISHED_IMAGE: [&str; 4] = ["combined", "rgba", "beauty", "color"];
+use crate::image::{is_cryptomatte, is_finished_image};
 
 /// A part of a file, and the beginning of the names of its colour channels.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,7 +25,10 @@ impl ColorLayer {
         let flat = || headers.iter().enumerate().filter(|(_, header)| !header.deep);
         let layers = flat().flat_map(|(part, header)| {
             let layers = prefixes(header).into_iter().map(move |prefix| (part, prefix));
-            layers.filter(move |(_, prefix)| has_colors(header, prefix))
+            layers.filter(move |(_, prefix)| {
+                let is_matte = layer_name(headers, part, prefix).is_some_and(|name| is_cryptomatte(&name));
+                has_colors(header, prefix) && !is_matte
+            })
         });
         let best = layers.min_by_key(|(part, prefix)| rank(headers, *part, prefix));
         best.map(|(part, prefix)| Self { part, prefix: prefix.to_owned() }).ok_or_else(|| {
@@ -69,20 +71,20 @@ fn has_colors(header: &Header, prefix: &str) -> bool {
     has(header, prefix, "Y") || ["R", "G", "B"].iter().all(|component| has(header, prefix, component))
 }
 
+/// The name of a layer, or that of its part; `None` for the plain channels of the only part.
+fn layer_name(headers: &[Header], part: usize, prefix: &str) -> Option<String> {
+    if let Some(layer) = prefix.strip_suffix('.') {
+        return Some(layer.to_owned());
+    }
+    let name = headers[part].own_attributes.layer_name.as_ref().filter(|_| headers.len() > 1);
+    name.map(ToString::to_string).filter(|name| !name.is_empty())
+}
+
 /// The order in which layers are preferred, the first of equals.
 fn rank(headers: &[Header], part: usize, prefix: &str) -> u32 {
     let header = &headers[part];
-    let part_name = header.own_attributes.layer_name.as_ref().map(ToString::to_string);
-    let named_part = part_name.filter(|name| headers.len() > 1 && !name.is_empty());
     let is_vector = has(header, prefix, "X") && has(header, prefix, "Z");
-    let name = match prefix.strip_suffix('.') {
-        Some(layer) => Some(layer.to_owned()),
-        None => named_part,
-    };
-    let is_finished = name.is_none_or(|name| {
-        let last = name.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
-        FINISHED_IMAGE.contains(&last.as_str())
-    });
+    let is_finished = layer_name(headers, part, prefix).is_none_or(|name| is_finished_image(&name));
     match (is_vector, is_finished) {
         (true, _) => 2,
         (false, false) => 1,
@@ -156,6 +158,8 @@ mod tests {
                 &[("ViewLayer.AO", &["B", "G", "R"]), ("ViewLayer.Combined", &["B", "G", "R"])],
                 [6.0, 5.0, 4.0, 1.0],
             ),
+            // A Cryptomatte holds no colours.
+            (&[("crypto_object00", &["B", "G", "R"]), ("light", &["B", "G", "R"])], [6.0, 5.0, 4.0, 1.0]),
             // No name that is known: the first colours
             (&[("normal", &["X", "Y", "Z"]), ("light", &["B", "G", "R"])], [6.0, 5.0, 4.0, 1.0]),
             (&[("", &["key.B", "key.G", "key.R", "rim.B", "rim.G", "rim.R"])], [3.0, 2.0, 1.0, 1.0]),

@@ -150,11 +150,11 @@ fn converted([r, g, b, a]: [f32; 4], matrix: &DMat3) -> [f32; 4] {
 type Part = Layer<AnyChannels<FlatSamples>>;
 
 fn headers(bytes: &[u8]) -> Result<Vec<Header>, String> {
-    let reader = exr::block::read(Cursor::new(bytes), false).map_err(unreadable)?;
+    let reader = exr::block::read(Cursor::new(bytes), false).map_err(|error| unreadable(&error))?;
     Ok(reader.headers().to_vec())
 }
 
-fn unreadable(error: exr::error::Error) -> String {
+fn unreadable(error: &exr::error::Error) -> String {
     format!("not a readable OpenEXR file: {error}")
 }
 
@@ -165,8 +165,11 @@ fn read_part(bytes: &[u8], part: usize) -> Result<(ImageAttributes, Part), Strin
         return Ok((attributes, layer_data));
     }
     let parts = read().no_deep_data().largest_resolution_level().all_channels().all_layers();
-    let image =
-        parts.all_attributes().non_parallel().from_buffered(Cursor::new(bytes)).map_err(unreadable)?;
+    let image = parts
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|error| unreadable(&error))?;
     let layer = image.layer_data.into_iter().nth(part).ok_or("the file holds no image")?;
     Ok((image.attributes, layer))
 }
@@ -181,7 +184,7 @@ pub(super) fn read_first_part(bytes: &[u8]) -> Result<ExrImage<Part>, String> {
         .all_attributes()
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
-        .map_err(unreadable)
+        .map_err(|error| unreadable(&error))
 }
 
 /// Memory that decoding needs, from the header alone, so that a false size costs nothing. A file too short for the pixels that it states

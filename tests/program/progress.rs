@@ -204,7 +204,7 @@ fn statistics_are_those_of_their_schema() {
     let named = statistics(&["-o", "{clip}.{camera}.exr", "-f", "0", "--animation", "each", "-c", "each"]);
     assert_eq!((&named["clip"], &named["camera"]), (&json!("drift"), &json!("camera")));
     // Parts of a movie, and a failure
-    statistics(&["-o", "a.gif", "-f", "0-1", "--bvh", "brute"]);
+    statistics(&["-o", "a.gif", "-f", "0-1"]);
     let output = render_with_an_obstacle(folder.path(), &["--stats", "s.json", "-q"]);
     assert_eq!(output.status.code(), Some(74), "{}", text(&output.stderr));
     let failed = json_file(&folder.path().join("s.json"));

@@ -67,6 +67,8 @@ pub enum Cause {
     MaterialOrLight,
     /// Geometry, materials, lights and camera are equal: other settings, or another version of the program.
     Settings,
+    /// One image holds linear light and the other display values.
+    Encoding,
     /// Unstructured differences.
     Noise,
     /// There are no layers from which to infer a cause.
@@ -115,6 +117,10 @@ impl std::fmt::Display for Cause {
             Self::Settings => write!(
                 formatter,
                 "settings: the scene is equal; render settings or the version of Rayframe changed"
+            ),
+            Self::Encoding => write!(
+                formatter,
+                "encoding: one image holds linear light, the other display values, which exposure and a tone curve change; compare images of one kind"
             ),
             Self::Noise => write!(formatter, "noise: the differences are unstructured"),
             Self::Unclear { share } => {

@@ -30,7 +30,7 @@ pub fn compare_with_each<const N: usize>(
 ) -> [Comparison; N] {
     if actual.encoding != reference.encoding {
         let [actual, reference] = [actual, reference].map(|image| image.clone().into_linear());
-        return compare_with_each(&actual, &reference, limits);
+        return compare_with_each(&actual, &reference, limits).map(Comparison::of_light_and_display_values);
     }
     let [ours, theirs] = [in_form_of(reference, actual), in_form_of(actual, reference)];
     let (actual, reference) = (&*ours, &*theirs);
@@ -231,7 +231,7 @@ mod tests {
     use super::*;
     use crate::image::PixelWindow;
     use crate::regression::color_checks::OBJECT_IDS;
-    use crate::regression::{ColorEncoding, Preset};
+    use crate::regression::{Cause, ColorEncoding, Preset};
 
     fn flat(size: (u32, u32), value: f32) -> Image {
         let pixels = vec![[value, value, value, 1.0]; (size.0 * size.1) as usize];
@@ -253,6 +253,20 @@ mod tests {
             let comparison = compare(&image, &image, &preset.limits());
             assert!(comparison.is_identical && comparison.passes() && comparison.cause.is_none());
         }
+    }
+
+    #[test]
+    fn failures_of_light_against_display_values_tell_of_both() {
+        let graded = Image::from_rgba((20, 20), ColorEncoding::Srgb, &vec![[0.9, 0.8, 0.7, 1.0]; 400]);
+        for (actual, reference) in
+            [(flat((20, 20), 0.1), graded.clone()), (graded.clone(), flat((20, 20), 0.1))]
+        {
+            let comparison = compare(&actual, &reference, &Preset::Visual.limits());
+            assert_eq!(comparison.cause, Some(Cause::Encoding));
+        }
+        // The same values need no explanation.
+        let comparison = compare(&graded.clone().into_linear(), &graded, &Preset::Visual.limits());
+        assert!(comparison.passes() && comparison.cause != Some(Cause::Encoding));
     }
 
     #[test]

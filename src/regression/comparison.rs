@@ -104,6 +104,23 @@ impl Comparison {
         Self { is_identical: true, flip: Some(PooledErrors::default()), ..Self::default() }
     }
 
+    /// The comparison of an image of linear light with one of display values: a failure that has no clearer cause is likely one of exposure
+    /// and tone curve.
+    #[must_use]
+    pub(super) fn of_light_and_display_values(mut self) -> Self {
+        let is_vague = match &self.cause {
+            None
+            | Some(Cause::Light { .. } | Cause::MaterialOrLight | Cause::Noise | Cause::Unclear { .. }) => {
+                true
+            }
+            Some(_) => false,
+        };
+        if is_vague && !self.passes() {
+            self.cause = Some(Cause::Encoding);
+        }
+        self
+    }
+
     /// Whether there is no mismatch and every check passes.
     pub fn passes(&self) -> bool {
         self.mismatches.is_empty() && self.checks.iter().all(|check| check.passes)

@@ -4,9 +4,13 @@
 //! Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", 1994, equation 24.
 //!
 //! Departure from glTF 2.0, appendix B: dielectrics follow the exact curve, scaled so that it runs from the material's F0 to its F90.
-//! Metals, and materials without an index, keep Schlick's curve.
+//! Metals, materials without an index, and tinted ones of an index beyond [`LARGEST_SCALED_IOR`] keep Schlick's curve.
 
 use glam::Vec3;
+
+/// 2 + √3: beyond this index the exact curve falls below its value along the normal before it rises. Scaled to another one it could be negative. Converters
+/// write an index of 1000, for one that is left to the specular colour.
+pub(crate) const LARGEST_SCALED_IOR: f32 = 3.732_051;
 
 /// The reflectance of one dielectric boundary, seen from one side: `offset + scale ·` the curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,7 +42,6 @@ pub(super) struct Tint {
 
 impl Tint {
     /// No scale.
-    #[cfg(test)]
     pub(super) const NONE: Self = Self { factor: 1.0, color: Vec3::ONE };
 }
 
@@ -57,11 +60,26 @@ impl Dielectric {
         };
         if ior_outside > 0.0 && ior_inside > 0.0 {
             let relative_ior = ior_inside / ior_outside;
+            if tint != Tint::NONE {
+                if relative_ior > LARGEST_SCALED_IOR {
+                    let offset = f0(reflectance_along_normal(relative_ior));
+                    return Self::by_schlick(relative_ior, offset, tint.factor);
+                }
+                if relative_ior < 1.0 / LARGEST_SCALED_IOR {
+                    // Schlick's curve has no total reflection.
+                    return Self::between(ior_outside, ior_inside, Tint::NONE);
+                }
+            }
             let f90 = if relative_ior < 1.0 { 1.0 } else { tint.factor };
             return Self::with_ends(relative_ior, f0(reflectance_along_normal(relative_ior)), f90);
         }
-        let offset = f0(1.0);
-        Self { relative_ior: 1.0, offset, scale: tint.factor - offset, curve: FresnelCurve::Schlick }
+        Self::by_schlick(1.0, f0(1.0), tint.factor)
+    }
+
+    /// Schlick's curve from `f0` to `f90`.
+    #[inline(always)]
+    fn by_schlick(relative_ior: f32, f0: Vec3, f90: f32) -> Self {
+        Self { relative_ior, offset: f0, scale: f90 - f0, curve: FresnelCurve::Schlick }
     }
 
     /// The exact curve of `relative_ior`, scaled so that it runs from `f0` along the normal to `f90` at grazing angles.
@@ -213,6 +231,35 @@ mod tests {
         // Schlick at 60°: (1 − 0.5)⁵ = 1/32.
         let metal = schlick(0.5, Vec3::new(0.0, 0.5, 1.0));
         assert!((metal - Vec3::new(0.031_25, 0.515_625, 1.0)).abs().max_element() < 1e-6);
+    }
+
+    #[test]
+    fn an_index_of_1000_with_a_colour_is_one_of_0() {
+        let tint = Tint { factor: 1.0, color: Vec3::new(0.04, 0.2, 0.9) };
+        let [large, none] = [1000.0, 0.0].map(|ior| Dielectric::between(1.0, ior, tint));
+        for step in 0..=90 {
+            let cosine = libm::cosf((step as f32).to_radians());
+            let difference = large.reflectance(cosine) - none.reflectance(cosine);
+            assert!(difference.abs().max_element() < 0.005, "{step} degrees: {difference}");
+        }
+    }
+
+    #[test]
+    fn no_tint_makes_a_reflectance_negative() {
+        for ior in [1.01, 1.5, 2.4, 3.7, 3.74, 5.0, 10.0, 1000.0] {
+            for color in [0.0, 0.05, 0.5, 1.0, 30.0] {
+                for factor in [0.0, 0.3, 1.0] {
+                    let tint = Tint { factor, color: Vec3::splat(color) };
+                    for boundary in [Dielectric::between(1.0, ior, tint), Dielectric::between(ior, 1.0, tint)]
+                    {
+                        for step in 0..=100 {
+                            let value = boundary.reflectance(step as f32 / 100.0).x;
+                            assert!((-1e-6..=1.000_001).contains(&value), "{ior} {tint:?} {step}: {value}");
+                        }
+                    }
+                }
+            }
+        }
     }
 
     #[test]

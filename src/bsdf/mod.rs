@@ -53,7 +53,7 @@ pub use albedo_tables::integrated_albedo_tables;
 pub use albedos::Albedos;
 pub use coat::Coat;
 pub use coat_lobe::OrientedCoat;
-pub(crate) use fresnel::exact as dielectric_reflectance;
+pub(crate) use fresnel::{LARGEST_SCALED_IOR, exact as dielectric_reflectance};
 pub(crate) use isotropic_albedo::AlbedoTerms;
 pub use scattering::Scattering;
 pub(crate) use scattering_lanes::{ScatteredLanes, ScatteringLanes};

@@ -219,6 +219,7 @@ impl ScatteringLanes {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bsdf::LARGEST_SCALED_IOR;
 
     /// A number in [0, 1) of a quasirandom set.
     fn number(index: u32, dimension: usize) -> f32 {
@@ -239,12 +240,14 @@ mod tests {
     /// Materials with smooth lobes, black and white ones, pure metals and dielectrics among them.
     fn material(index: u32, ior: f32) -> MaterialSample {
         let ends = |value: f32| (1.4 * value - 0.2).clamp(0.0, 1.0);
+        // Blocks hold no tinted surfaces of larger ones.
+        let is_tinted = ior <= LARGEST_SCALED_IOR;
         MaterialSample {
             base_color: color(index, 0).map(ends),
             metallic: ends(number(index, 3)),
             roughness: ends(number(index, 4)),
-            specular: ends(number(index, 5)),
-            specular_color: color(index, 6).map(ends),
+            specular: if is_tinted { ends(number(index, 5)) } else { 1.0 },
+            specular_color: if is_tinted { color(index, 6).map(ends) } else { Vec3::ONE },
             ior,
             ..MaterialSample::default()
         }

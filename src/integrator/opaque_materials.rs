@@ -1,6 +1,6 @@
 //! Materials without the lobes of extensions, and their albedos.
 
-use crate::bsdf::AlbedoTable;
+use crate::bsdf::{AlbedoTable, LARGEST_SCALED_IOR};
 use crate::frame::transmits;
 use crate::scene::Material;
 
@@ -35,5 +35,8 @@ pub(super) fn is_opaque(material: &Material) -> bool {
         && material.iridescence.is_none()
         && material.anisotropy.is_none()
         && material.diffuse_transmission.is_none();
-    is_unlayered && !material.unlit && !transmits(material) && material.ior > 0.0
+    // Blocks know the exact curve alone.
+    let has_exact_curve =
+        material.ior > 0.0 && (material.specular.is_none() || material.ior <= LARGEST_SCALED_IOR);
+    is_unlayered && !material.unlit && !transmits(material) && has_exact_curve
 }

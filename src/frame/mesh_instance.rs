@@ -25,6 +25,8 @@ pub struct MeshInstance {
     pub first_vertex: usize,
     /// Whether the transform mirrors, which swaps the second and third corner of each triangle.
     pub mirrored: bool,
+    /// Linear colour of the GPU instance, which multiplies the base colour.
+    pub(super) color: Option<Vec4>,
     pub(super) morphed: MorphedAttributes,
 }
 
@@ -45,15 +47,22 @@ impl MeshInstance {
         Some(gathered(sets.get(set)?, corners))
     }
 
-    /// Whether the primitive has vertex colours.
+    /// Whether the primitive has vertex colours, or the instance a colour.
     pub fn has_colors(&self, scene: &Scene) -> bool {
-        self.morphed.colors.is_some() || self.primitive(scene).colors.is_some()
+        self.vertex_colors(scene).is_some() || self.color.is_some()
     }
 
-    /// Linear vertex colours at three vertices; `None` if the primitive has none.
+    /// Linear vertex colours at three vertices, times the colour of the instance; `None` without either.
     pub fn colors(&self, scene: &Scene, corners: [u32; 3]) -> Option<[Vec4; 3]> {
-        let colors = self.morphed.colors.as_ref().or(self.primitive(scene).colors.as_ref())?;
-        Some(gathered(colors, corners))
+        let at_corners = self.vertex_colors(scene).map(|colors| gathered(colors, corners));
+        match self.color {
+            Some(own) => Some(at_corners.map_or([own; 3], |colors| colors.map(|color| color * own))),
+            None => at_corners,
+        }
+    }
+
+    fn vertex_colors<'s>(&'s self, scene: &'s Scene) -> Option<&'s Vec<Vec4>> {
+        self.morphed.colors.as_ref().or(self.primitive(scene).colors.as_ref())
     }
 }
 

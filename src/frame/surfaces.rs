@@ -108,7 +108,8 @@ impl Frame {
             let Some(mesh) = scene.nodes[node.index()].mesh else {
                 continue;
             };
-            let count = scene.nodes[node.index()].instances.as_ref().map_or(1, Vec::len);
+            let Node { instances, instance_colors, .. } = &scene.nodes[node.index()];
+            let count = instances.as_ref().map_or(1, Vec::len);
             let primitives = &scene.meshes[mesh.index()].primitives;
             let pairs =
                 (0..count).flat_map(|instance| primitives.iter().enumerate().map(move |p| (instance, p)));
@@ -122,6 +123,7 @@ impl Frame {
                     first_triangle: triangles as u32,
                     first_vertex: vertices,
                     mirrored: false,
+                    color: instance_colors.get(node_instance).copied(),
                     morphed: MorphedAttributes::default(),
                 });
                 triangles += primitive.triangles.len();

@@ -1,6 +1,7 @@
 //! Instances of a node's mesh.
 //!
-//! Source: the text of `EXT_mesh_gpu_instancing` (Khronos Group).
+//! Source: the text of `EXT_mesh_gpu_instancing` (Khronos Group). It leaves names that begin with `_` to applications: three.js and Babylon.js write and
+//! read `_COLOR_0`, the colour of each instance.
 
 use glam::{Mat4, Quat, Vec3};
 
@@ -9,19 +10,15 @@ use super::attributes::{Attributes, Reference};
 use super::context::Context;
 use super::extension_names::INSTANCING;
 use super::formats;
+use super::primitive::read_colors;
 use super::raw::Raw;
 use crate::error::Result;
 use crate::scene::Node;
 
-/// Transforms of the mesh instances relative to the node `raw`. `None` for a node without instances.
-pub(super) fn of_node(
-    context: &mut Context,
-    data: &Data,
-    raw: &Raw,
-    node: &Node,
-) -> Result<Option<Vec<Mat4>>> {
+/// Sets the mesh instances of the node `raw`, if it has any.
+pub(super) fn set_instances(context: &mut Context, data: &Data, raw: &Raw, node: &mut Node) -> Result<()> {
     let Some(extension) = raw.extension(INSTANCING) else {
-        return Ok(None);
+        return Ok(());
     };
     extension.expect_object(context)?;
     let Some(raw_attributes) = extension.field("attributes") else {
@@ -42,17 +39,20 @@ pub(super) fn of_node(
         }
     }
     let instances = read(context, data, &attributes, count, &extension.pointer)?;
+    let colors = read_colors(context, data, &attributes, "_COLOR_0")?;
     if node.mesh.is_none() {
         context.warn(&extension.pointer, "instances on a node without mesh have no effect");
-        return Ok(None);
+        return Ok(());
     }
     if node.skin.is_some() {
         // All instances would lie at the same position.
         let message = "only the joints position a skinned mesh, so its instances are rendered once";
         context.warn(&extension.pointer, message);
-        return Ok(None);
+        return Ok(());
     }
-    Ok(Some(instances))
+    node.instances = Some(instances);
+    node.instance_colors = colors.unwrap_or_default();
+    Ok(())
 }
 
 fn read(

@@ -50,7 +50,7 @@ pub(super) fn import(
         if let Some(raw) = document.element("nodes", i) {
             node.light = light::of_node(context, &raw, light_counts.punctual)?;
             node.is_hidden = is_hidden(context, &raw)?;
-            node.instances = instancing::of_node(context, data, &raw, &node)?;
+            instancing::set_instances(context, data, &raw, &mut node)?;
         }
         check_mesh(context, &mut node, json, meshes, &format!("/nodes/{i}"))?;
         let highest = node.mesh.and_then(|mesh| *highest_joints.get(mesh.index()).unwrap_or(&None));
@@ -92,6 +92,7 @@ fn import_node(context: &mut Context, document: &Document, index: usize, json: &
         camera: camera.map(CameraIndex),
         light: None,
         instances: None,
+        instance_colors: Vec::new(),
         is_hidden: false,
     })
 }

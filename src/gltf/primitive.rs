@@ -68,13 +68,14 @@ pub(super) fn import_primitive(
     let uv_sets = used.iter().map(|&material| super::material::uv_sets(material)).max();
     let uvs = read_uvs(context, data, &attributes, uv_sets.unwrap_or(0), vertex_count)?;
     let mut imported = Primitive {
-        colors: read_colors(context, data, &attributes)?,
+        colors: read_colors(context, data, &attributes, "COLOR_0")?,
         influences: influences::read(context, data, &attributes, &pointer)?,
         targets: morph::read(context, data, raw, (&attributes, uvs.len()), vertex_count)?,
         uvs,
         positions,
         normals,
         tangents,
+        tangent_uv_set: None,
         triangles,
         material,
         variants,
@@ -214,13 +215,19 @@ fn zeros(context: &mut Context, vertex_count: u64, pointer: &str) -> Result<Vec<
     Ok(set)
 }
 
-fn read_colors(context: &mut Context, data: &Data, attributes: &Attributes) -> Result<Option<Vec<Vec4>>> {
-    let Some(reference) = attributes.find("COLOR_0") else {
+/// The colours of the attribute called `name`, if there is one.
+pub(super) fn read_colors(
+    context: &mut Context,
+    data: &Data,
+    attributes: &Attributes,
+    name: &str,
+) -> Result<Option<Vec<Vec4>>> {
+    let Some(reference) = attributes.find(name) else {
         return Ok(None);
     };
     let colors = data.colors_as(context, reference, &formats::COLOR, 1.0)?;
     if colors.iter().flatten().any(|value| !(0.0..=1.0).contains(value)) {
-        context.warn(&reference.pointer, "COLOR_0 has values outside 0 to 1; they are clamped");
+        context.warn(&reference.pointer, format!("{name} has values outside 0 to 1; they are clamped"));
     }
     Ok(Some(colors.into_iter().map(|color| Vec4::from_array(color).clamp(Vec4::ZERO, Vec4::ONE)).collect()))
 }
@@ -263,8 +270,19 @@ fn add_material_attributes(
         && !primitive.triangles.is_empty()
     {
         generate(context, primitive, set as usize, pointer)?;
+        primitive.tangent_uv_set = primitive.tangents.is_some().then_some(set);
     }
     let wanted = super::material::uv_sets(material);
+    // Missing coordinates of textures are told below.
+    if wanted == 0
+        && material.anisotropy.is_some()
+        && primitive.tangents.is_none()
+        && primitive.uvs.is_empty()
+    {
+        let message =
+            "TANGENT and TEXCOORD_0 are missing, and anisotropy has no direction without; it has no effect";
+        context.warn(format!("{pointer}/attributes"), message);
+    }
     let vertex_count = primitive.positions.len() as u64;
     while primitive.uvs.len() < wanted {
         context.warn(

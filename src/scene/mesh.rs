@@ -41,6 +41,8 @@ pub struct Primitive {
     pub normals: Option<Vec<Vec3>>,
     /// Unit tangents, with the sign of the bitangent in `w`.
     pub tangents: Option<Vec<Vec4>>,
+    /// The texture coordinate set that the tangents were generated from; `None` for those of the file, which hold for every set.
+    pub tangent_uv_set: Option<u32>,
     /// Texture coordinate sets, `TEXCOORD_0` first; origin at the image's top left.
     pub uvs: Vec<Vec<Vec2>>,
     /// Linear vertex colours with alpha.

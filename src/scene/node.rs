@@ -1,6 +1,6 @@
 //! Nodes and skins.
 
-use glam::{Mat4, Quat, Vec3};
+use glam::{Mat4, Quat, Vec3, Vec4};
 
 use super::{CameraIndex, LightIndex, MeshIndex, NodeIndex};
 
@@ -27,6 +27,8 @@ pub struct Node {
     pub light: Option<LightIndex>,
     /// Transforms of mesh instances relative to the node (`EXT_mesh_gpu_instancing`); `None` is one instance at the node.
     pub instances: Option<Vec<Mat4>>,
+    /// Linear colours of these instances, which multiply the base colour (`_COLOR_0`); empty without any.
+    pub instance_colors: Vec<Vec4>,
     /// Whether the node and its descendants are hidden; clips may animate it.
     pub is_hidden: bool,
 }

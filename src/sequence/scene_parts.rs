@@ -53,7 +53,8 @@ pub(super) fn part_hashes(job: &SequenceJob, statics: &StaticHashes, frame: i64)
     let scene = &job.scene;
     let content = Frame::content_at(scene, &job.selection, job.rate.time_seconds(frame));
     let meshes = &content.meshes;
-    let geometry: Vec<Hash> = meshes.par_iter().map(|posed| geometry_of_mesh(statics, posed)).collect();
+    let geometry: Vec<Hash> =
+        meshes.par_iter().map(|posed| geometry_of_mesh(scene, statics, posed)).collect();
     let of_material = MaterialHashes::of(&content);
     let materials_of = |posed: &PosedMesh| {
         let primitives = &scene.meshes[posed.mesh.index()].primitives;
@@ -85,12 +86,13 @@ fn sorted(mut hashes: Vec<&Hash>) -> Vec<&Hash> {
     hashes
 }
 
-/// A mesh with its matrices and weights.
-fn geometry_of_mesh(statics: &StaticHashes, posed: &PosedMesh) -> Hash {
+/// A mesh with its matrices, weights and colours of instances.
+fn geometry_of_mesh(scene: &Scene, statics: &StaticHashes, posed: &PosedMesh) -> Hash {
     let mut hash = Sha256::new_with_prefix(statics.meshes[posed.mesh.index()]);
     let mut update = |bytes: &[u8]| hash.update(bytes);
     add(&mut update, posed.matrices.iter().chain(&*posed.joint_matrices).flat_map(Mat4::to_cols_array));
     add(&mut update, posed.weights.iter().copied());
+    add(&mut update, scene.nodes[posed.node.index()].instance_colors.iter().flat_map(Vec4::to_array));
     hash.finalize().into()
 }
 
@@ -139,6 +141,7 @@ fn checksum_of_primitive(primitive: &Primitive) -> [u8; 4] {
         positions,
         normals,
         tangents,
+        tangent_uv_set: _,
         uvs,
         colors,
         influences,

@@ -1,11 +1,11 @@
 //! Mesh instancing (`EXT_mesh_gpu_instancing`).
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use serde_json::{Value, json};
 
 use super::properties::frame;
 use super::{Document, ImportOptions, error_text, import};
-use crate::scene::MeshIndex;
+use crate::scene::{MeshIndex, Scene};
 
 /// Triangle with three instances: translated, rotated and scaled.
 fn instanced() -> Document {
@@ -42,6 +42,31 @@ fn instances_replace_the_mesh() {
     assert!(frame.instances[2].mirrored && !frame.instances[1].mirrored);
     assert_eq!(frame.instances.iter().map(|instance| instance.node_instance).collect::<Vec<_>>(), [0, 1, 2]);
     assert_eq!(frame.instances[2].mesh, MeshIndex(0));
+}
+
+#[test]
+fn colors_of_instances_multiply_those_of_vertices() {
+    let mut document = instanced();
+    let colors = document.floats("VEC3", &[1.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 1.5]);
+    attributes(&mut document)["_COLOR_0"] = json!(colors);
+    attributes(&mut document)["_ID"] = json!(colors);
+    let [red, green, blue] =
+        [Vec4::new(1.0, 0.0, 0.0, 1.0), Vec4::new(0.0, 0.5, 0.0, 1.0), Vec4::new(0.0, 0.0, 1.0, 1.0)];
+    let scene = document.import().unwrap();
+    let told: Vec<_> = scene.warnings.iter().map(ToString::to_string).collect();
+    assert!(told.len() == 1 && told[0].contains("_COLOR_0 has values outside 0 to 1"), "{told:?}");
+    let of_instances = |scene: &Scene| {
+        let instances = frame(scene, 0.0).instances;
+        instances.iter().map(|instance| instance.colors(scene, [0, 1, 2])).collect::<Vec<_>>()
+    };
+    assert_eq!(of_instances(&scene), [red, green, blue].map(|color| Some([color; 3])));
+    // Vertices with an alpha
+    let rgba = [1.0, 1.0, 1.0, 1.0, 0.5, 0.5, 0.5, 0.25, 0.0, 0.0, 0.0, 1.0];
+    let of_vertices = document.floats("VEC4", &rgba);
+    document.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(of_vertices);
+    let scene = document.import().unwrap();
+    let half = Vec4::new(0.5, 0.0, 0.0, 0.25);
+    assert_eq!(of_instances(&scene)[0], Some([red, half, Vec4::W]));
 }
 
 #[test]

@@ -66,7 +66,10 @@ fn front_normal_by(
 ) -> Vec3 {
     let normal = interpolated_normal(point, front_normal, vertices);
     let shading = match map {
-        Some(map) => mapped(textures, point, map, normal, interpolated_tangent(point, vertices)),
+        Some(map) => {
+            let tangent = tangent_of_set(textures.view(), point, vertices, map.texture.uv_set);
+            mapped(textures, point, map, normal, tangent)
+        }
         None => normal,
     };
     // Normals that were authored inside out tell the curvature of the surface, not the side it faces. The map was made for their
@@ -100,6 +103,21 @@ fn interpolated_normal(point: &SurfacePoint<'_>, front_normal: Vec3, vertices: &
 /// The interpolated tangent, and the sign of the bitangent.
 fn interpolated_tangent(point: &SurfacePoint<'_>, vertices: &[&PosedVertex; 3]) -> (Vec3, f32) {
     (interpolated(point, vertices, |vertex| vertex.tangent.truncate()), vertices[0].tangent.w)
+}
+
+/// The same for a texture coordinate set; zero where the tangents were generated from another one.
+fn tangent_of_set(
+    view: SceneView<'_>,
+    point: &SurfacePoint<'_>,
+    vertices: &[&PosedVertex; 3],
+    uv_set: u32,
+) -> (Vec3, f32) {
+    let own = point.instance.primitive(view.scene).tangent_uv_set;
+    if own.is_some_and(|own| own != uv_set) {
+        (Vec3::ZERO, 1.0)
+    } else {
+        interpolated_tangent(point, vertices)
+    }
 }
 
 /// N' = T·x + B·y + N·z with B = (N × T)·w (glTF 2.0, section 3.9.3).

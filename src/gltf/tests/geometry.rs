@@ -174,6 +174,34 @@ fn vertices_are_split_at_mirrored_texture_coordinates() {
 }
 
 #[test]
+fn generated_tangents_tell_their_coordinates_and_stored_ones_hold_for_all() {
+    let mut document = Document::triangle();
+    document.attribute("NORMAL", "VEC3", &[0.0, 0.0, 1.0].repeat(3));
+    for name in ["TEXCOORD_0", "TEXCOORD_1"] {
+        document.attribute(name, "VEC2", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+    }
+    let mut document = with_normal_map(document);
+    document.json["materials"][0]["normalTexture"]["texCoord"] = json!(1);
+    let set = |document: &Document| document.import().unwrap().meshes[0].primitives[0].tangent_uv_set;
+    assert_eq!(set(&document), Some(1));
+    document.attribute("TANGENT", "VEC4", &[1.0, 0.0, 0.0, 1.0].repeat(3));
+    assert_eq!(set(&document), None);
+}
+
+#[test]
+fn anisotropy_without_a_direction_is_told() {
+    let mut document = Document::triangle();
+    let extensions = json!({"KHR_materials_anisotropy": {"anisotropyStrength": 0.5}});
+    document.push("materials", json!({"extensions": extensions}));
+    document.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    let told: Vec<_> = document.import().unwrap().warnings.iter().map(ToString::to_string).collect();
+    assert!(told.len() == 1 && told[0].contains("anisotropy has no direction without"), "{told:?}");
+    let uvs = document.floats("VEC2", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+    document.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(uvs);
+    assert!(document.import().unwrap().warnings.is_empty());
+}
+
+#[test]
 fn primitives_without_normals_get_tangents() {
     let mut document = Document::triangle();
     document.attribute("TEXCOORD_0", "VEC2", &[0.0, 1.0, 1.0, 1.0, 0.0, 0.0]);

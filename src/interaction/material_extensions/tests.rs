@@ -1,6 +1,6 @@
 //! Texture channels and directions of material extensions.
 
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Mat4, Vec2, Vec3, Vec4};
 
 use crate::bvh::{BuildSettings, Builder, Hit};
 use crate::cancel::CancelFlag;
@@ -21,19 +21,28 @@ fn texture(index: u32) -> TextureRef {
     TextureRef { texture: TextureIndex(index), uv_set: 0, transform: UvTransform::default() }
 }
 
-/// The values of `material`, whose textures have one of `texels` each, on a triangle in the plane z = 0 seen from +Z. Texture
-/// coordinates make +X the tangent, or −X where they are mirrored; +Y is the bitangent.
-fn sampled(material: Material, texels: &[[u8; 4]], mirrored: bool) -> MaterialSample {
+/// A triangle in the plane z = 0. Its first texture coordinates make +X the tangent, or −X where they are mirrored, and +Y the bitangent; its
+/// second ones make +Y the tangent and −X the bitangent.
+fn triangle(mirrored: bool) -> Primitive {
     let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
     // v grows downwards.
     let uv = |position: &Vec3| Vec2::new(if mirrored { -position.x } else { position.x }, -position.y);
-    let primitive = Primitive {
-        uvs: vec![positions.iter().map(uv).collect()],
+    let turned = |position: &Vec3| Vec2::new(position.y, position.x);
+    Primitive {
+        uvs: vec![positions.iter().map(uv).collect(), positions.iter().map(turned).collect()],
         positions,
         triangles: vec![[0, 1, 2]],
         material: MaterialIndex(0),
         ..Primitive::default()
-    };
+    }
+}
+
+/// The values of `material`, whose textures have one of `texels` each, on a [`triangle`] seen from +Z.
+fn sampled(material: Material, texels: &[[u8; 4]], mirrored: bool) -> MaterialSample {
+    sampled_on(triangle(mirrored), material, texels)
+}
+
+fn sampled_on(primitive: Primitive, material: Material, texels: &[[u8; 4]]) -> MaterialSample {
     let image =
         |texel: &[u8; 4]| Image { name: None, width: 1, height: 1, texels: Texels::Rgba8(vec![*texel]) };
     let over = |index| Texture { name: None, image: ImageIndex(index), sampler: Sampler::default() };
@@ -176,4 +185,30 @@ fn coats_use_their_own_normals() {
     let leant = normal_of(None, map);
     assert!((leant - Vec3::new(0.6, 0.0, 0.8)).length() < 0.01, "{leant}");
     assert_eq!(normal_of(map, map), leant);
+}
+
+#[test]
+fn normal_maps_use_the_frame_of_their_own_coordinates() {
+    // As above
+    let leaning = [204, 128, 230, 255];
+    let map = |uv_set| NormalTexture { texture: TextureRef { uv_set, ..texture(0) }, scale: 1.0 };
+    let normal_of = |tangent_uv_set: Option<u32>, coat_set| {
+        let tangents = Some(vec![Vec4::new(1.0, 0.0, 0.0, 1.0); 3]);
+        let primitive = Primitive { tangents, tangent_uv_set, ..triangle(false) };
+        let coat = ClearCoat {
+            factor: 1.0,
+            texture: None,
+            roughness: 0.0,
+            roughness_texture: None,
+            normal_texture: Some(map(coat_set)),
+        };
+        let material =
+            Material { normal_texture: Some(map(0)), clear_coat: Some(coat), ..Material::default() };
+        sampled_on(primitive, material, &[leaning]).clear_coat.unwrap().normal
+    };
+    let close = |found: Vec3, expected: Vec3| assert!((found - expected).length() < 0.01, "{found}");
+    close(normal_of(Some(0), 0), Vec3::new(0.6, 0.0, 0.8));
+    close(normal_of(Some(0), 1), Vec3::new(0.0, 0.6, 0.8));
+    // Tangents of the file hold for all maps.
+    close(normal_of(None, 1), Vec3::new(0.6, 0.0, 0.8));
 }

@@ -52,10 +52,8 @@ fn frame_json(outline: &SequenceOutline, plan: &Plan, frame: &PlannedFrame) -> V
         "path": frame.path.to_string_lossy(),
         "render_hash": frame.render_hash,
     });
-    for (key, name) in [("clip", &outline.clip), ("camera", &outline.camera)] {
-        if let Some(name) = name {
-            line[key] = json!(name);
-        }
+    for (what, name) in outline.names.entries() {
+        line[what.key()] = json!(name);
     }
     if let Some(rows) = band_rows(plan, frame) {
         line["band_rows"] = json!(rows);

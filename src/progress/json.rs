@@ -134,6 +134,7 @@ fn summary_json(summary: &Summary) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rayframe::shot::SequenceNames;
     use std::path::PathBuf;
 
     fn planned(path: PathBuf) -> PlannedFrame {
@@ -168,7 +169,7 @@ mod tests {
     fn every_line_names_its_sequence() {
         let sequence = ReportedSequence {
             scene: "a.glb".into(),
-            clip: Some("walk".to_owned()),
+            names: SequenceNames { clip: Some("walk".to_owned()), ..SequenceNames::default() },
             ..ReportedSequence::default()
         };
         let mut line = json_line(SequenceEvent::Finished(&Summary::default()));

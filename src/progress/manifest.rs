@@ -15,7 +15,7 @@ use rayframe::error::Result;
 use rayframe::image_file::write_atomically;
 use rayframe::output::SOFTWARE;
 use rayframe::sequence::{FrameReport, Plan, PlannedFrame, SequenceEvent, SequenceJob, sha256_of_file};
-use rayframe::shot::RenderJob;
+use rayframe::shot::{RenderJob, SequenceNames};
 
 use super::percent_path::percent_path;
 use super::pretty_json::pretty_json;
@@ -29,8 +29,7 @@ const INTERVAL: Duration = Duration::from_secs(1);
 pub(crate) struct Manifest<'a> {
     path: &'a Path,
     job: &'a SequenceJob,
-    clip: Option<&'a str>,
-    camera: Option<&'a str>,
+    names: &'a SequenceNames,
     plan: &'a Plan,
     state: Mutex<State>,
 }
@@ -103,8 +102,7 @@ struct FileEntry {
 impl<'a> Manifest<'a> {
     /// Manifest of a run of `plan`, to be written to `path`.
     pub(crate) fn new(path: &'a Path, job: &'a RenderJob, plan: &'a Plan) -> Self {
-        let (clip, camera) = (job.outline.clip.as_deref(), job.outline.camera.as_deref());
-        Self { path, job: &job.sequence, clip, camera, plan, state: Mutex::default() }
+        Self { path, job: &job.sequence, names: &job.outline.names, plan, state: Mutex::default() }
     }
 
     /// Records an event and updates the file, unless it was updated a moment ago. Errors are reported at the end of the run by
@@ -142,9 +140,10 @@ impl<'a> Manifest<'a> {
     fn write_state(&self, state: &State) -> Result<()> {
         let frames: Vec<_> = self.plan.frames.iter().map(|frame| entry(frame, state)).collect();
         let (job, window) = (self.job, self.job.render.window);
+        let SequenceNames { clip, camera } = self.names;
         let manifest = ManifestFile {
-            camera: self.camera,
-            clip: self.clip,
+            camera: camera.as_deref(),
+            clip: clip.as_deref(),
             complete: frames.iter().all(|frame| matches!(frame.status, "written" | "kept")),
             crop: [window.x0, window.y0, window.x1, window.y1],
             fps: job.rate.to_string(),

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
+use rayframe::shot::SequenceNames;
+
 use super::percent_path::add_percent_path;
 
 /// A sequence, for progress output.
@@ -13,10 +15,8 @@ pub(crate) struct ReportedSequence {
     pub(crate) output: String,
     /// The scene file.
     pub(crate) scene: PathBuf,
-    /// The clip, where each has a sequence.
-    pub(crate) clip: Option<String>,
-    /// The camera, where each has a sequence.
-    pub(crate) camera: Option<String>,
+    /// The names that tell it from the others of the scene.
+    pub(crate) names: SequenceNames,
     /// Its position, where it is one of several.
     pub(crate) part: Option<Part>,
 }
@@ -31,15 +31,15 @@ pub(crate) struct Part {
 }
 
 impl ReportedSequence {
-    /// `frame 7`, after the scene, the clip and the camera where the sequence is one of several.
+    /// `frame 7`, after the scene and the names where the sequence is one of several.
     pub(super) fn frame_text(&self, frame: i64) -> String {
         if self.part.is_none() {
             return format!("frame {frame}");
         }
-        let clip = self.clip.as_ref().map(|clip| format!(" clip \"{clip}\""));
-        let camera = self.camera.as_ref().map(|camera| format!(" camera \"{camera}\""));
-        let [clip, camera] = [clip, camera].map(Option::unwrap_or_default);
-        format!("{}:{clip}{camera} frame {frame}", self.scene.display())
+        let mut words = vec![format!("{}:", self.scene.display())];
+        words.extend(self.names.labels());
+        words.push(format!("frame {frame}"));
+        words.join(" ")
     }
 
     /// Frames that are done before the sequence begins, and all frames, where it has `to_render` and `kept` ones.
@@ -47,15 +47,29 @@ impl ReportedSequence {
         self.part.map_or((0, to_render), |part| (part.before + kept, part.total))
     }
 
-    /// Adds scene, clip and camera to a JSON line.
+    /// Adds the scene and the names to a JSON line.
     pub(super) fn add_to(&self, line: &mut Value) {
         line["scene"] = json!(self.scene.to_string_lossy());
-        if let Some(clip) = &self.clip {
-            line["clip"] = json!(clip);
-        }
-        if let Some(camera) = &self.camera {
-            line["camera"] = json!(camera);
+        for (what, name) in self.names.entries() {
+            line[what.key()] = json!(name);
         }
         add_percent_path(line, "scene_percent", &self.scene);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_of_one_of_several_sequences_have_its_names() {
+        let names = SequenceNames { clip: Some("walk".to_owned()), camera: Some("left".to_owned()) };
+        let alone = ReportedSequence { scene: "a.glb".into(), names, ..ReportedSequence::default() };
+        assert_eq!(alone.frame_text(7), "frame 7");
+        let part = Some(Part { before: 0, total: 2 });
+        let one = ReportedSequence { part, ..alone };
+        assert_eq!(one.frame_text(7), "a.glb: clip \"walk\" camera \"left\" frame 7");
+        let scene = ReportedSequence { names: SequenceNames::default(), ..one };
+        assert_eq!(scene.frame_text(7), "a.glb: frame 7");
     }
 }

@@ -20,6 +20,11 @@ impl Placeholder {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Scene, Self::Shot, Self::Clip, Self::Camera];
 
+    /// The word in its braces, which is also its key in reports.
+    pub fn key(self) -> &'static str {
+        self.text().trim_matches(['{', '}'])
+    }
+
     /// The placeholder as it is written.
     pub fn text(self) -> &'static str {
         match self {
@@ -233,6 +238,11 @@ mod tests {
             Placeholder::Clip.is_in(Path::new("{clip}.gif"))
                 && !Placeholder::Clip.is_in(Path::new("%{clip}.gif"))
         );
+    }
+
+    #[test]
+    fn keys_are_the_words_in_braces() {
+        assert_eq!(Placeholder::ALL.map(Placeholder::key), ["scene", "shot", "clip", "camera"]);
     }
 
     #[test]

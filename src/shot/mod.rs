@@ -17,6 +17,7 @@ mod outline;
 mod render_settings;
 mod resolve;
 mod resolved_settings;
+mod sequence_names;
 mod shot_settings;
 mod view;
 
@@ -29,5 +30,6 @@ pub use outline::{SequenceOutline, ShotOutline};
 pub use resolve::{RenderJob, check_shot, resolve, resolve_each};
 pub(crate) use resolve::{load_scene, resolve_scene};
 pub use resolved_settings::resolved_settings;
+pub use sequence_names::SequenceNames;
 pub(crate) use shot_settings::check_warnings;
 pub use shot_settings::{ShotSettings, is_shot, refusal};

@@ -19,6 +19,7 @@ use super::camera_path::{self, LoadedPath};
 use super::environment::environment_request;
 use super::import_options::import_options;
 use super::render_settings::render_settings;
+use super::sequence_names::SequenceNames;
 use super::shot_settings::{ShotSettings, refusal};
 use super::view::{ambiguous_nodes, last_frame, resolve_frames, view_request};
 
@@ -45,12 +46,10 @@ pub struct SequenceOutline {
     pub render: RenderSettings,
     /// Frame numbers in the order of rendering.
     pub frames: Vec<i64>,
-    /// Name of its clip, where the settings ask for each.
-    pub clip: Option<String>,
-    /// Name of its camera, where the settings ask for each.
-    pub camera: Option<String>,
+    /// The names that tell it from the others.
+    pub names: SequenceNames,
     /// The names that replace placeholders.
-    pub names: OutputNames,
+    pub output_names: OutputNames,
     /// Names of the frame files, with placeholders.
     pub pattern: OutputPattern,
     /// Names of the frame files.
@@ -79,9 +78,7 @@ impl SequenceOutline {
 
     /// `clip "walk", camera "left"`, as far as the settings ask for each; empty otherwise.
     pub fn label(&self) -> String {
-        let clip = self.clip.as_ref().map(|clip| format!("clip \"{clip}\""));
-        let camera = self.camera.as_ref().map(|camera| format!("camera \"{camera}\""));
-        clip.into_iter().chain(camera).collect::<Vec<_>>().join(", ")
+        self.names.labels().collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -146,21 +143,23 @@ fn sequence_outline(
     let NamedSelection { selection, clip, camera } = named;
     // A view that does not keep the camera of the file has no name.
     let camera = if view.replaces_camera() { "auto".to_owned() } else { camera };
-    let names = OutputNames::new(&shot.scene, shot.shot_file.as_deref(), &clip, &camera);
-    let fill = |path: &Option<PathBuf>| path.as_ref().map(|path| names.fill(path));
+    let output_names = OutputNames::new(&shot.scene, shot.shot_file.as_deref(), &clip, &camera);
+    let fill = |path: &Option<PathBuf>| path.as_ref().map(|path| output_names.fill(path));
     Ok(SequenceOutline {
         view: view.clone(),
         render: render_settings(args, scene, &selection, view)?,
         frames: if is_thumbnail(args, pattern) { vec![0] } else { frames(args, scene, &selection)? },
-        clip: (args.animation == ClipSelection::Each).then_some(clip),
-        camera: (args.camera == Some(CameraRequest::Each)).then_some(camera),
+        names: SequenceNames {
+            clip: (args.animation == ClipSelection::Each).then_some(clip),
+            camera: (args.camera == Some(CameraRequest::Each)).then_some(camera),
+        },
         pattern: pattern.clone(),
-        output: pattern.with_names(&names, &Placeholder::ALL),
+        output: pattern.with_names(&output_names, &Placeholder::ALL),
         movie: fill(&args.movie),
         contact_sheet: fill(&args.contact_sheet),
         stats: fill(&args.stats),
         manifest: fill(&args.manifest),
-        names,
+        output_names,
         selection,
     })
 }

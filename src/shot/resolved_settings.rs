@@ -24,10 +24,10 @@ pub fn resolved_settings(shot: &ShotSettings, jobs: &[RenderJob]) -> Settings {
     let files =
         [&mut settings.movie, &mut settings.contact_sheet, &mut settings.stats, &mut settings.manifest];
     for file in files.into_iter().flatten() {
-        file.value = outline.names.fill_shot(&file.value);
+        file.value = outline.output_names.fill_shot(&file.value);
     }
     let origin = settings.origin_of("output").cloned().unwrap_or_default();
-    let value = outline.pattern.with_names(&outline.names, &[Placeholder::Scene, Placeholder::Shot]);
+    let value = outline.pattern.with_names(&outline.output_names, &[Placeholder::Scene, Placeholder::Shot]);
     settings.output = Some(Assigned { value, origin });
     if settings.camera_path.is_none() {
         settings.camera.get_or_insert_with(|| parse::camera(&camera(first)).into());

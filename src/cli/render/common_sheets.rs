@@ -76,9 +76,7 @@ impl CommonSheets {
         let Some(name) = args.contact_sheet.as_deref().filter(|_| self.run.is_many) else { return false };
         let has = |placeholder: Placeholder| placeholder.is_in(name);
         let is_of_one_scene = !self.run.names_scenes || has(Placeholder::Scene) || has(Placeholder::Shot);
-        let is_of_one_clip = outline.clip.is_none() || has(Placeholder::Clip);
-        let is_of_one_camera = outline.camera.is_none() || has(Placeholder::Camera);
-        !(is_of_one_scene && is_of_one_clip && is_of_one_camera)
+        !(is_of_one_scene && outline.names.entries().all(|(what, _)| has(what)))
     }
 
     /// Adds the middle frame of a sequence that was rendered; an empty tile where it is missing.
@@ -104,9 +102,10 @@ impl CommonSheets {
             },
             _ => None,
         };
-        let scene = self.run.names_scenes.then(|| outline.names.of(Placeholder::Shot).display().to_string());
-        let parts = scene.into_iter().chain(outline.clip.clone()).chain(outline.camera.clone());
-        let label = parts.collect::<Vec<_>>().join(" / ");
+        let scene = || outline.output_names.of(Placeholder::Shot).display().to_string();
+        let mut parts: Vec<_> = self.run.names_scenes.then(scene).into_iter().collect();
+        parts.extend(outline.names.entries().map(|(_, name)| name.to_owned()));
+        let label = parts.join(" / ");
         self.add_tile(path, LabelledTile::new(label, image.as_ref()));
     }
 

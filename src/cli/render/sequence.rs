@@ -17,7 +17,7 @@ use rayframe::sequence::{
     self, FailedFrame, FrameReport, Plan, ReplacedFile, RunLock, SequenceEvent, SequenceJob, Summary,
 };
 use rayframe::settings::{ProgressStyle, SettingValues};
-use rayframe::shot::RenderJob;
+use rayframe::shot::{RenderJob, SequenceNames};
 
 use crate::cli::outcome::Outcome;
 use crate::cli::presenter::Presenter;
@@ -78,8 +78,7 @@ pub(in crate::cli) fn perform(
     let reported = ReportedSequence {
         output: sequence.output.shown(),
         scene: sequence.scene.path.clone(),
-        clip: outline.clip.clone(),
-        camera: outline.camera.clone(),
+        names: outline.names.clone(),
         part,
     };
     let reporter = Reporter::new(args.progress, verbosity, &reported);
@@ -126,10 +125,8 @@ struct Statistics<'a> {
     schema: u32,
     software: &'static str,
     scene: Cow<'a, str>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    clip: Option<&'a str>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    camera: Option<&'a str>,
+    #[serde(flatten)]
+    names: &'a SequenceNames,
     resolution: [u32; 2],
     samples: u32,
     threads: usize,
@@ -160,8 +157,7 @@ fn write_statistics(path: &Path, job: &RenderJob, summary: &Summary) -> Result<(
         schema: 2,
         software: SOFTWARE,
         scene: job.sequence.scene.path.to_string_lossy(),
-        clip: job.outline.clip.as_deref(),
-        camera: job.outline.camera.as_deref(),
+        names: &job.outline.names,
         resolution: [width, height],
         samples: job.sequence.render.samples,
         threads: rayon::current_num_threads(),

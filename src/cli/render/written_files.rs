@@ -68,7 +68,7 @@ impl WrittenFiles {
                 label,
                 shot: self.shot_count,
                 scene: canonical(&settings.scene),
-                names: sequence.names.clone(),
+                names: sequence.output_names.clone(),
                 patterns: patterns(sequence, args),
             });
             for file in frame_files(sequence, args) {

@@ -14,7 +14,7 @@ use crate::framing::{NamedView, is_interior};
 use crate::gltf::ImageLoading;
 use crate::image::Image;
 use crate::renderer::RenderedFrame;
-use crate::scene::{CameraRequest, ClipSelection, Environment, NameOrIndex, Scene};
+use crate::scene::{CameraRequest, ClipSelection, Environment, NameOrIndex, Scene, VariantRequest};
 use crate::sequence::SequenceJob;
 use crate::settings::Settings;
 use crate::shot::default_views::DefaultCamera;
@@ -56,7 +56,7 @@ impl Asset {
         });
         settings.animation =
             Some(view.clip.map_or(ClipSelection::None, |pair| ClipSelection::One(named(pair))).into());
-        settings.variant = view.variant.map(|pair| named(pair).into());
+        settings.variant = view.variant.map(|pair| VariantRequest::Variant(named(pair)).into());
         if view.camera == DefaultCamera::OtherSide {
             settings.view = Some(NamedView::ThreeQuarterBack.into());
         }

@@ -21,7 +21,7 @@ use rayframe::cancel::CancelFlag;
 use rayframe::error::exit_code::permanence;
 use rayframe::error::{Error, Provenance, Result, SettingError};
 use rayframe::gltf::ImageLoading;
-use rayframe::scene::{AssetCacheUse, CameraRequest, ClipSelection, Scene};
+use rayframe::scene::{AssetCacheUse, CameraRequest, ClipSelection, Scene, VariantRequest};
 use rayframe::sequence::{Plan, triangle_count};
 use rayframe::settings::{ProgressStyle, SettingValues};
 use rayframe::shot::{
@@ -57,7 +57,7 @@ pub(super) fn run(options: &RenderOptions) -> ExitStatus {
 /// State of a run.
 struct Session {
     is_dry_run: bool,
-    /// Whether there are several scenes, or each clip or camera of one.
+    /// Whether there are several scenes, or each clip, camera or variant of one.
     is_many: bool,
     /// Progress style of messages that concern no single scene.
     style: ProgressStyle,
@@ -324,7 +324,9 @@ fn style_of(values: &SettingValues) -> ProgressStyle {
 }
 
 fn asks_for_each(values: &SettingValues) -> bool {
-    values.animation == ClipSelection::Each || values.camera == Some(CameraRequest::Each)
+    values.animation == ClipSelection::Each
+        || values.camera == Some(CameraRequest::Each)
+        || values.variant == Some(VariantRequest::Each)
 }
 
 /// Prints how often the import found what it looked for in the asset cache.

@@ -60,6 +60,8 @@ struct ManifestFile<'a> {
     scene: Cow<'a, str>,
     schema: u32,
     software: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    variant: Option<&'a str>,
 }
 
 /// Entry of a frame.
@@ -140,7 +142,7 @@ impl<'a> Manifest<'a> {
     fn write_state(&self, state: &State) -> Result<()> {
         let frames: Vec<_> = self.plan.frames.iter().map(|frame| entry(frame, state)).collect();
         let (job, window) = (self.job, self.job.render.window);
-        let SequenceNames { clip, camera } = self.names;
+        let SequenceNames { clip, camera, variant } = self.names;
         let manifest = ManifestFile {
             camera: camera.as_deref(),
             clip: clip.as_deref(),
@@ -153,6 +155,7 @@ impl<'a> Manifest<'a> {
             scene: job.scene.path.to_string_lossy(),
             schema: SCHEMA,
             software: SOFTWARE,
+            variant: variant.as_deref(),
         };
         write_atomically(self.path, &pretty_json(&manifest)?)
     }

@@ -63,12 +63,16 @@ mod tests {
 
     #[test]
     fn frames_of_one_of_several_sequences_have_its_names() {
-        let names = SequenceNames { clip: Some("walk".to_owned()), camera: Some("left".to_owned()) };
+        let names = SequenceNames {
+            clip: Some("walk".to_owned()),
+            variant: Some("red".to_owned()),
+            ..SequenceNames::default()
+        };
         let alone = ReportedSequence { scene: "a.glb".into(), names, ..ReportedSequence::default() };
         assert_eq!(alone.frame_text(7), "frame 7");
         let part = Some(Part { before: 0, total: 2 });
         let one = ReportedSequence { part, ..alone };
-        assert_eq!(one.frame_text(7), "a.glb: clip \"walk\" camera \"left\" frame 7");
+        assert_eq!(one.frame_text(7), "a.glb: clip \"walk\" variant \"red\" frame 7");
         let scene = ReportedSequence { names: SequenceNames::default(), ..one };
         assert_eq!(scene.frame_text(7), "a.glb: frame 7");
     }

@@ -81,7 +81,7 @@ pub use node::{LocalTransform, Node, Skin};
 pub use resolve_each::NamedSelection;
 pub use selected_camera::{CameraChanges, SelectedCamera, Turntable};
 pub use selection::Selection;
-pub use selection_request::{CameraRequest, ClipSelection, NameOrIndex, SelectionRequest};
+pub use selection_request::{CameraRequest, ClipSelection, NameOrIndex, SelectionRequest, VariantRequest};
 pub use shadow_catcher::{mark_shadow_catchers, mark_shadow_catching_node};
 pub use texture::{Encoding, Filter, Image, MipFilter, Sampler, Texels, Texture, WrapMode};
 pub use texture_ref::{NormalTexture, OcclusionTexture, TextureRef, UvRotation, UvTransform};

@@ -1,13 +1,13 @@
-//! Resolves a selection request that may name each clip and each camera: one selection for each sequence.
+//! Resolves a selection request that may name each clip, camera and variant: one selection for each sequence.
 
 use super::resolve_selection::selected_cameras;
 use super::{
     AnimationIndex, CameraIndex, CameraRequest, ClipSelection, NameOrIndex, NodeIndex, Scene, SelectedCamera,
-    Selection, SelectionRequest, make_unique_for_files,
+    Selection, SelectionRequest, VariantIndex, VariantRequest, make_unique_for_files,
 };
 use crate::error::{Result, Warning};
 
-/// The selection of one sequence, and the names of its clip and camera.
+/// The selection of one sequence, and the names of its clip, camera and variant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedSelection {
     /// The selection.
@@ -18,11 +18,15 @@ pub struct NamedSelection {
     /// Name of the camera, or of its node; `camera0` without either, `auto` for the automatic one. Where each is requested, the
     /// second camera of a name is `left (2)`; case does not count.
     pub camera: String,
+    /// Name of the variant; `none` without one. Where each is requested, the second variant of a name is `red (2)`; case does not
+    /// count.
+    pub variant: String,
 }
 
 impl Selection {
-    /// Resolves `request` against `scene`: one selection for each requested clip and camera, cameras within clips. A scene
-    /// without clips has one selection that plays none; a scene without cameras one with the automatic camera.
+    /// Resolves `request` against `scene`: one selection for each requested clip, camera and variant, cameras within clips and
+    /// variants within cameras. A scene without clips has one selection that plays none, a scene without cameras one with the
+    /// automatic camera, and a scene without variants one with the primitives' own materials.
     ///
     /// # Errors
     /// Those of [`Selection::resolve`].
@@ -33,10 +37,16 @@ impl Selection {
         let mut all_warnings = Vec::new();
         let is_each_camera = request.camera == Some(CameraRequest::Each);
         let camera = request.camera.clone().filter(|_| !is_each_camera);
+        let is_each_variant = request.variant == Some(VariantRequest::Each);
+        let variant = request.variant.clone().filter(|_| !is_each_variant);
         let (mut of_clips, mut clip_names) = (Vec::new(), Vec::new());
         for clips in clips_of_sequences(request, scene) {
-            let of_sequence =
-                SelectionRequest { clips: clips.clone(), camera: camera.clone(), ..request.clone() };
+            let of_sequence = SelectionRequest {
+                clips: clips.clone(),
+                camera: camera.clone(),
+                variant: variant.clone(),
+                ..request.clone()
+            };
             let (selection, warnings) = Self::resolve(&of_sequence, scene)?;
             // Each clip resolves the other names again.
             for warning in warnings {
@@ -50,12 +60,19 @@ impl Selection {
         make_unique_for_files(&mut clip_names);
         let mut selections = Vec::new();
         for (of_clip, clip) in of_clips.into_iter().zip(clip_names) {
-            let (cameras, names) = cameras_of_sequences(&of_clip, is_each_camera, scene);
-            selections.extend(cameras.into_iter().zip(names).map(|(camera, name)| NamedSelection {
-                selection: Self { camera, ..of_clip.clone() },
-                clip: clip.clone(),
-                camera: name,
-            }));
+            let (cameras, camera_names) = cameras_of_sequences(&of_clip, is_each_camera, scene);
+            let (variants, variant_names) = variants_of_sequences(&of_clip, is_each_variant, scene);
+            for (camera, camera_name) in cameras.iter().zip(&camera_names) {
+                let of_camera = Self { camera: camera.clone(), ..of_clip.clone() };
+                selections.extend(variants.iter().zip(&variant_names).map(|(&variant, name)| {
+                    NamedSelection {
+                        selection: Self { variant, ..of_camera.clone() },
+                        clip: clip.clone(),
+                        camera: camera_name.clone(),
+                        variant: name.clone(),
+                    }
+                }));
+            }
         }
         Ok((selections, all_warnings))
     }
@@ -99,6 +116,21 @@ fn cameras_of_sequences(
     (nodes.iter().map(|&(_, node)| SelectedCamera::Node(node)).collect(), names)
 }
 
+/// The variants of the sequences of a camera, with their names: each of the file, or the selected one.
+fn variants_of_sequences(
+    selection: &Selection,
+    is_each: bool,
+    scene: &Scene,
+) -> (Vec<Option<VariantIndex>>, Vec<String>) {
+    if !is_each || scene.variants.is_empty() {
+        return (vec![selection.variant], vec![variant_name(scene, selection.variant)]);
+    }
+    let variants: Vec<_> = (0..scene.variants.len()).map(|variant| Some(VariantIndex::of(variant))).collect();
+    let mut names: Vec<_> = variants.iter().map(|&variant| variant_name(scene, variant)).collect();
+    make_unique_for_files(&mut names);
+    (variants, names)
+}
+
 /// The name of the clip, those of several joined by `+`, or how they are selected.
 fn clip_name(requested: &ClipSelection, selection: &Selection, scene: &Scene) -> String {
     match (requested, selection.clips.as_slice()) {
@@ -125,6 +157,13 @@ fn camera_name(scene: &Scene, camera: &SelectedCamera, is_shared: bool) -> Strin
     named(name, "camera", index)
 }
 
+/// The variant's name, or `none` where primitives keep their own materials.
+fn variant_name(scene: &Scene, variant: Option<VariantIndex>) -> String {
+    let Some(variant) = variant else { return "none".to_owned() };
+    let name = scene.variants.get(variant.index()).map(|variant| variant.name.clone());
+    named(name, "variant", variant.index())
+}
+
 /// The name, or `clip2` without one.
 fn named(name: Option<String>, what: &str, index: usize) -> String {
     name.filter(|name| !name.is_empty()).unwrap_or_else(|| format!("{what}{index}"))
@@ -133,7 +172,7 @@ fn named(name: Option<String>, what: &str, index: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Animation, Camera, Node, Projection, SceneRoots};
+    use crate::scene::{Animation, Camera, Node, Projection, SceneRoots, Variant};
 
     fn scene() -> Scene {
         let projection =
@@ -153,8 +192,18 @@ mod tests {
             }],
             cameras: vec![camera(Some("stereo")), camera(None)],
             animations: vec![clip(Some("walk")), clip(None)],
+            variants: variants(&["day", "night"]),
             ..Scene::default()
         }
+    }
+
+    fn variants(names: &[&str]) -> Vec<Variant> {
+        names.iter().map(|&name| Variant { name: name.to_owned() }).collect()
+    }
+
+    fn variant_names(request: &SelectionRequest, scene: &Scene) -> Vec<(Option<VariantIndex>, String)> {
+        let (selections, _) = Selection::resolve_each(request, scene).unwrap();
+        selections.into_iter().map(|named| (named.selection.variant, named.variant)).collect()
     }
 
     fn names(request: &SelectionRequest, scene: &Scene) -> Vec<(String, String)> {
@@ -199,6 +248,49 @@ mod tests {
         // A clip that is requested alone keeps its name.
         let second = ClipSelection::One(NameOrIndex::Index(1));
         assert_eq!(names(&each(second, None), &scene), [pair("Walk", "stereo")]);
+    }
+
+    #[test]
+    fn each_variant_of_each_clip_and_camera_has_a_sequence() {
+        let variant = Some(VariantRequest::Each);
+        let each = SelectionRequest {
+            clips: ClipSelection::Each,
+            camera: Some(CameraRequest::Each),
+            variant: variant.clone(),
+            ..SelectionRequest::default()
+        };
+        // Variants within cameras within clips.
+        let pairs = [("walk", "left"), ("walk", "right"), ("walk", "camera1"), ("clip1", "left")];
+        let twice = |&(clip, camera): &(&str, &str)| [pair(clip, camera), pair(clip, camera)];
+        let expected: Vec<_> = pairs.iter().flat_map(twice).collect();
+        assert_eq!(names(&each, &scene())[..8], expected);
+        let of_variants = variant_names(&each, &scene());
+        assert_eq!(of_variants.len(), 12);
+        let day_and_night =
+            [(Some(VariantIndex(0)), "day".to_owned()), (Some(VariantIndex(1)), "night".to_owned())];
+        assert!(of_variants.chunks(2).all(|chunk| chunk == day_and_night), "{of_variants:?}");
+        // A single sequence needs a name.
+        let each = SelectionRequest { variant, ..SelectionRequest::default() };
+        let error = Selection::resolve(&each, &scene()).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+        assert!(error.to_string().contains("variant: each makes several sequences"), "{error}");
+        // A scene without variants has its own materials.
+        let bare = Scene { variants: Vec::new(), ..scene() };
+        assert_eq!(variant_names(&each, &bare), [(None, "none".to_owned())]);
+    }
+
+    #[test]
+    fn variants_of_one_name_are_numbered() {
+        let each = SelectionRequest { variant: Some(VariantRequest::Each), ..SelectionRequest::default() };
+        let scene = Scene { variants: variants(&["red", "Red", "", "red (2)"]), ..scene() };
+        let named = |request: &SelectionRequest| {
+            variant_names(request, &scene).into_iter().map(|(_, name)| name).collect::<Vec<_>>()
+        };
+        assert_eq!(named(&each), ["red", "Red (3)", "variant2", "red (2)"]);
+        // A variant that is requested alone keeps its name.
+        let second = Some(VariantRequest::Variant(NameOrIndex::Index(1)));
+        assert_eq!(named(&SelectionRequest { variant: second, ..SelectionRequest::default() }), ["Red"]);
+        assert_eq!(named(&SelectionRequest::default()), ["none"]);
     }
 
     #[test]

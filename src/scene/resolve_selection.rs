@@ -4,7 +4,7 @@ use super::named_kind::{find, label};
 use super::resolve_clips::{clips_together, disjoint_clips, find_clip};
 use super::{
     CameraChanges, CameraIndex, CameraRequest, ClipSelection, NameOrIndex, NamedKind, NodeIndex, Scene,
-    SceneRoots, SelectedCamera, Selection, SelectionRequest, VariantIndex,
+    SceneRoots, SelectedCamera, Selection, SelectionRequest, VariantIndex, VariantRequest,
 };
 use crate::error::{Error, Result, Warning};
 
@@ -61,12 +61,14 @@ fn resolve_roots(
 }
 
 fn resolve_variant(
-    selected: Option<&NameOrIndex>,
+    request: Option<&VariantRequest>,
     scene: &Scene,
     warnings: &mut Vec<Warning>,
 ) -> Result<Option<VariantIndex>> {
-    let Some(selected) = selected else {
-        return Ok(None);
+    let selected = match request {
+        None => return Ok(None),
+        Some(VariantRequest::Each) => return Err(one_of_each("variant", "variant")),
+        Some(VariantRequest::Variant(selected)) => selected,
     };
     let names = scene.variants.iter().map(|variant| Some(variant.name.as_str()));
     let index = find(&VARIANT, selected, names, warnings)?;
@@ -223,7 +225,7 @@ pub(super) mod tests {
             scene: Some(NameOrIndex::Name("main".to_owned())),
             clips: ClipSelection::One(NameOrIndex::Index(1)),
             camera: Some(CameraRequest::Camera(NameOrIndex::Name("object 1".to_owned()))),
-            variant: Some(NameOrIndex::Name("red".to_owned())),
+            variant: Some(VariantRequest::Variant(NameOrIndex::Name("red".to_owned()))),
         };
         let (selection, warnings) = Selection::resolve(&request, &scene()).unwrap();
         assert_eq!(selection.clips, [AnimationIndex(1)]);
@@ -313,7 +315,7 @@ pub(super) mod tests {
         let clips = ClipSelection::One(NameOrIndex::Name("z".to_owned()));
         let message = ask(SelectionRequest { clips, ..SelectionRequest::default() });
         assert!(message.contains("#2 \"c\""), "{message}");
-        let variant = Some(NameOrIndex::Name("blue".to_owned()));
+        let variant = Some(VariantRequest::Variant(NameOrIndex::Name("blue".to_owned())));
         let message = ask(SelectionRequest { variant, ..SelectionRequest::default() });
         assert!(message.contains("variant: ") && message.contains("#0 \"green\", #1 \"red\""), "{message}");
     }

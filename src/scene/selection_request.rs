@@ -47,7 +47,7 @@ pub struct SelectionRequest {
     /// Camera; `None` is the first camera of the selected scene, or an automatic one.
     pub camera: Option<CameraRequest>,
     /// Material variant; `None` keeps the primitives' own materials.
-    pub variant: Option<NameOrIndex>,
+    pub variant: Option<VariantRequest>,
 }
 
 /// Requested camera.
@@ -59,5 +59,15 @@ pub enum CameraRequest {
     /// A camera of the file, by its name, its node's name or its index.
     Camera(NameOrIndex),
     /// Each camera of the selected scene, in a sequence of its own. [`super::Selection::resolve_each`] resolves it.
+    Each,
+}
+
+/// Requested material variant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum VariantRequest {
+    /// A variant of the file, by its name or index.
+    Variant(NameOrIndex),
+    /// Each variant of the file, in a sequence of its own. [`super::Selection::resolve_each`] resolves it.
     Each,
 }

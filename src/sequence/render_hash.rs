@@ -203,10 +203,15 @@ fn glass_shadows_key(glass_shadows: GlassShadows) -> &'static str {
     }
 }
 
-/// Clips and camera of a selection. All of a scene share the rest.
+/// Clips, camera and variant of a selection; no variant where primitives keep their own materials. All of a scene share the rest.
 fn selection_key(selection: &Selection) -> serde_json::Value {
-    let clips: Vec<_> = selection.clips.iter().map(|clip| clip.0).collect();
-    json!([clips, camera_key(&selection.camera, &selection.camera_changes)])
+    let Selection { clips, camera, camera_changes, variant, roots: _, image_light: _ } = selection;
+    let clips: Vec<_> = clips.iter().map(|clip| clip.0).collect();
+    let camera = camera_key(camera, camera_changes);
+    match variant {
+        Some(variant) => json!([clips, camera, variant.0]),
+        None => json!([clips, camera]),
+    }
 }
 
 fn camera_key(camera: &SelectedCamera, changes: &CameraChanges) -> String {
@@ -352,5 +357,20 @@ mod tests {
                 && shadow_catchers(&scene, Some(VariantIndex(0))).is_empty()
         );
         assert_eq!(shadow_catchers(&scene, Some(VariantIndex(1))), [[1, 0]]);
+    }
+
+    #[test]
+    fn measured_selections_differ_in_their_variants() {
+        let selection = |variant| Selection {
+            roots: Vec::new(),
+            clips: Vec::new(),
+            camera: SelectedCamera::Auto,
+            camera_changes: CameraChanges::default(),
+            image_light: None,
+            variant,
+        };
+        let [own, first, second] = [None, Some(VariantIndex(0)), Some(VariantIndex(1))]
+            .map(|variant| selection_key(&selection(variant)));
+        assert!(own != first && first != second, "{own} {first} {second}");
     }
 }

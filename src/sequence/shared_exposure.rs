@@ -6,7 +6,7 @@ use crate::scene::Selection;
 
 /// Selections whose light decides one automatic exposure, and that exposure once it is found.
 ///
-/// The clips and cameras of a scene share one, so that their images compare.
+/// The clips, cameras and variants of a scene share one, so that their images compare.
 #[derive(Debug)]
 pub struct SharedExposure {
     /// The measured selections, with their cameras.

@@ -22,7 +22,7 @@ use super::types::{
     ExrEncoding, Factor, FieldOfView, Flag, FocalLength, FocusType, Frames, GroundType, LookAtType,
     MemorySize, NameOrIndexType, Names, OneOf, OrbitType, Point, PositiveNumber, Rate, ReferenceBudget,
     RefitType, Resolution, SampleRangeType, Scale, Share, ShutterFrames, Simd, SplitType, SunAngle, TimeSpan,
-    Whole,
+    VariantType, Whole,
 };
 
 /// One setting.
@@ -47,8 +47,8 @@ settings! {
 
     /// Output name: shot.####.exr, shot.png, shot.mp4
     /// . ####, %04d or {frame:04} is the frame number, .exr or .png the format. A still has no number. .apng, .webp, .gif,
-    /// and with ffmpeg .mp4, .mov, .webm and .mkv are one movie of all frames. {scene}, {shot}, {clip} and {camera} are
-    /// their names, here and in names of movies, contact sheets, statistics and manifests
+    /// and with ffmpeg .mp4, .mov, .webm and .mkv are one movie of all frames. {scene}, {shot}, {clip}, {camera} and {variant}
+    /// are their names, here and in names of movies, contact sheets, statistics and manifests
     output: Pattern, Output {
         value_name: "PATTERN", short: Some('o'), hidden_aliases: &["outfile", "out"], is_common: true, is_for_runs: true,
         default_help: "<scene>.####.exr",
@@ -75,7 +75,7 @@ settings! {
     /// : .apng and .webp (exact), .gif, or .mp4, .mov, .webm, .mkv with ffmpeg
     movie: NamedFile, Output { value_name: "FILE", is_common: true, is_for_runs: true }
     /// A PNG image with small versions of all frames and their numbers
-    /// ; of several scenes, clips or cameras with one frame and the names of each
+    /// ; of several scenes, clips, cameras or variants with one frame and the names of each
     contact_sheet: NamedFile, Output { value_name: "FILE.png", is_for_runs: true }
     /// Show finished frames on the terminal
     /// : as images (kitty, Ghostty, WezTerm, iTerm2), else as coloured blocks
@@ -251,8 +251,9 @@ settings! {
     scene_choice: NameOrIndexType, Scene {
         value_name: "NAME|#I", option: Some("scene"), default_help: "the default of the file",
     }
-    /// Material variant: a name or '#0' for the first
-    variant: NameOrIndexType, Scene { value_name: "NAME|#I", default_help: "none" }
+    /// Material variant: a name, '#0' for the first, or each
+    /// . each renders a sequence of every variant, all with one automatic exposure and camera
+    variant: VariantType, Scene { value_name: "VARIANT", default_help: "none" }
     /// Factor of all lights of the file
     light_scale: Factor = 1.0, Scene { value_name: "X" }
     /// Radius of point and spot lights in metres, for soft shadows

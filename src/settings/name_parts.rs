@@ -14,14 +14,14 @@ pub(super) enum Part {
     Frame { width: usize },
     /// Name of the AOV.
     Layer,
-    /// Name of the scene, the shot file, the clip or the camera, until [`OutputPattern::with_names`] replaces it.
+    /// Name of the scene, the shot file, the clip, the camera or the variant, until [`OutputPattern::with_names`] replaces it.
     Name(Placeholder),
 }
 
 /// Placeholder of the name of an AOV.
 const LAYER_PLACE: &[u8] = b"{layer}";
 /// Placeholders, for messages.
-const KNOWN: &str = "{frame}, {layer}, {scene}, {shot}, {clip}, {camera}";
+const KNOWN: &str = "{frame}, {layer}, {scene}, {shot}, {clip}, {camera}, {variant}";
 
 /// The parts of a name with placeholders.
 ///

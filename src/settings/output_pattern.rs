@@ -338,7 +338,7 @@ mod tests {
 
     #[test]
     fn names_replace_their_placeholders_literally() {
-        let names = OutputNames::new(Path::new("50%#1.glb"), None, "a|{camera}", "####");
+        let names = OutputNames::new(Path::new("50%#1.glb"), None, "a|{camera}", "####", "x");
         let pattern = OutputPattern::parse(OsStr::new("{scene}/%{clip}.{clip}{camera}.##.exr")).unwrap();
         let filled = pattern.with_names(&names, &Placeholder::ALL);
         assert_eq!(filled.path(3), Path::new("50%#1/{clip}.a_{camera}####.03.exr"));

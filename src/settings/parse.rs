@@ -6,7 +6,7 @@ use crate::render::{Aperture, EnvSamples, SampleRange};
 
 use super::choices::FocusRequest;
 use super::exposure::Exposure;
-use crate::scene::{CameraRequest, ClipSelection, NameOrIndex};
+use crate::scene::{CameraRequest, ClipSelection, NameOrIndex, VariantRequest};
 
 /// `1280x720`, or the name of a common size.
 pub fn resolution(text: &str) -> Result<(u32, u32), String> {
@@ -260,12 +260,20 @@ pub fn focus(text: &str) -> Result<FocusRequest, String> {
     }
 }
 
-/// `auto`, `#2` or a name.
+/// `auto`, `each`, `#2` or a name.
 pub fn camera(text: &str) -> CameraRequest {
     match text {
         "auto" => CameraRequest::Auto,
         "each" => CameraRequest::Each,
         _ => CameraRequest::Camera(NameOrIndex::parse(text)),
+    }
+}
+
+/// `each`, `#2` or a name.
+pub fn variant(text: &str) -> VariantRequest {
+    match text {
+        "each" => VariantRequest::Each,
+        _ => VariantRequest::Variant(NameOrIndex::parse(text)),
     }
 }
 
@@ -332,6 +340,8 @@ mod tests {
         assert_eq!(NameOrIndex::parse("#2"), NameOrIndex::Index(2));
         assert_eq!(NameOrIndex::parse("#x"), NameOrIndex::Name("#x".to_owned()));
         assert_eq!(camera("auto"), CameraRequest::Auto);
+        assert_eq!(variant("each"), VariantRequest::Each);
+        assert_eq!(variant("#0"), VariantRequest::Variant(NameOrIndex::Index(0)));
         assert_eq!(clips("Walk"), ClipSelection::One(NameOrIndex::Name("Walk".to_owned())));
     }
 }

@@ -1,4 +1,4 @@
-//! Placeholders of output names for the scene, the shot file, the clip and the camera.
+//! Placeholders of output names for the scene, the shot file, the clip, the camera and the variant.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -14,11 +14,13 @@ pub enum Placeholder {
     Clip,
     /// Name of the camera.
     Camera,
+    /// Name of the material variant.
+    Variant,
 }
 
 impl Placeholder {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Scene, Self::Shot, Self::Clip, Self::Camera];
+    pub const ALL: [Self; 5] = [Self::Scene, Self::Shot, Self::Clip, Self::Camera, Self::Variant];
 
     /// The word in its braces, which is also its key in reports.
     pub fn key(self) -> &'static str {
@@ -32,6 +34,7 @@ impl Placeholder {
             Self::Shot => "{shot}",
             Self::Clip => "{clip}",
             Self::Camera => "{camera}",
+            Self::Variant => "{variant}",
         }
     }
 
@@ -72,7 +75,7 @@ pub(super) fn check_placeholders(path: &Path) -> Result<(), String> {
     let begins = |at: &usize| *at == 0 || bytes[at - 1] != b'%';
     let mut words = (0..bytes.len()).filter(begins).filter_map(|at| word_in_braces(&bytes[at..]));
     match words.find(|word| Placeholder::ALL.iter().all(|known| known.text() != *word)) {
-        Some(word) => Err(unknown_placeholder(word, "{scene}, {shot}, {clip}, {camera}")),
+        Some(word) => Err(unknown_placeholder(word, "{scene}, {shot}, {clip}, {camera}, {variant}")),
         None => Ok(()),
     }
 }
@@ -84,17 +87,19 @@ pub struct OutputNames {
     shot: OsString,
     clip: OsString,
     camera: OsString,
+    variant: OsString,
 }
 
 impl OutputNames {
     /// Makes the names safe with [`file_name_part`]. Scene and shot are files.
-    pub fn new(scene: &Path, shot: Option<&Path>, clip: &str, camera: &str) -> Self {
+    pub fn new(scene: &Path, shot: Option<&Path>, clip: &str, camera: &str, variant: &str) -> Self {
         let stem = |path: &Path| file_name_part(path.file_stem().unwrap_or(OsStr::new("scene")));
         Self {
             scene: stem(scene),
             shot: stem(shot.unwrap_or(scene)),
             clip: file_name_part(OsStr::new(clip)),
             camera: file_name_part(OsStr::new(camera)),
+            variant: file_name_part(OsStr::new(variant)),
         }
     }
 
@@ -105,6 +110,7 @@ impl OutputNames {
             Placeholder::Shot => &self.shot,
             Placeholder::Clip => &self.clip,
             Placeholder::Camera => &self.camera,
+            Placeholder::Variant => &self.variant,
         }
     }
 
@@ -221,16 +227,17 @@ mod tests {
     #[test]
     fn names_need_not_be_unicode() {
         use std::os::unix::ffi::OsStrExt as _;
-        let names = OutputNames::new(Path::new(OsStr::from_bytes(b"a/\xff.glb")), None, "x", "y");
+        let names = OutputNames::new(Path::new(OsStr::from_bytes(b"a/\xff.glb")), None, "x", "y", "z");
         assert_eq!(names.fill(Path::new("{scene}.json")).as_os_str().as_bytes(), b"\xff.json");
     }
 
     #[test]
     fn placeholders_of_file_names_are_replaced() {
-        let names =
-            OutputNames::new(Path::new("in/robot.v2.glb"), Some(Path::new("s/010.toml")), "a/b", "auto");
+        let shot = Some(Path::new("s/010.toml"));
+        let names = OutputNames::new(Path::new("in/robot.v2.glb"), shot, "a/b", "auto", "red|matte");
         let fill = |path: &str| names.fill(Path::new(path)).into_os_string().into_string().unwrap();
         assert_eq!(fill("out/{scene}/{shot}.{clip}.{camera}.mp4"), "out/robot.v2/010.a_b.auto.mp4");
+        assert_eq!(fill("{variant}/%{variant}.png"), "red_matte/{variant}.png");
         assert_eq!(fill("%{scene}%{x}%{y.png"), "{scene}{x}%{y.png");
         let folder = escaped_folder(Path::new("a {clip}/%b/{x}"));
         assert_eq!(names.fill(&folder.join("{clip}.gif")), Path::new("a {clip}/%b/{x}/a_b.gif"));
@@ -242,12 +249,15 @@ mod tests {
 
     #[test]
     fn keys_are_the_words_in_braces() {
-        assert_eq!(Placeholder::ALL.map(Placeholder::key), ["scene", "shot", "clip", "camera"]);
+        let keys = Placeholder::ALL.map(Placeholder::key);
+        assert_eq!(keys, ["scene", "shot", "clip", "camera", "variant"]);
     }
 
     #[test]
     fn words_in_braces_are_placeholders() {
-        for text in ["{scene}.gif", "%{name}.gif", "{a b}.gif", "{}.gif", "{x", "{0}.gif", "a}"] {
+        for text in
+            ["{scene}.gif", "{variant}.gif", "%{name}.gif", "{a b}.gif", "{}.gif", "{x", "{0}.gif", "a}"]
+        {
             assert_eq!(check_placeholders(Path::new(text)), Ok(()), "{text}");
         }
         for text in ["{name}.gif", "a/{scene}.{X}.gif", "{frame}.gif"] {

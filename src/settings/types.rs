@@ -11,7 +11,7 @@ use crate::film::PixelWindow;
 use crate::image_file::ExrCompression;
 use crate::output::{AovSet, LightSamples};
 use crate::render::{Aperture, EnvSamples, SampleRange};
-use crate::scene::{CameraRequest, ClipSelection, NameOrIndex, Orbit};
+use crate::scene::{CameraRequest, ClipSelection, NameOrIndex, Orbit, VariantRequest};
 
 use super::choices::{FocusRequest, GroundKind, LookAt};
 use super::exposure::Exposure;
@@ -146,6 +146,11 @@ setting_types! {
         CameraRequest::Auto => "auto".to_owned(),
         CameraRequest::Each => "each".to_owned(),
         CameraRequest::Camera(camera) => name_or_index(camera),
+    };
+    /// Material variant.
+    VariantType: VariantRequest, ValueForm::TEXT, |text| Ok(parse::variant(text)), |variant| match variant {
+        VariantRequest::Each => "each".to_owned(),
+        VariantRequest::Variant(variant) => name_or_index(variant),
     };
     /// Animation clips.
     Clips: ClipSelection, ValueForm::TEXT.or_list(","), |text| Ok(parse::clips(text)), |clips| match clips {

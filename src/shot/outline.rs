@@ -10,7 +10,7 @@ use crate::gltf::ImageLoading;
 use crate::render::RenderSettings;
 use crate::scene::{
     CameraRequest, ClipSelection, NamedSelection, Scene, SelectedCamera, Selection, SelectionRequest,
-    ViewRequest,
+    VariantRequest, ViewRequest,
 };
 use crate::sequence::{FrameSpec, OutputPattern, duration_seconds};
 use crate::settings::{BackgroundSource, OutputNames, Placeholder, SettingValues};
@@ -23,10 +23,10 @@ use super::sequence_names::SequenceNames;
 use super::shot_settings::{ShotSettings, refusal};
 use super::view::{ambiguous_nodes, last_frame, resolve_frames, view_request};
 
-/// The sequences of a shot: one, or one for each clip and each camera.
+/// The sequences of a shot: one, or one for each clip, camera and variant.
 #[derive(Clone, Debug)]
 pub struct ShotOutline {
-    /// The sequences, cameras within clips.
+    /// The sequences: cameras within clips, variants within cameras.
     pub sequences: Vec<SequenceOutline>,
     /// Notes about clips that are left out.
     pub choices: Vec<Warning>,
@@ -35,10 +35,10 @@ pub struct ShotOutline {
     pub inputs: Vec<PathBuf>,
 }
 
-/// One sequence: a clip seen by a camera, its frames and the names of its files.
+/// One sequence: a clip in a variant seen by a camera, its frames and the names of its files.
 #[derive(Clone, Debug)]
 pub struct SequenceOutline {
-    /// Its clips and its camera, before the view changes that.
+    /// Its clips, its variant and its camera, before the view changes that.
     pub selection: Selection,
     /// The requested view.
     pub view: ViewRequest,
@@ -79,6 +79,13 @@ impl SequenceOutline {
     /// `clip "walk", camera "left"`, as far as the settings ask for each; empty otherwise.
     pub fn label(&self) -> String {
         self.names.labels().collect::<Vec<_>>().join(", ")
+    }
+
+    /// The selection that cameras and the ground are fitted to: with the primitives' own materials where each variant has a
+    /// sequence, so that all variants are framed alike.
+    pub(super) fn framed_selection(&self) -> Selection {
+        let variant = self.selection.variant.filter(|_| self.names.variant.is_none());
+        Selection { variant, ..self.selection.clone() }
     }
 }
 
@@ -140,10 +147,10 @@ fn sequence_outline(
             "lists the files of frames, and a movie is one file; leave it out, or name frames with `output`";
         return Err(Error::setting("manifest", why));
     }
-    let NamedSelection { selection, clip, camera } = named;
+    let NamedSelection { selection, clip, camera, variant } = named;
     // A view that does not keep the camera of the file has no name.
     let camera = if view.replaces_camera() { "auto".to_owned() } else { camera };
-    let output_names = OutputNames::new(&shot.scene, shot.shot_file.as_deref(), &clip, &camera);
+    let output_names = OutputNames::new(&shot.scene, shot.shot_file.as_deref(), &clip, &camera, &variant);
     let fill = |path: &Option<PathBuf>| path.as_ref().map(|path| output_names.fill(path));
     Ok(SequenceOutline {
         view: view.clone(),
@@ -152,6 +159,7 @@ fn sequence_outline(
         names: SequenceNames {
             clip: (args.animation == ClipSelection::Each).then_some(clip),
             camera: (args.camera == Some(CameraRequest::Each)).then_some(camera),
+            variant: (args.variant == Some(VariantRequest::Each)).then_some(variant),
         },
         pattern: pattern.clone(),
         output: pattern.with_names(&output_names, &Placeholder::ALL),
@@ -164,8 +172,8 @@ fn sequence_outline(
     })
 }
 
-/// The output setting, or `<scene>.####.exr` with the names of each clip and each camera; without a number if all sequences are
-/// stills.
+/// The output setting, or `<scene>.####.exr` with the names of each clip, camera and variant; without a number if all sequences
+/// are stills.
 fn output_pattern(
     shot: &ShotSettings,
     scene: &Scene,
@@ -183,6 +191,9 @@ fn output_pattern(
     let has_cameras = selections.iter().any(|named| named.camera != "auto");
     if request.camera == Some(CameraRequest::Each) && has_cameras {
         names.push(Placeholder::Camera);
+    }
+    if request.variant == Some(VariantRequest::Each) && !scene.variants.is_empty() {
+        names.push(Placeholder::Variant);
     }
     let mut numbered = false;
     for NamedSelection { selection, .. } in selections {

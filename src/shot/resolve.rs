@@ -13,8 +13,8 @@ use crate::gltf::{self, ImageLoading};
 use crate::output::{Aov, AovSet, matte_collisions};
 use crate::render::{PathFrame, RenderSettings};
 use crate::scene::{
-    CameraRequest, ClipSelection, Environment, Ground, NameOrIndex, Scene, Selection, mark_shadow_catchers,
-    mark_shadow_catching_node,
+    CameraRequest, ClipSelection, Environment, Ground, NameOrIndex, Scene, Selection, VariantRequest,
+    ViewRequest, mark_shadow_catchers, mark_shadow_catching_node,
 };
 use crate::sequence::{
     ExistingFiles, FirstPose, PixelMemory, Plan, Plates, SequenceJob, SequenceOutputs, SharedExposure,
@@ -35,7 +35,7 @@ use super::shot_settings::ShotSettings;
 pub struct RenderJob {
     /// The job.
     pub sequence: SequenceJob,
-    /// Its clip, its camera and the names of its files.
+    /// Its clip, its camera, its variant and the names of its files.
     pub outline: SequenceOutline,
     /// Notes about settings without effect and clips that are left out. `strict` ignores them.
     pub choices: Vec<Warning>,
@@ -58,7 +58,7 @@ pub fn resolve(shot: &ShotSettings, images: ImageLoading) -> Result<RenderJob> {
     resolve_scene(shot, Arc::new(load_scene(shot, images)?))
 }
 
-/// The same with one job for each clip and each camera where the settings ask for each. Environment images that `environments`
+/// The same with one job for each clip, camera and variant where the settings ask for each. Environment images that `environments`
 /// holds are not loaded again.
 ///
 /// # Errors
@@ -162,14 +162,15 @@ pub(super) fn resolve_scene_with(
 
 /// Refuses settings that make several sequences.
 fn refuse_each(shot: &ShotSettings) -> Result<()> {
-    let SettingValues { animation, camera, .. } = &shot.values;
+    let SettingValues { animation, camera, variant, .. } = &shot.values;
     let refuse = |setting, what| {
         let why = format!("each makes several sequences, which only rayframe render takes; name one {what}");
         Err(shot.settings.error(setting, why))
     };
-    match (animation, camera) {
-        (ClipSelection::Each, _) => refuse("animation", "clip"),
-        (_, Some(CameraRequest::Each)) => refuse("camera", "camera"),
+    match (animation, camera, variant) {
+        (ClipSelection::Each, ..) => refuse("animation", "clip"),
+        (_, Some(CameraRequest::Each), _) => refuse("camera", "camera"),
+        (.., Some(VariantRequest::Each)) => refuse("variant", "variant"),
         _ => Ok(()),
     }
 }
@@ -212,16 +213,18 @@ fn resolve_sequences(
         let (width, height) = outline.render.resolution;
         let aspect_ratio = width as f32 / height as f32;
         check_framing_memory(&scene, &outline.selection, max_memory_bytes)?;
+        let framed = outline.framed_selection();
         let (ResolvedCamera { selection, rule }, posed) =
-            resolve_camera_with_pose(&scene, outline.selection.clone(), &outline.view, aspect_ratio);
+            resolve_camera_with_pose(&scene, framed.clone(), &outline.view, aspect_ratio);
+        let selection = Selection { variant: outline.selection.variant, ..selection };
         let mut sequence = sequence_job(shot, Arc::clone(&scene), &outline, selection, environment);
         // Only the first of several sequences is rendered soon, and a ground measures the scene again, which would
         // hold two poses in memory.
         let is_next = jobs.is_empty() && args.ground == GroundKind::None;
         if let Some(frame) = posed.filter(|_| is_next) {
-            sequence.first_pose = FirstPose::new(frame, &scene, outline.selection.clone());
+            sequence.first_pose = FirstPose::new(frame, &scene, framed.clone());
         }
-        sequence.render.ground = ground(args, &scene, &outline);
+        sequence.render.ground = ground(args, &scene, &framed, &outline.view);
         sequence.denoiser.clone_from(&denoiser);
         sequence.plates = plates(args, &outline.frames, max_memory_bytes)?;
         let mut choices = choices.clone();
@@ -329,11 +332,10 @@ fn plates(args: &SettingValues, frames: &[i64], max_memory_bytes: u64) -> Result
     }
 }
 
-fn ground(args: &SettingValues, scene: &Scene, outline: &SequenceOutline) -> Option<Ground> {
-    let SequenceOutline { selection, view, .. } = outline;
+fn ground(args: &SettingValues, scene: &Scene, framed: &Selection, view: &ViewRequest) -> Option<Ground> {
     match args.ground {
         GroundKind::None => None,
-        kind => ground_below(scene, selection, view, kind == GroundKind::Reflection),
+        kind => ground_below(scene, framed, view, kind == GroundKind::Reflection),
     }
 }
 

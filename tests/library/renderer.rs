@@ -94,6 +94,8 @@ fn a_misspelled_setting_is_an_error_with_the_closest_name() {
 fn a_setting_that_the_scene_cannot_honour_is_an_error_of_the_render() {
     let error = small().set("camera", "no such camera").unwrap().frame(0).unwrap_err();
     assert!(error.to_string().contains("no such camera"), "{error}");
+    let error = small().set("variant", "each").unwrap().frame(0).unwrap_err();
+    assert!(error.to_string().contains("each makes several sequences"), "{error}");
     assert!(matches!(Renderer::open("no such file.glb"), Err(Error::Missing { .. })));
 }
 

@@ -176,6 +176,7 @@ fn what_cannot_be_divided_is_refused() {
         (&["--sample-ranges", "4", "-f", "3"], "--integrator path"),
         (&["-f", "0-3", "--stats", "s.json"], "one file of all frames"),
         (&["-f", "0-3", "--camera", "each"], "name one camera"),
+        (&["-f", "0-3", "--variant", "each"], "name one variant"),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let refused = farm(folder.path(), "slurm", options);

@@ -1,4 +1,6 @@
-//! Several scenes, clips and cameras in one run: names of files, collisions, failures, one exposure, and contact sheets.
+//! Several scenes, clips, cameras and variants in one run: names of files, collisions, failures, one exposure, and contact sheets.
+
+mod variants;
 
 use std::path::Path;
 use std::process::{Command, Output};

@@ -1,4 +1,4 @@
-//! Contact sheets of several sequences: one frame of each, with the names of scene, clip and camera.
+//! Contact sheets of several sequences: one frame of each, with the names of scene, clip, camera and variant.
 
 use std::path::PathBuf;
 
@@ -116,7 +116,7 @@ impl CommonSheets {
         if Placeholder::ALL.into_iter().any(|placeholder| placeholder.is_in(name)) {
             return;
         }
-        let names = OutputNames::new(&shot.scene, shot.shot_file.as_deref(), "", "");
+        let names = OutputNames::new(&shot.scene, shot.shot_file.as_deref(), "", "", "");
         let label = names.of(Placeholder::Shot).display().to_string();
         let path = names.fill(name);
         self.add_tile(path, LabelledTile::new(label, None));

@@ -168,7 +168,7 @@ fn collision(first: &Owner, second: &Owner, files: [&Path; 2], pattern: &Path) -
     let file = files[1].display();
     let name = |owner: &Owner, placeholder| owner.names.of(placeholder).to_string_lossy().to_lowercase();
     let differs = |placeholder: &Placeholder| name(first, *placeholder) != name(second, *placeholder);
-    // Clips and cameras of two scenes may have any names.
+    // Clips, cameras and variants of two scenes may have any names.
     let telling = if first.scene == second.scene {
         &Placeholder::ALL[..]
     } else {

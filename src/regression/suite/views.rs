@@ -6,7 +6,9 @@ use super::SuiteShot;
 use super::coverage::{Coverage, Covered};
 use crate::error::Result;
 use crate::framing::{NamedView, is_interior};
-use crate::scene::{AnimationIndex, CameraRequest, ClipSelection, NameOrIndex, Scene, make_unique_for_files};
+use crate::scene::{
+    AnimationIndex, CameraRequest, ClipSelection, NameOrIndex, Scene, VariantRequest, make_unique_for_files,
+};
 use crate::settings::{
     BackgroundSource, DEFINITIONS, FrameSpec, Named as _, NamedFrame, Settings, file_name_part,
 };
@@ -110,7 +112,7 @@ fn combinations(coverage: &Coverage, scene: &Scene) -> Vec<View> {
         settings.animation = Some(ClipSelection::One(clip).into());
     });
     crossed(with_clips, &chosen(&coverage.variants, variants), |settings, variant| {
-        settings.variant = Some(variant.into());
+        settings.variant = Some(VariantRequest::Variant(variant).into());
     })
 }
 
@@ -169,7 +171,7 @@ impl From<DefaultView<NameOrIndex>> for View {
         let frames = if clip.is_some() { &FRAMES_OF_CLIP[..] } else { &[NamedFrame::First] };
         Self::whole(Some(frames)).and(&name, |settings| {
             settings.animation = Some(clip.map_or(ClipSelection::None, ClipSelection::One).into());
-            settings.variant = variant.map(Into::into);
+            settings.variant = variant.map(|variant| VariantRequest::Variant(variant).into());
             match camera {
                 DefaultCamera::OfFile(camera) => {
                     settings.camera = Some(CameraRequest::Camera(camera).into());

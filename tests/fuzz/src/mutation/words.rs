@@ -26,9 +26,9 @@ pub(crate) const WORDS: [&str; 136] = [
 
 /// Values of shot files, suite files and definitions, beside the names of the settings.
 #[rustfmt::skip]
-pub(crate) const SETTING_WORDS: [&str; 44] = [
+pub(crate) const SETTING_WORDS: [&str; 45] = [
     "[test]", "[shot]", "[[shot]]", "[limits]", "references", "report", "scenes", "preset", "max_reference_kib", "exclude", "cache",
-    "####", "%04d", "{frame:04}", "{scene}", "{clip}", "{camera}", "{layer}", "{shot}", ".exr", ".png", ".mp4", "auto", "all", "none",
+    "####", "%04d", "{frame:04}", "{scene}", "{clip}", "{camera}", "{variant}", "{layer}", "{shot}", ".exr", ".png", ".mp4", "auto", "all", "none",
     "each", "#0", "1-10x2", "10-1:-1", "-3--2", "every", "180deg", "f/2.8", "24000/1001", "studio", "0.5,0.25,1", "path", "whitted",
     "half,zip", "64M", "50%", "1080p", "true", "plate:",
 ];

@@ -55,7 +55,7 @@ fn commands_of_the_cookbook_succeed() {
     let page = std::fs::read_to_string(format!("{ROOT}/docs/cookbook.md")).unwrap();
     let commands: Vec<&str> =
         page.split("\n```sh\n").skip(1).filter_map(|rest| Some(rest.split_once("\n```")?.0)).collect();
-    assert_eq!(commands.len(), 20);
+    assert_eq!(commands.len(), 21);
     let folder = tempfile::tempdir().unwrap();
     symlink(format!("{ROOT}/scenes"), folder.path().join("scenes")).unwrap();
     symlink(env!("CARGO_BIN_EXE_rayframe"), folder.path().join("rayframe")).unwrap();

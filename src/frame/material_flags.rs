@@ -9,23 +9,13 @@ use crate::scene::{AlphaMode, Material};
 /// through or only catches shadows.
 pub(super) fn material_flags(material: &Material) -> TriangleFlags {
     let mut flags = TriangleFlags::default();
-    if !material.double_sided && !is_volume(material) {
+    if !material.double_sided && !material.is_volume() {
         flags = flags.with(TriangleFlags::SINGLE_SIDED);
     }
-    if material.alpha_mode != AlphaMode::Opaque || transmits(material) || material.is_shadow_catcher {
+    if material.alpha_mode != AlphaMode::Opaque || material.transmits() || material.is_shadow_catcher {
         flags = flags.with(TriangleFlags::FILTERED);
     }
     flags
-}
-
-/// Whether the material transmits light.
-pub(crate) fn transmits(material: &Material) -> bool {
-    material.transmission.is_some_and(|transmission| transmission.factor > 0.0) && !material.unlit
-}
-
-/// Whether the material bounds a closed volume that light enters and leaves.
-pub(crate) fn is_volume(material: &Material) -> bool {
-    material.volume.is_some_and(|volume| volume.thickness > 0.0) && transmits(material)
 }
 
 #[cfg(test)]

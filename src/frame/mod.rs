@@ -20,7 +20,6 @@ mod unmoved;
 
 pub use content::{PosedContent, PosedMesh};
 pub use deform::PosedVertex;
-pub(crate) use material_flags::{is_volume, transmits};
 pub use mesh_instance::MeshInstance;
 pub use posed_nodes::{PosedCamera, PosedLight};
 pub use surfaces::Frame;

@@ -16,12 +16,19 @@ use crate::error::Result;
 /// Extensions that replace data. Without support for them only a fallback in the file can be read.
 const REPLACES_DATA: [&str; 2] = ["EXT_texture_avif", "MSFT_texture_dds"];
 
-/// Extensions that no image shows, though files may require them: polygons, features, metadata.
-const NO_EFFECT: [&str; 6] = [
+/// Extensions that no image shows, though files may require them: polygons, features, metadata, sound, behaviour.
+const NO_EFFECT: [&str; 13] = [
     "EXT_instance_features",
     "EXT_mesh_features",
+    "EXT_mesh_manifold",
     "EXT_structural_metadata",
     "FB_ngon_encoding",
+    "KHR_audio_emitter",
+    "KHR_audio_graph",
+    "KHR_interactivity",
+    "KHR_node_hoverability",
+    "KHR_node_selectability",
+    "KHR_physics_rigid_bodies",
     "KHR_xmp",
     "KHR_xmp_json_ld",
 ];

@@ -150,7 +150,15 @@ pub(super) fn mismatch(
     if quantized && quantization_declared {
         return None;
     }
-    let hint = if quantized { format!(" unless the file declares {QUANTIZATION}") } else { String::new() };
+    let is_not_normalized =
+        shape_fits && !format.normalized && allowed.core.contains(&(format.component, true));
+    let hint = if quantized {
+        format!(" unless the file declares {QUANTIZATION}")
+    } else if is_not_normalized {
+        " unless its accessor is \"normalized\"".to_owned()
+    } else {
+        String::new()
+    };
     Some(format!("{} cannot be {}{hint}", allowed.what, format_name(format)))
 }
 

@@ -7,6 +7,7 @@ use gltf::json::validation::Checked;
 
 use super::accessor::Data;
 use super::context::Context;
+use super::flat_volume;
 use super::primitive::{import_primitive, unsupported_topology};
 use super::raw::{ANY, Raw, check_range};
 use super::tangents::vertex_bytes;
@@ -78,6 +79,7 @@ fn import_mesh(
         Some(weights) => check_weights(context, weights, target_count, &primitives, &pointer)?,
         None => vec![0.0; target_count],
     };
+    flat_volume::check(context, materials, &primitives, &pointer);
     Ok(Mesh { name: mesh.name.clone(), primitives, weights })
 }
 

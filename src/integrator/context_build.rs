@@ -19,7 +19,7 @@ use super::walls::is_wall;
 use super::zsobol::ZSobol;
 use crate::bvh::{Hit, TraversalCounters};
 use crate::color::luminance;
-use crate::frame::{Frame, transmits};
+use crate::frame::Frame;
 use crate::geometry::{Ray, spiral_direction};
 use crate::interaction::is_constant;
 use crate::scene::{AlphaMode, Environment, Material};
@@ -56,7 +56,8 @@ impl<'a> IntegratorContext<'a> {
         let traces_environment = !is_path && occluded_share > 0.0;
         let follows_rough_lobes = !is_path
             && (follows_rough_reflection(view, &settings)
-                || follows_frosted_glass(view, &settings) && view.frame.materials.iter().any(transmits));
+                || follows_frosted_glass(view, &settings)
+                    && view.frame.materials.iter().any(Material::transmits));
         // Shadow rays find the rest of the light of the environment on the ground.
         let on_ground =
             settings.ground.map_or(0.0, |ground| luminance(view.environment.irradiance(ground.up)));
@@ -185,5 +186,5 @@ fn sample_points(frame: &Frame, settings: &IntegratorSettings) -> ZSobol {
 
 /// Whether light that passes surfaces of a material may be dimmed.
 fn may_dim_light(material: &Material) -> bool {
-    material.alpha_mode == AlphaMode::Blend || transmits(material)
+    material.alpha_mode == AlphaMode::Blend || material.transmits()
 }

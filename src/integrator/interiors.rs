@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::media::{Medium, VolumeId};
 use crate::bvh::{Hit, HitOrder, TraversalCounters};
-use crate::frame::{Frame, MeshInstance, is_volume};
+use crate::frame::{Frame, MeshInstance};
 use crate::geometry::{Aabb, Facing, Ray};
 use crate::interaction::alpha_at;
 use crate::scene::Material;
@@ -25,7 +25,7 @@ impl Interiors {
     /// The media of `materials`.
     pub(super) fn of(materials: &[Material]) -> Self {
         let interior = |material: &Material| {
-            let volume = material.volume.filter(|_| is_volume(material))?;
+            let volume = material.volume.filter(|_| material.is_volume())?;
             let distance = volume.attenuation_distance;
             let extinction = volume.attenuation_color.map(|color| extinction(color, distance));
             // (n − 1) / V, halved, with dispersion = 20 / V. No channel's index falls below 1.

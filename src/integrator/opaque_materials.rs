@@ -1,7 +1,6 @@
 //! Materials without the lobes of extensions, and their albedos.
 
 use crate::bsdf::{AlbedoTable, LARGEST_SCALED_IOR};
-use crate::frame::transmits;
 use crate::scene::Material;
 
 /// Tables of albedos of opaque materials, seen through vacuum: one for each index of refraction.
@@ -38,5 +37,5 @@ pub(super) fn is_opaque(material: &Material) -> bool {
     // Blocks know the exact curve alone.
     let has_exact_curve =
         material.ior > 0.0 && (material.specular.is_none() || material.ior <= LARGEST_SCALED_IOR);
-    is_unlayered && !material.unlit && !transmits(material) && has_exact_curve
+    is_unlayered && !material.unlit && !material.transmits() && has_exact_curve
 }

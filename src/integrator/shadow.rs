@@ -11,7 +11,6 @@ use super::transparent_hits::TransparentHits;
 use super::{GlassShadows, IntegratorContext, MediaStack, Medium};
 use crate::bsdf::{Bsdf, Coat};
 use crate::bvh::{Hit, HitOrder, TraversalCounters};
-use crate::frame::{is_volume, transmits};
 use crate::geometry::{Facing, Ray};
 use crate::interaction::{
     MaterialSample, SurfacePoint, TextureProbes, alpha_at, catches_shadows, material_values, transmits_at,
@@ -34,7 +33,7 @@ impl GlassPassage {
     fn passes(self, context: &IntegratorContext<'_>, material: &Material) -> bool {
         match self {
             Self::Straight => context.settings.glass_shadows == GlassShadows::Straight,
-            Self::ThinWalls => !is_volume(material),
+            Self::ThinWalls => !material.is_volume(),
         }
     }
 
@@ -245,7 +244,7 @@ fn occlusion(context: &IntegratorContext<'_>, hit: &Hit, passage: GlassPassage) 
     let instance = context.view.frame.instance(hit.triangle);
     let material = &context.view.frame.materials[instance.material.index()];
     let clear_glass =
-        transmits(material) && passage.passes(context, material) && transmits_at(context.view, hit);
+        material.transmits() && passage.passes(context, material) && transmits_at(context.view, hit);
     if alpha < 1.0 || clear_glass { Occlusion::Transparent } else { Occlusion::Opaque }
 }
 
@@ -323,7 +322,7 @@ fn through_surface(
     let alpha = alpha_at(context.view, hit);
     let frame = context.view.frame;
     let material = &frame.materials[frame.instance(hit.triangle).material.index()];
-    let (glass, tint) = if transmits(material) && passage.passes(context, material) {
+    let (glass, tint) = if material.transmits() && passage.passes(context, material) {
         glass_transmittance(context, (ray, passage), hit, cache)
     } else {
         (Vec3::ZERO, Vec3::ONE)

@@ -8,7 +8,7 @@ use super::surface::corner_indices;
 use super::texture_lookup::{self, Lookups, TextureProbes};
 use super::{ClearCoatSample, MaterialSample, RayDifferential, SurfacePoint, material_extensions};
 use crate::bvh::Hit;
-use crate::frame::{MeshInstance, is_volume, transmits};
+use crate::frame::MeshInstance;
 use crate::geometry::Ray;
 use crate::scene::{AlphaMode, Encoding, Material, TextureRef};
 use crate::scene_view::SceneView;
@@ -89,8 +89,8 @@ pub(super) fn material_at(textures: &Lookups<'_, '_>, point: &SurfacePoint<'_>) 
         },
         unlit: material.unlit,
         ior: material.ior,
-        transmission: if transmits(material) { transmission } else { 0.0 },
-        thin: !is_volume(material),
+        transmission: if material.transmits() { transmission } else { 0.0 },
+        thin: !material.is_volume(),
         ..MaterialSample::default()
     };
     if !material.unlit {
@@ -224,7 +224,7 @@ pub(crate) fn transmits_at(view: SceneView<'_>, hit: &Hit) -> bool {
     let material = &view.frame.materials[view.frame.instance(hit.triangle).material.index()];
     let texture = material.transmission.and_then(|transmission| transmission.texture);
     let texel = || texel_at_hit(view, hit, texture.as_ref(), Encoding::Linear);
-    transmits(material) && texel().x > 0.0
+    material.transmits() && texel().x > 0.0
 }
 
 /// The value of a texture at a hit, looked up in the full image; ones without a texture.

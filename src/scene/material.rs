@@ -172,6 +172,16 @@ impl Material {
         .flatten()
     }
 
+    /// Whether light passes through the surface.
+    pub fn transmits(&self) -> bool {
+        self.transmission.is_some_and(|transmission| transmission.factor > 0.0) && !self.unlit
+    }
+
+    /// Whether the surface bounds a closed volume that light enters and leaves.
+    pub fn is_volume(&self) -> bool {
+        self.volume.is_some_and(|volume| volume.thickness > 0.0) && self.transmits()
+    }
+
     /// Set of texture coordinates for the tangents of a mesh; `None` if nothing uses tangents.
     pub fn tangent_uv_set(&self) -> Option<u32> {
         let normal = self.normal_texture.map(|map| map.texture);

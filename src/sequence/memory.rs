@@ -15,7 +15,6 @@ use glam::Vec3;
 use crate::bvh::MAX_TRIANGLES;
 use crate::error::{Error, Result, over_limit};
 use crate::film::PixelWindow;
-use crate::frame::transmits;
 use crate::framing::kept_bytes;
 use crate::integrator::Integrator;
 use crate::integrator::path::most_photon_bytes;
@@ -96,7 +95,11 @@ fn frame_bytes(job: &SequenceJob, window: PixelWindow, has_next: bool) -> u128 {
 /// Bytes of the tiles that are traced at a time, of a scene with so many punctual lights.
 fn tile_bytes(job: &SequenceJob, window: PixelWindow, lights: u128) -> u128 {
     let tiles = tile_count(window).min(rayon::current_num_threads());
-    let bytes = if job.scene.materials.iter().any(transmits) { BYTES_A_BRANCHING_TILE } else { BYTES_A_TILE };
+    let bytes = if job.scene.materials.iter().any(Material::transmits) {
+        BYTES_A_BRANCHING_TILE
+    } else {
+        BYTES_A_TILE
+    };
     // Paths choose among lights.
     let shadow_bytes = match job.render.integrator {
         Integrator::Whitted => {

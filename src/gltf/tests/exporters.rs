@@ -118,7 +118,14 @@ fn with_extensions(extensions: &Value, required: &[&str]) -> Scene {
 #[test]
 fn extensions_that_no_image_shows_are_no_warnings() {
     // assimp and CAD converters write them.
-    let names = ["FB_ngon_encoding", "EXT_structural_metadata", "EXT_mesh_features", "KHR_xmp_json_ld"];
+    let names = [
+        "FB_ngon_encoding",
+        "EXT_structural_metadata",
+        "EXT_mesh_features",
+        "KHR_xmp_json_ld",
+        "KHR_interactivity",
+        "KHR_physics_rigid_bodies",
+    ];
     assert!(names.iter().all(|name| extension_support(name, true) == Ignored));
     let extensions = json!({"FB_ngon_encoding": {}, "EXT_structural_metadata": {"schema": {}}});
     assert_eq!(with_extensions(&extensions, &["FB_ngon_encoding"]).warnings, []);

@@ -330,3 +330,35 @@ fn colors_out_of_range_are_named() {
     let text = warnings[0].to_string();
     assert!(text.contains("COLOR_0") && text.contains("outside 0 to 1"), "{text}");
 }
+
+#[test]
+fn bytes_that_are_not_normalized_are_told_what_they_lack() {
+    let mut document = Document::triangle();
+    let colors = document.accessor(5121, "VEC4", 3, &[255; 12]);
+    document.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(colors);
+    let error = document.error(65);
+    assert!(
+        error.contains("COLOR cannot be VEC4 of unsigned bytes unless its accessor is \"normalized\""),
+        "{error}"
+    );
+    document.json["accessors"][colors]["normalized"] = json!(true);
+    assert!(document.import().is_ok());
+}
+
+#[test]
+fn flat_meshes_of_absorbing_volumes_are_told() {
+    let with_volume = |volume: serde_json::Value| {
+        let mut document = Document::triangle();
+        let extensions =
+            json!({"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_volume": volume});
+        document.push("materials", json!({"extensions": extensions}));
+        document.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+        let scene = document.import().unwrap();
+        scene.warnings.iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    let tint = |thickness: f32| json!({"thicknessFactor": thickness, "attenuationDistance": 1, "attenuationColor": [0.9, 1, 1]});
+    let told = with_volume(tint(0.01));
+    assert!(told.len() == 1 && told[0].contains("/meshes/0: is flat and encloses no volume"), "{told:?}");
+    // A thin wall, and a volume that absorbs nothing
+    assert!(with_volume(tint(0.0)).is_empty() && with_volume(json!({"thicknessFactor": 0.01})).is_empty());
+}

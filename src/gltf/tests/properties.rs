@@ -63,7 +63,7 @@ fn animated_thickness_and_image_light_rotation_reach_the_frame() {
         "{:?}",
         scene.warnings
     );
-    let is_volume = |time| crate::frame::is_volume(&frame(&scene, time).materials[1]);
+    let is_volume = |time| frame(&scene, time).materials[1].is_volume();
     assert!(!is_volume(0.5) && is_volume(1.0));
     let pose = frame(&scene, 0.5).image_light.unwrap();
     assert_eq!(pose.intensity, 2.0);

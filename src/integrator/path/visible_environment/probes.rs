@@ -6,7 +6,6 @@ use rayon::prelude::*;
 use super::entry::Entry;
 use super::reached_points::{ReachedPoint, random_point};
 use crate::bvh::{Hit, TraversalCounters};
-use crate::frame::is_volume;
 use crate::geometry::Ray;
 use crate::integrator::walls::is_wall;
 use crate::scene::{EnvironmentSectors, SECTOR_COLUMNS, SECTOR_ROWS, SECTORS, interval, prefix_sums};
@@ -87,7 +86,7 @@ impl<'p, 'v> Probes<'p, 'v> {
 
     /// As for the shadow rays of paths to the environment, which pass thin walls of glass.
     fn hides(&self, hit: &Hit) -> bool {
-        is_wall(self.view, hit, |material| !is_volume(material))
+        is_wall(self.view, hit, |material| !material.is_volume())
     }
 
     /// The probabilities of the sectors from the points of a group; `None` if no light is found to arrive there.

@@ -9,7 +9,7 @@ mod pfm;
 use std::fs::File;
 use std::io::{self, Read as _, Seek as _};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
@@ -72,6 +72,7 @@ impl Denoiser {
         let never = CancelFlag::new();
         let said = match run(command, Some(VERSION_SECONDS), &never) {
             Ok(ended) => ended.said,
+            Err(Stopped::NoPlace(error)) => return Err(format!("cannot be used: {error}")),
             Err(Stopped::Failed(error)) if path.is_some() => {
                 return Err(format!("\"{}\" cannot be started: {error}", program.display()));
             }
@@ -137,14 +138,15 @@ impl Run<'_> {
         if inputs.len() > 1 {
             command.arg("--clean_aux");
         }
-        command.args(["-d", "cpu", "-q", "high", "-o"]).arg(&path);
+        let threads = rayon::current_num_threads().to_string();
+        command.args(["-d", "cpu", "-q", "high", "--threads", &threads, "-o"]).arg(&path);
         match run(command, None, self.cancel) {
-            Ok(ended) if ended.has_succeeded => Ok(path),
+            Ok(ended) if ended.status.success() => Ok(path),
             Ok(ended) => {
                 let line = ended.said.lines().find(|line| line.contains("rror"));
-                Err(self.failed(line.unwrap_or("it ended with an error")))
+                Err(self.failed(line.unwrap_or(&format!("it ended with {}", ended.status))))
             }
-            Err(Stopped::Failed(error)) => Err(self.failed(&error.to_string())),
+            Err(Stopped::Failed(error) | Stopped::NoPlace(error)) => Err(self.failed(&error.to_string())),
             Err(Stopped::TooLate | Stopped::Cancelled) => Err(Error::Interrupted(Cancelled)),
         }
     }
@@ -163,7 +165,7 @@ impl Run<'_> {
 
 /// An ended process.
 struct Ended {
-    has_succeeded: bool,
+    status: ExitStatus,
     /// Its standard output, then its standard error stream.
     said: String,
 }
@@ -171,6 +173,8 @@ struct Ended {
 /// Why a process has not ended by itself.
 enum Stopped {
     Failed(io::Error),
+    /// There is no place for its output.
+    NoPlace(io::Error),
     TooLate,
     Cancelled,
 }
@@ -182,8 +186,15 @@ fn run(
     limit_seconds: Option<u64>,
     cancel: &CancelFlag,
 ) -> std::result::Result<Ended, Stopped> {
-    let mut output = tempfile::tempfile().map_err(Stopped::Failed)?;
-    let mut errors = tempfile::tempfile().map_err(Stopped::Failed)?;
+    let temporary = || {
+        let without_place = |error| {
+            let folder = std::env::temp_dir();
+            let why = format!("no temporary file can be created in \"{}\": {error}", folder.display());
+            Stopped::NoPlace(io::Error::other(why))
+        };
+        tempfile::tempfile().map_err(without_place)
+    };
+    let (mut output, mut errors) = (temporary()?, temporary()?);
     let copy = |file: &File| file.try_clone().map_err(Stopped::Failed);
     command.stdin(Stdio::null()).stdout(copy(&output)?).stderr(copy(&errors)?);
     let started = Instant::now();
@@ -202,5 +213,5 @@ fn run(
             .map_err(Stopped::Failed)?;
         said.push_str(&String::from_utf8_lossy(&bytes));
     }
-    Ok(Ended { has_succeeded: status.success(), said })
+    Ok(Ended { status, said })
 }

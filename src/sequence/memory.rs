@@ -78,6 +78,7 @@ fn frame_bytes(job: &SequenceJob, window: PixelWindow, has_next: bool) -> u128 {
         exr: &job.exr,
         sums: PathFrame::sum_flags(job.render.integrator, &job.render.path, job.render.aovs),
         stores_sums: job.checkpoint || job.render.path.sample_range.is_some(),
+        is_denoised: job.denoiser.is_some(),
     };
     let motion = Motion {
         moves: !job.selection.clips.is_empty() && (job.frames.len() > 1 || job.shutter.time_samples > 1),

@@ -126,6 +126,7 @@ fn check_image(shot: &ShotSettings) -> Result<()> {
         exr: &exr,
         sums: PathFrame::sum_flags(values.integrator, &path, AovFlags { guides, ..aovs }),
         stores_sums: values.checkpoint || path.sample_range.is_some(),
+        is_denoised: values.denoise != DenoiserKind::None,
     };
     let check =
         |window| check_image_memory(&shot.scene, &PixelMemory { window, ..image }, max_memory_bytes(values));

@@ -78,6 +78,27 @@ fn files_hold_denoised_and_noisy_colours() {
 }
 
 #[test]
+fn the_denoiser_has_the_threads_of_the_render_and_needs_a_temporary_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let tells = COPIES.replace("while [ $#", "echo \"$@\" >> \"$(dirname \"$0\")/arguments\"\nwhile [ $#");
+    let place = program(folder.path(), &tells);
+    let options = ["--denoise", "oidn", "--oidn", &place, "--samples", "2", "-t", "1"];
+    let (code, said) = render(folder.path(), &options);
+    assert_eq!(code, Some(0), "{said}");
+    let arguments = std::fs::read_to_string(folder.path().join("arguments")).unwrap();
+    assert_eq!(arguments.matches("--threads 1 ").count(), 3, "{arguments}");
+
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/demo/whitted_1980.gltf");
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_rayframe"))
+        .args(["render", scene, "-n", "--integrator", "path", "--denoise", "oidn", "--oidn", &place])
+        .env("TMPDIR", folder.path().join("nowhere"))
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("no temporary file can be created in") && !said.contains("installed"), "{said}");
+}
+
+#[test]
 fn a_denoiser_that_is_not_there_or_fails_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let nowhere = folder.path().join("nowhere").display().to_string();
@@ -90,6 +111,11 @@ fn a_denoiser_that_is_not_there_or_fails_is_named() {
     let failing = program(folder.path(), failing);
     let (code, said) = render(folder.path(), &["--denoise", "oidn", "--oidn", &failing]);
     assert!(code == Some(74) && said.contains("out of paper"), "{said}");
+    // A denoiser that a signal ends, as for lack of memory
+    let killed = "#!/bin/sh\necho 'Open Image Denoise 2.0.0'\n[ $# -lt 5 ] || kill -9 $$\n";
+    let killed = program(folder.path(), killed);
+    let (code, said) = render(folder.path(), &["--denoise", "oidn", "--oidn", &killed]);
+    assert!(code == Some(74) && said.contains("it ended with signal: 9"), "{said}");
     let (code, said) = render(folder.path(), &["--denoise", "oidn", "--sample-range", "0-1"]);
     assert!(code == Some(2) && said.contains("needs all samples"), "{said}");
     assert!(!folder.path().join("out.exr").exists());

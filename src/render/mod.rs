@@ -32,6 +32,7 @@ pub use expected_rays::expected_rays;
 pub use filter::PixelFilter;
 pub use frame::{render_frame, render_frame_into};
 pub use lens::{Aperture, Focus, Lens};
+pub(crate) use path_frame::FIRST_DECISION;
 pub use path_frame::{Pass, PathFrame, PathProgress};
 pub use pixel_centers::{AdjacentFrames, render_pixel_centers};
 pub use settings::RenderSettings;

@@ -16,7 +16,7 @@ use crate::integrator::{Integrator, PathSettings, SampleRange};
 use crate::scene_view::SceneView;
 
 /// Samples after which pixels first decide whether they are done; later decisions come at twice the number.
-const FIRST_DECISION: u32 = 32;
+pub(crate) const FIRST_DECISION: u32 = 32;
 
 /// Samples that are traced for all unfinished pixels: indices among those of each shutter sample.
 #[derive(Clone, Debug, PartialEq, Eq)]

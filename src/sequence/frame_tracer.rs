@@ -203,7 +203,7 @@ impl<'a> FrameTracer<'a> {
         let stored = checkpoint.and_then(|checkpoint| checkpoint.load(settings, count));
         let new = || (PathFrame::new(settings, count), RenderStatistics::default());
         let (mut frame, rays) = stored.unwrap_or_else(new);
-        let mut clock = PassClock::new(job, frame.samples_taken());
+        let mut clock = PassClock::new(job, count, frame.samples_taken());
         let earlier_seconds = rays.trace_seconds;
         let mut rendered =
             FrameStatistics { rays, earlier_seconds, is_reused: true, ..FrameStatistics::default() };

@@ -55,6 +55,7 @@ pub use manifest::{ListedFile, Manifest};
 pub use memory::{
     PixelMemory, check_framing_memory, check_image_memory, check_whole_frames, estimated_bytes,
 };
+pub(crate) use pass_clock::FIRST_SAMPLES;
 pub use plan::{Plan, PlannedFrame};
 pub use plates::Plates;
 pub use render_hash::render_hash;

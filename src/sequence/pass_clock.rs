@@ -6,8 +6,8 @@ use crate::render::Pass;
 
 use super::SequenceJob;
 
-/// Samples of the first pass.
-const FIRST_SAMPLES: u32 = 4;
+/// Samples of the first pass, which is always taken.
+pub(crate) const FIRST_SAMPLES: u32 = 4;
 /// Most samples of a pass between checkpoints.
 const MOST_SAMPLES: u32 = 64;
 
@@ -16,6 +16,8 @@ const MOST_SAMPLES: u32 = 64;
 pub(super) struct PassClock {
     started: Instant,
     limit_seconds: Option<f64>,
+    /// Samples of the first pass under a limit, of each shutter sample.
+    first_samples: u32,
     has_checkpoints: bool,
     /// Samples of finished passes, of each shutter sample, and of those of earlier runs.
     samples: u32,
@@ -27,17 +29,22 @@ pub(super) struct PassClock {
 }
 
 impl PassClock {
-    /// Starts the clock of a frame that has `samples` of earlier runs.
-    pub(super) fn new(job: &SequenceJob, samples: u32) -> Self {
+    /// Starts the clock of a frame of `shutter_samples` that has `samples` of earlier runs.
+    pub(super) fn new(job: &SequenceJob, shutter_samples: u32, samples: u32) -> Self {
         let limit_seconds = job.render.path.time_limit_seconds.map(f64::from);
-        Self::starting(limit_seconds, job.checkpoint, samples)
+        Self::starting((limit_seconds, shutter_samples), job.checkpoint, samples)
     }
 
-    fn starting(limit_seconds: Option<f64>, has_checkpoints: bool, samples: u32) -> Self {
+    fn starting(
+        (limit_seconds, shutter_samples): (Option<f64>, u32),
+        has_checkpoints: bool,
+        samples: u32,
+    ) -> Self {
         let now = Instant::now();
         Self {
             started: now,
             limit_seconds,
+            first_samples: (FIRST_SAMPLES / shutter_samples.max(1)).max(1),
             has_checkpoints,
             samples,
             timed_samples: 0,
@@ -52,10 +59,10 @@ impl PassClock {
             if self.has_checkpoints { self.samples.clamp(FIRST_SAMPLES, MOST_SAMPLES) } else { u32::MAX };
         let Some(limit) = self.limit_seconds else { return Some(of_checkpoints) };
         if self.timed_samples == 0 {
-            return Some(FIRST_SAMPLES);
+            return Some(self.first_samples);
         }
         // Passes double, so that later ones are timed well.
-        let doubled = self.timed_samples.max(FIRST_SAMPLES);
+        let doubled = self.timed_samples.max(self.first_samples);
         let left = limit - self.started.elapsed().as_secs_f64();
         let affordable = (left / self.seconds_a_sample) as u32;
         (affordable > 0).then(|| affordable.min(of_checkpoints).min(doubled))
@@ -87,7 +94,7 @@ mod tests {
         let new = PathFrame::new(&settings, 1);
         let (sums, finished) = (new.sums().clone(), new.finished().to_vec());
         let mut frame = new.resumed(sums, finished, taken).unwrap();
-        let mut clock = PassClock::starting(limit_seconds, true, frame.samples_taken());
+        let mut clock = PassClock::starting((limit_seconds, 1), true, frame.samples_taken());
         let mut sizes = Vec::new();
         while let Some(pass) = clock.most_samples().and_then(|most| frame.next_pass(most)) {
             sizes.push(pass.samples());
@@ -111,5 +118,11 @@ mod tests {
     #[test]
     fn passes_before_a_time_limit_are_timed_anew() {
         assert_eq!(passes(128, Some(1e6)), [4, 4, 8, 16, 32, 8]);
+    }
+
+    #[test]
+    fn the_first_pass_under_a_limit_is_short_however_many_times_the_shutter_has() {
+        let first = |times| PassClock::starting((Some(1.0), times), false, 0).most_samples();
+        assert_eq!([1, 2, 3, 8, 64].map(first), [Some(4), Some(2), Some(1), Some(1), Some(1)]);
     }
 }

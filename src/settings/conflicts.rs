@@ -52,6 +52,10 @@ struct Conflict {
     applies: fn(&SettingValues) -> bool,
 }
 
+const fn range_beside(stronger: &'static [&'static str], applies: fn(&SettingValues) -> bool) -> Conflict {
+    Conflict { weaker: &["sample_range"], stronger, applies }
+}
+
 /// What decides about the image and its file, `integrator`, `output` and `background`, gives way to no setting without a place there.
 const CONFLICTS: &[Conflict] = &[
     // Files.
@@ -85,24 +89,17 @@ const CONFLICTS: &[Conflict] = &[
     },
     Conflict { weaker: &["aperture"], stronger: &["ortho"], applies: lacks_focal_length },
     Conflict { weaker: &["ortho"], stronger: &["aperture"], applies: lacks_focal_length },
-    // Ranges of samples.
-    Conflict {
-        weaker: &["sample_range"],
-        stronger: &[
-            "samples",
-            "shutter",
-            "time_samples",
-            "noise",
-            "time_limit",
-            "denoise",
-            "output",
-            "background",
-            "split_aovs",
-            "aovs",
-            "exr",
-        ],
-        applies: |values| values.sample_range_refusal().is_some(),
-    },
+    // Ranges of samples. Each gives way to what it cannot be beside, and to nothing else.
+    range_beside(&["samples"], SettingValues::lacks_samples_of_range),
+    range_beside(&["samples", "shutter", "time_samples"], SettingValues::has_uneven_times),
+    range_beside(&["noise"], |values| values.noise.is_some()),
+    range_beside(&["time_limit"], |values| values.time_limit.is_some()),
+    range_beside(&["denoise"], |values| values.denoise != DenoiserKind::None),
+    range_beside(&["output"], SettingValues::has_no_exr_files),
+    range_beside(&["background"], SettingValues::has_plate),
+    range_beside(&["split_aovs"], |values| values.split_aovs),
+    range_beside(&["aovs"], SettingValues::has_mattes),
+    range_beside(&["exr"], SettingValues::is_lossy),
     Conflict {
         weaker: &["noise", "time_limit", "denoise", "split_aovs"],
         stronger: &["sample_range"],

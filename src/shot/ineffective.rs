@@ -2,9 +2,9 @@
 
 use crate::error::Warning;
 use crate::image::PlateFit;
-use crate::render::{EnvSamples, Integrator, LightSize};
+use crate::render::{EnvSamples, FIRST_DECISION, Integrator, LightSize};
 use crate::scene::{CameraRequest, Environment, LightKind, Orbit, SelectedCamera};
-use crate::sequence::{Exposure, OutputFormat, Plates, SequenceJob};
+use crate::sequence::{Exposure, FIRST_SAMPLES, OutputFormat, Plates, SequenceJob};
 
 use crate::settings::{GroundKind, SettingValues};
 
@@ -25,6 +25,16 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
             values.elevation != Orbit::THREE_QUARTER.elevation_degrees && starts_from_camera(values),
             "elevation",
             "the turntable starts from the camera that `camera` names",
+        ),
+        (
+            values.noise.is_some() && values.samples <= FIRST_DECISION,
+            "noise",
+            "pixels first decide after 32 samples, and take no more than `samples`; set that to 4096, say",
+        ),
+        (
+            values.time_limit.is_some() && values.samples <= FIRST_SAMPLES,
+            "time_limit",
+            "the first 4 samples are always taken, and `samples` asks for no more; set that to 4096, say",
         ),
         (values.light_scale != 1.0 && lights.is_empty(), "light_scale", "the scene places no light"),
         (

@@ -219,6 +219,10 @@ fn ineffective_options_are_warned_about() {
         (unlit, &["--shutter", "0.5"], "--shutter"),
         (unlit, &["--exposure", "1"], "--exposure"),
         (unlit, &["--tone", "standard"], "--tone"),
+        // A pixel decides after 32 samples, and the first 4 are always taken.
+        (unlit, &["--integrator", "path", "--noise", "0.1"], "--noise"),
+        (unlit, &["--integrator", "path", "--samples", "32", "--noise", "0.1"], "--noise"),
+        (unlit, &["--integrator", "path", "--time-limit", "9s"], "--time-limit"),
     ] {
         let said = said(scene, options);
         assert_eq!(said.matches("does nothing").count(), 1, "{said}");
@@ -227,6 +231,8 @@ fn ineffective_options_are_warned_about() {
     for (scene, options) in [
         (unlit, &["--env", "studio", "--env-intensity", "2", "--sun-angle", "1"][..]),
         ("light/point.gltf", &["--light-scale", "2", "--light-radius", "0.1"]),
+        (unlit, &["--integrator", "path", "--noise", "0.1", "--samples", "33"]),
+        (unlit, &["--integrator", "path", "--time-limit", "9s", "--samples", "5"]),
         ("light/directional.gltf", &["--sun-angle", "1"]),
         ("morph/weights.gltf", &["--shutter", "0.5", "--exposure", "1", "--preview", "png"]),
     ] {

@@ -79,3 +79,37 @@ fn settings_of_one_level_that_contradict_each_other_are_errors() {
         assert!(stderr(&output).contains(word), "{lines}{options:?}: {}", stderr(&output));
     }
 }
+
+#[test]
+fn ranges_of_samples_give_way_to_what_excludes_them_alone() {
+    let planned = |lines: &str, options: &[&str]| {
+        let folder = tempfile::tempdir().unwrap();
+        render(folder.path(), &format!("integrator = 'path'\n{lines}"), &crate::both(options, &["-n"]))
+    };
+    // Settings of one file that contradict each other, and options that have nothing to do with it
+    for lines in [
+        "noise = 0.1\nsample_range = '0-7'\n",
+        "samples = 64\nsample_range = '0-70'\n",
+        "aovs = 'crypto'\nsample_range = '0-3'\n",
+    ] {
+        for options in [&[][..], &["-o", "x.exr"], &["--exposure", "1"]] {
+            let refused = planned(lines, options);
+            assert_eq!(refused.status.code(), Some(65), "{lines}{options:?}: {}", stderr(&refused));
+        }
+    }
+    let lines = "samples = 64\nsample_range = '0-63'\n";
+    for options in [
+        &["--samples", "32"][..],
+        &["--noise", "0.1"],
+        &["--time-limit", "1s"],
+        &["-o", "x.png"],
+        &["--aovs", "crypto"],
+        &["--shutter", "0.5", "--time-samples", "3"],
+    ] {
+        let done = planned(lines, options);
+        assert_eq!(done.status.code(), Some(0), "{options:?}: {}", stderr(&done));
+        assert!(!String::from_utf8_lossy(&done.stdout).contains("sample_range ="), "{options:?}");
+    }
+    let kept = planned(lines, &["-o", "x.exr", "--samples", "128", "--aovs", "light"]);
+    assert!(String::from_utf8_lossy(&kept.stdout).contains("sample_range = "), "{kept:?}");
+}

@@ -172,7 +172,7 @@ impl Material {
         .flatten()
     }
 
-    /// Whether light passes through the surface.
+    /// Whether the surface transmits light.
     pub fn transmits(&self) -> bool {
         self.transmission.is_some_and(|transmission| transmission.factor > 0.0) && !self.unlit
     }

@@ -63,6 +63,8 @@ pub enum OutputKind {
     ManualPage,
     /// List of the job files of a farm.
     JobList,
+    /// Finished passes of a frame.
+    Checkpoint,
 }
 
 impl OutputKind {
@@ -92,6 +94,7 @@ impl OutputKind {
             Self::SuiteResult => "the result of a test",
             Self::ManualPage => "a manual page of this program",
             Self::JobList => "a list of job files",
+            Self::Checkpoint => "a checkpoint of this program",
         }
     }
 
@@ -111,6 +114,7 @@ impl OutputKind {
             Self::SuiteResult => (b"{", vec![b"\"schema\":", b"\"shots\":"]),
             Self::ManualPage => (b"", vec![b".TH rayframe"]),
             Self::JobList => (b"{", vec![b"\"software\": \"rayframe", b"\"job_files\":"]),
+            Self::Checkpoint => (&MAGIC, vec![b"renderHash\0string\0", b"samplesTaken\0string\0"]),
         }
     }
 

@@ -74,7 +74,7 @@ impl Plan {
     ///
     /// # Errors
     /// [`Error::Setting`] when frames would share a name or a file has an unknown ending, [`Error::Refused`] when memory does not suffice, and
-    /// [`Error::CannotCreate`] when a file with other content has a frame's name, or a file of another program that of the movie.
+    /// [`Error::CannotCreate`] when a file with other content has a frame's name, or a file of another program that of the movie or of a checkpoint.
     pub fn new(job: &SequenceJob) -> Result<Self> {
         let band_rows = Self::check(job)?;
         let is_movie = job.output.is_movie();
@@ -89,9 +89,14 @@ impl Plan {
             stamps.push(stamp);
             replaced.extend(in_the_way);
         }
+        let overwrites = job.existing == ExistingFiles::Overwrite;
+        if job.checkpoint {
+            for frame in &frames {
+                check_output(&frame.checkpoint_path(), OutputKind::Checkpoint, overwrites)?;
+            }
+        }
         match frames.first() {
             Some(first) if is_movie => {
-                let overwrites = job.existing == ExistingFiles::Overwrite;
                 check_output(&first.path, OutputKind::Movie, overwrites)?;
             }
             _ => refuse_shared_names(&frames)?,

@@ -273,6 +273,19 @@ fn foreign_and_damaged_checkpoints_are_ignored() {
 }
 
 #[test]
+fn files_of_other_programs_are_no_checkpoints() {
+    let stage = Stage::new(SCENE);
+    let checkpoint = stage.path("frame.exr.checkpoint");
+    std::fs::write(&checkpoint, "notes").unwrap();
+    let options = ["--samples", "8", "--checkpoint"];
+    let (code, said) = stage.try_render("frame.exr", &options);
+    assert!(code == Some(73) && said.contains("is not a checkpoint of this program"), "{said}");
+    assert!(stage.bytes("frame.exr.checkpoint") == b"notes" && !stage.path("frame.exr").exists());
+    stage.render("frame.exr", &["--samples", "8", "--checkpoint", "--overwrite"]);
+    assert!(!checkpoint.exists());
+}
+
+#[test]
 fn damaged_sample_ranges_are_refused_or_merged_without_a_panic() {
     let stage = Stage::new(SCENE);
     stage.render("b.exr", &["--samples", "8", "--sample-range", "4-7"]);

@@ -53,10 +53,11 @@ impl Samples {
     }
 }
 
-/// Whether programs call the layer of the finished image so: Blender, Nuke and others, also with the name of a view before it.
+/// Whether programs call the layer of the finished image so: Blender, Nuke and others, also with the name of a view before or after it.
 pub fn is_finished_image(layer: &str) -> bool {
-    let name = layer.rsplit('.').next().unwrap_or(layer);
-    ["combined", "rgba", BEAUTY].into_iter().any(|finished| name.eq_ignore_ascii_case(finished))
+    let is_finished =
+        |word: &str| ["combined", "rgba", BEAUTY].iter().any(|name| word.eq_ignore_ascii_case(name));
+    layer.split('.').any(is_finished)
 }
 
 /// One channel of an image.

@@ -16,14 +16,13 @@ pub(super) struct ColorLayer {
 }
 
 impl ColorLayer {
-    /// The layer of the finished image among the flat parts of a file: that without a name or called as such, else the first with
-    /// the channels R, G and B, or Y.
+    /// The layer of the finished image among the parts of a file: that without a name or called as such, else the first with
+    /// the channels R, G and B, or else Y.
     ///
     /// # Errors
     /// Which channels there are, when none are colours.
     pub(super) fn find(headers: &[Header]) -> Result<Self, String> {
-        let flat = || headers.iter().enumerate().filter(|(_, header)| !header.deep);
-        let layers = flat().flat_map(|(part, header)| {
+        let layers = headers.iter().enumerate().flat_map(|(part, header)| {
             let layers = prefixes(header).into_iter().map(move |prefix| (part, prefix));
             layers.filter(move |(_, prefix)| {
                 let is_matte = layer_name(headers, part, prefix).is_some_and(|name| is_cryptomatte(&name));
@@ -32,7 +31,7 @@ impl ColorLayer {
         });
         let best = layers.min_by_key(|(part, prefix)| rank(headers, *part, prefix));
         best.map(|(part, prefix)| Self { part, prefix: prefix.to_owned() }).ok_or_else(|| {
-            let names = flat().flat_map(|(_, header)| &header.channels.list);
+            let names = headers.iter().flat_map(|header| &header.channels.list);
             let names: Vec<_> = names.map(|channel| channel.name.to_string()).collect();
             format!("has the channels {}, but R, G, B or Y are needed", names.join(", "))
         })
@@ -68,7 +67,11 @@ fn has(header: &Header, prefix: &str, component: &str) -> bool {
 
 /// Whether there are R, G and B, or Y in place of those that are missing.
 fn has_colors(header: &Header, prefix: &str) -> bool {
-    has(header, prefix, "Y") || ["R", "G", "B"].iter().all(|component| has(header, prefix, component))
+    has(header, prefix, "Y") || has_red_green_blue(header, prefix)
+}
+
+fn has_red_green_blue(header: &Header, prefix: &str) -> bool {
+    ["R", "G", "B"].iter().all(|component| has(header, prefix, component))
 }
 
 /// The name of a layer, or that of its part; `None` for the plain channels of the only part.
@@ -81,15 +84,11 @@ fn layer_name(headers: &[Header], part: usize, prefix: &str) -> Option<String> {
 }
 
 /// The order in which layers are preferred, the first of equals.
-fn rank(headers: &[Header], part: usize, prefix: &str) -> u32 {
+fn rank(headers: &[Header], part: usize, prefix: &str) -> [bool; 3] {
     let header = &headers[part];
-    let is_vector = has(header, prefix, "X") && has(header, prefix, "Z");
+    let is_vector = has(header, prefix, "X");
     let is_finished = layer_name(headers, part, prefix).is_none_or(|name| is_finished_image(&name));
-    match (is_vector, is_finished) {
-        (true, _) => 2,
-        (false, false) => 1,
-        (false, true) => 0,
-    }
+    [is_vector, !is_finished, !has_red_green_blue(header, prefix)]
 }
 
 #[cfg(test)]
@@ -160,6 +159,11 @@ mod tests {
             ),
             // A Cryptomatte holds no colours.
             (&[("crypto_object00", &["B", "G", "R"]), ("light", &["B", "G", "R"])], [6.0, 5.0, 4.0, 1.0]),
+            // Views behind the names of layers
+            (&[("AO.left", &["B", "G", "R"]), ("Combined.left", &["B", "G", "R"])], [6.0, 5.0, 4.0, 1.0]),
+            // A flat vector, and grey beside colours
+            (&[("", &["motion.X", "motion.Y", "render.B", "render.G", "render.R"])], [5.0, 4.0, 3.0, 1.0]),
+            (&[("", &["fog.Y", "render.B", "render.G", "render.R"])], [4.0, 3.0, 2.0, 1.0]),
             // No name that is known: the first colours
             (&[("normal", &["X", "Y", "Z"]), ("light", &["B", "G", "R"])], [6.0, 5.0, 4.0, 1.0]),
             (&[("", &["key.B", "key.G", "key.R", "rim.B", "rim.G", "rim.R"])], [3.0, 2.0, 1.0, 1.0]),

@@ -20,7 +20,7 @@ use crate::error::{Error, over_limit};
 use crate::image::RgbaImage;
 
 /// Decodes the data window of the finished image in `bytes`, the content of the file `path`, as linear Rec.709. It has the channels R, G and B, or Y, of any
-/// numeric type, in a flat part: those without a layer, of a layer such as Blender's `ViewLayer.Combined`, or else the first ones. Alpha is 1 without a channel A. Colours of other `chromaticities` are converted,
+/// numeric type: those without a layer, of a layer such as Blender's `ViewLayer.Combined`, or else the first ones. Alpha is 1 without a channel A. Colours of other `chromaticities` are converted,
 /// those of a file without the attribute, or with chromaticities that no colours have, are Rec.709.
 ///
 /// # Errors

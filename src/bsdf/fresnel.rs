@@ -27,7 +27,7 @@ pub(super) struct Dielectric {
 pub(super) enum FresnelCurve {
     /// Fresnel's equations for the relative index.
     Exact,
-    /// Schlick's curve, for glTF's index of 0, which leaves the reflectance to the specular colour.
+    /// Schlick's curve, for glTF's index of 0, which leaves the reflectance to the specular colour, and for [`Dielectric::tinted`].
     Schlick,
 }
 
@@ -43,6 +43,13 @@ pub(super) struct Tint {
 impl Tint {
     /// No scale.
     pub(super) const NONE: Self = Self { factor: 1.0, color: Vec3::ONE };
+
+    /// A reflectance along the normal with the tint, at most the factor.
+    #[inline(always)]
+    fn scaled(self, along_normal: f32) -> Vec3 {
+        let at_most_1 = |f0: f32| if f0 < 1.0 { f0 } else { 1.0 };
+        self.color.map(|color| at_most_1(along_normal * color)) * self.factor
+    }
 }
 
 impl Dielectric {
@@ -52,28 +59,27 @@ impl Dielectric {
     /// From the denser side F90 is 1 whatever the factor: the curve ends where total reflection starts, which no factor weakens.
     #[inline(always)]
     pub(super) fn between(ior_outside: f32, ior_inside: f32, tint: Tint) -> Self {
-        let f0 = |along_normal: f32| {
-            tint.color.map(|color| {
-                let f0 = along_normal * color;
-                if f0 < 1.0 { f0 } else { 1.0 }
-            }) * tint.factor
-        };
+        let f0 = |along_normal: f32| tint.scaled(along_normal);
         if ior_outside > 0.0 && ior_inside > 0.0 {
             let relative_ior = ior_inside / ior_outside;
-            if tint != Tint::NONE {
-                if relative_ior > LARGEST_SCALED_IOR {
-                    let offset = f0(reflectance_along_normal(relative_ior));
-                    return Self::by_schlick(relative_ior, offset, tint.factor);
-                }
-                if relative_ior < 1.0 / LARGEST_SCALED_IOR {
-                    // Schlick's curve has no total reflection.
-                    return Self::between(ior_outside, ior_inside, Tint::NONE);
-                }
-            }
             let f90 = if relative_ior < 1.0 { 1.0 } else { tint.factor };
             return Self::with_ends(relative_ior, f0(reflectance_along_normal(relative_ior)), f90);
         }
         Self::by_schlick(1.0, f0(1.0), tint.factor)
+    }
+
+    /// [`Dielectric::between`] for a material with `KHR_materials_specular`. Beyond [`LARGEST_SCALED_IOR`] its curve is Schlick's. Where the surface transmits light,
+    /// and from the denser side, it is the exact one without a tint: Schlick's has no total reflection, and what is transmitted is known for the exact curve alone.
+    pub(super) fn tinted(ior_outside: f32, ior_inside: f32, tint: Tint, transmits: bool) -> Self {
+        let relative_ior = ior_inside / ior_outside;
+        let is_scaled = (1.0 / LARGEST_SCALED_IOR..=LARGEST_SCALED_IOR).contains(&relative_ior);
+        if is_scaled || ior_outside <= 0.0 || ior_inside <= 0.0 {
+            Self::between(ior_outside, ior_inside, tint)
+        } else if transmits || relative_ior < 1.0 {
+            Self::between(ior_outside, ior_inside, Tint::NONE)
+        } else {
+            Self::by_schlick(relative_ior, tint.scaled(reflectance_along_normal(relative_ior)), tint.factor)
+        }
     }
 
     /// Schlick's curve from `f0` to `f90`.
@@ -236,7 +242,7 @@ mod tests {
     #[test]
     fn an_index_of_1000_with_a_colour_is_one_of_0() {
         let tint = Tint { factor: 1.0, color: Vec3::new(0.04, 0.2, 0.9) };
-        let [large, none] = [1000.0, 0.0].map(|ior| Dielectric::between(1.0, ior, tint));
+        let [large, none] = [1000.0, 0.0].map(|ior| Dielectric::tinted(1.0, ior, tint, false));
         for step in 0..=90 {
             let cosine = libm::cosf((step as f32).to_radians());
             let difference = large.reflectance(cosine) - none.reflectance(cosine);
@@ -250,14 +256,30 @@ mod tests {
             for color in [0.0, 0.05, 0.5, 1.0, 30.0] {
                 for factor in [0.0, 0.3, 1.0] {
                     let tint = Tint { factor, color: Vec3::splat(color) };
-                    for boundary in [Dielectric::between(1.0, ior, tint), Dielectric::between(ior, 1.0, tint)]
-                    {
+                    for boundary in [
+                        Dielectric::tinted(1.0, ior, tint, false),
+                        Dielectric::tinted(1.0, ior, tint, true),
+                        Dielectric::tinted(ior, 1.0, tint, true),
+                    ] {
                         for step in 0..=100 {
                             let value = boundary.reflectance(step as f32 / 100.0).x;
                             assert!((-1e-6..=1.000_001).contains(&value), "{ior} {tint:?} {step}: {value}");
                         }
                     }
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn the_curve_depends_on_the_material_and_not_on_the_values_of_its_tint() {
+        let almost_none = Tint { factor: 0.999, ..Tint::NONE };
+        for (outside, inside, transmits) in [(1.0, 5.0, false), (1.0, 5.0, true), (5.0, 1.0, true)] {
+            for step in 0..=20 {
+                let cosine = step as f32 / 20.0;
+                let [none, tinted] = [Tint::NONE, almost_none]
+                    .map(|tint| Dielectric::tinted(outside, inside, tint, transmits).reflectance(cosine).x);
+                assert!((none - tinted).abs() < 0.002, "{outside} {inside} {cosine}: {none} {tinted}");
             }
         }
     }

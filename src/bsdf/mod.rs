@@ -118,7 +118,11 @@ impl Bsdf {
         let tint = Tint { factor: material.specular, color: material.specular_color };
         // From the denser side, the film's outer side is the other one.
         let film_outside = if ior_inside < ior_outside { ior_inside } else { ior_outside };
-        let dielectric = Dielectric::between(ior_outside, ior_inside, tint);
+        let dielectric = if material.is_tinted {
+            Dielectric::tinted(ior_outside, ior_inside, tint, material.transmission > 0.0)
+        } else {
+            Dielectric::between(ior_outside, ior_inside, tint)
+        };
         let strength = material.anisotropy.map(|anisotropy| anisotropy.strength);
         let lobe = SpecularLobe::new(roughness, strength);
         Self {

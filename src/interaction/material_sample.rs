@@ -19,6 +19,8 @@ pub struct MaterialSample {
     pub unlit: bool,
     /// Index of refraction; 0 leaves the reflectance to the specular colour.
     pub ior: f32,
+    /// Whether the material has the two below, of `KHR_materials_specular`, whatever they are here.
+    pub is_tinted: bool,
     /// Multiplies a dielectric's reflectance at every angle.
     pub specular: f32,
     /// Multiplies a dielectric's reflectance along the normal.
@@ -108,6 +110,7 @@ impl Default for MaterialSample {
             unlit: false,
             ior: 1.5,
             specular: 1.0,
+            is_tinted: false,
             specular_color: Vec3::ONE,
             transmission: 0.0,
             thin: true,

@@ -39,7 +39,6 @@ pub(super) fn set_instances(context: &mut Context, data: &Data, raw: &Raw, node:
         }
     }
     let instances = read(context, data, &attributes, count, &extension.pointer)?;
-    let colors = read_colors(context, data, &attributes, "_COLOR_0")?;
     if node.mesh.is_none() {
         context.warn(&extension.pointer, "instances on a node without mesh have no effect");
         return Ok(());
@@ -51,7 +50,15 @@ pub(super) fn set_instances(context: &mut Context, data: &Data, raw: &Raw, node:
         return Ok(());
     }
     node.instances = Some(instances);
-    node.instance_colors = colors.unwrap_or_default();
+    if let Some(reference) = attributes.find("_COLOR_0") {
+        let accessor = data.accessor(context, reference.accessor, &reference.pointer)?;
+        let Some(why) = formats::mismatch(accessor, &formats::COLOR, false) else {
+            node.instance_colors = read_colors(context, data, &attributes, "_COLOR_0")?.unwrap_or_default();
+            return Ok(());
+        };
+        // What applications store under such a name is theirs.
+        context.warn(&reference.pointer, format!("{why}; the instances have no colours"));
+    }
     Ok(())
 }
 

@@ -22,6 +22,7 @@ pub(super) fn add(
     let srgb = |reference: &Option<TextureRef>| textures.value(point, reference.as_ref(), Encoding::Srgb);
     let colour = |reference: &Option<TextureRef>| srgb(reference).truncate();
     if let Some(specular) = &material.specular {
+        sample.is_tinted = true;
         sample.specular = specular.factor * linear(&specular.texture).w;
         sample.specular_color = specular.color * colour(&specular.color_texture);
     }
@@ -46,7 +47,8 @@ pub(super) fn add(
         );
     }
     if let Some(anisotropy) = &material.anisotropy {
-        sample.anisotropy = anisotropy_at(textures.view(), point, anisotropy, linear(&anisotropy.texture));
+        sample.anisotropy =
+            anisotropy_at(textures.view(), point, (material, anisotropy), linear(&anisotropy.texture));
     }
     if let Some(coat) = &material.clear_coat {
         let factor = coat.factor * linear(&coat.texture).x;
@@ -67,14 +69,14 @@ fn iridescence(film: &Iridescence, amount: f32, thickness_texel: Option<f32>) ->
 fn anisotropy_at(
     view: SceneView<'_>,
     point: &SurfacePoint<'_>,
-    anisotropy: &Anisotropy,
+    (material, anisotropy): (&Material, &Anisotropy),
     texel: Vec4,
 ) -> Option<AnisotropySample> {
     let strength = anisotropy.strength * if anisotropy.texture.is_some() { texel.z } else { 1.0 };
     if strength <= 0.0 {
         return None;
     }
-    let uv_set = anisotropy.texture.map_or(0, |texture| texture.uv_set);
+    let uv_set = material.tangent_uv_set().unwrap_or(0);
     let (tangent, bitangent) = normal::tangent_frame(view, point, uv_set)?;
     let along = match anisotropy.texture {
         Some(_) => Vec2::new(2.0 * texel.x - 1.0, 2.0 * texel.y - 1.0).normalize_or(Vec2::X),

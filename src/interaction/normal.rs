@@ -49,7 +49,7 @@ pub(super) fn tangent_frame(
     let side = point.side();
     let vertices = vertices_of(view, point);
     let normal = interpolated_normal(point, point.geometric_normal * side, &vertices);
-    frame_around(view, point, uv_set, normal, interpolated_tangent(point, &vertices))
+    frame_around(view, point, uv_set, normal, tangent_of_set(view, point, &vertices, uv_set))
 }
 
 fn vertices_of<'a>(view: SceneView<'a>, point: &SurfacePoint<'_>) -> [&'a PosedVertex; 3] {

@@ -70,6 +70,17 @@ fn colors_of_instances_multiply_those_of_vertices() {
 }
 
 #[test]
+fn custom_values_called_as_colors_are_no_error() {
+    let mut document = instanced();
+    let scalars = document.floats("SCALAR", &[1.0, 2.0, 3.0]);
+    attributes(&mut document)["_COLOR_0"] = json!(scalars);
+    let scene = document.import().unwrap();
+    let told: Vec<_> = scene.warnings.iter().map(ToString::to_string).collect();
+    assert!(told.len() == 1 && told[0].contains("the instances have no colours"), "{told:?}");
+    assert!(scene.nodes[0].instance_colors.is_empty() && scene.nodes[0].instances.is_some());
+}
+
+#[test]
 fn invalid_instances_are_errors_with_a_pointer() {
     let mut document = instanced();
     let two = document.floats("VEC3", &[0.0; 6]);

@@ -212,3 +212,23 @@ fn normal_maps_use_the_frame_of_their_own_coordinates() {
     // Tangents of the file hold for all maps.
     close(normal_of(None, 1), Vec3::new(0.6, 0.0, 0.8));
 }
+
+#[test]
+fn anisotropy_uses_the_frame_of_its_own_coordinates() {
+    let direction = |tangent_uv_set, normal_set: Option<u32>| {
+        let tangents = Some(vec![Vec4::new(1.0, 0.0, 0.0, 1.0); 3]);
+        let primitive = Primitive { tangents, tangent_uv_set, ..triangle(false) };
+        let map = |uv_set| TextureRef { uv_set, ..texture(0) };
+        let anisotropy = Anisotropy { strength: 1.0, rotation_radians: 0.0, texture: Some(map(1)) };
+        let normal_texture = normal_set.map(|set| NormalTexture { texture: map(set), scale: 0.0 });
+        let material = Material { anisotropy: Some(anisotropy), normal_texture, ..Material::default() };
+        // Along the tangent
+        sampled_on(primitive, material, &[[255, 128, 255, 255]]).anisotropy.unwrap().direction
+    };
+    let close = |found: Vec3, expected: Vec3| assert!((found - expected).length() < 0.01, "{found}");
+    // A primitive whose tangents another material asked for
+    close(direction(Some(0), None), Vec3::Y);
+    // A normal map of the same material decides, and so do tangents of the file.
+    close(direction(Some(0), Some(0)), Vec3::X);
+    close(direction(None, None), Vec3::X);
+}

@@ -17,9 +17,11 @@ pub(super) fn summary(job: &SequenceJob, camera: CameraRule, environment: &str) 
     } else {
         format!(" (pixels {},{} to {},{})", window.x0, window.y0, window.x1, window.y1)
     };
+    let variant = job.selection.variant.and_then(|variant| job.scene.variants.get(variant.index()));
+    let variant = variant.map_or_else(String::new, |variant| format!(", variant \"{}\"", variant.name));
     let environment = if environment.is_empty() { String::new() } else { format!(", {environment}") };
     format!(
-        "{}: {} → {} at {} fps, {}, {width}x{height}{crop}, {}{environment}",
+        "{}: {} → {} at {} fps, {}{variant}, {width}x{height}{crop}, {}{environment}",
         file_name(&job.scene),
         clips_text(&job.scene, &job.selection),
         frames_text(&job.frames),

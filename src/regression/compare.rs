@@ -264,6 +264,9 @@ mod tests {
             let comparison = compare(&actual, &reference, &Preset::Visual.limits());
             assert_eq!(comparison.cause, Some(Cause::Encoding));
         }
+        // Images of other sizes are not measured.
+        let comparison = compare(&flat((9, 9), 0.1), &graded, &Preset::Visual.limits());
+        assert!(!comparison.passes() && comparison.cause.is_none());
         // The same values need no explanation.
         let comparison = compare(&graded.clone().into_linear(), &graded, &Preset::Visual.limits());
         assert!(comparison.passes() && comparison.cause != Some(Cause::Encoding));

@@ -110,12 +110,16 @@ impl Comparison {
     pub(super) fn of_light_and_display_values(mut self) -> Self {
         let is_vague = match &self.cause {
             None
-            | Some(Cause::Light { .. } | Cause::MaterialOrLight | Cause::Noise | Cause::Unclear { .. }) => {
-                true
-            }
+            | Some(
+                Cause::Light { .. }
+                | Cause::MaterialOrLight
+                | Cause::Settings
+                | Cause::Noise
+                | Cause::Unclear { .. },
+            ) => true,
             Some(_) => false,
         };
-        if is_vague && !self.passes() {
+        if is_vague && self.checks.iter().any(|check| !check.passes) {
             self.cause = Some(Cause::Encoding);
         }
         self

@@ -53,22 +53,26 @@ pub(super) fn part_hashes(job: &SequenceJob, statics: &StaticHashes, frame: i64)
     let scene = &job.scene;
     let content = Frame::content_at(scene, &job.selection, job.rate.time_seconds(frame));
     let meshes = &content.meshes;
-    let geometry: Vec<Hash> =
-        meshes.par_iter().map(|posed| geometry_of_mesh(scene, statics, posed)).collect();
+    let geometry: Vec<Hash> = meshes.par_iter().map(|posed| geometry_of_mesh(statics, posed)).collect();
     let of_material = MaterialHashes::of(&content);
     let materials_of = |posed: &PosedMesh| {
         let primitives = &scene.meshes[posed.mesh.index()].primitives;
         primitives.iter().map(|primitive| of_material.get(primitive.material_in(job.selection.variant)))
     };
 
-    // The material of every visible primitive, by mesh and number
-    let assignment = |(posed, geometry)| joined(std::iter::once(geometry).chain(materials_of(posed)));
-    let assignments: Vec<Hash> = meshes.par_iter().zip(&geometry).map(assignment).collect();
+    // The material of every visible primitive, by mesh and number, and the colours of instances
+    let colors: Vec<Option<Hash>> = meshes.iter().map(|posed| instance_colors(scene, posed)).collect();
+    let assignments: Vec<Hash> = (meshes.par_iter().zip(&geometry).zip(&colors))
+        .map(|((posed, geometry), colors)| {
+            joined(std::iter::once(geometry).chain(materials_of(posed)).chain(colors.as_ref()))
+        })
+        .collect();
 
     // Materials once each, since an object that vanishes changes none, and all textures
     let mut materials = sorted(meshes.iter().flat_map(materials_of).collect());
     materials.dedup();
     materials.push(&statics.textures);
+    materials.extend(colors.iter().flatten());
 
     let [geometry, materials, assignments, lights] = [
         joined(sorted(geometry.iter().collect())),
@@ -86,13 +90,20 @@ fn sorted(mut hashes: Vec<&Hash>) -> Vec<&Hash> {
     hashes
 }
 
-/// A mesh with its matrices, weights and colours of instances.
-fn geometry_of_mesh(scene: &Scene, statics: &StaticHashes, posed: &PosedMesh) -> Hash {
+/// The colours of instances, where they have any.
+fn instance_colors(scene: &Scene, posed: &PosedMesh) -> Option<Hash> {
+    let colors = &scene.nodes[posed.node.index()].instance_colors;
+    let mut hash = Sha256::new();
+    add(&mut |bytes: &[u8]| hash.update(bytes), colors.iter().flat_map(Vec4::to_array));
+    (!colors.is_empty()).then(|| hash.finalize().into())
+}
+
+/// A mesh with its matrices and weights.
+fn geometry_of_mesh(statics: &StaticHashes, posed: &PosedMesh) -> Hash {
     let mut hash = Sha256::new_with_prefix(statics.meshes[posed.mesh.index()]);
     let mut update = |bytes: &[u8]| hash.update(bytes);
     add(&mut update, posed.matrices.iter().chain(&*posed.joint_matrices).flat_map(Mat4::to_cols_array));
     add(&mut update, posed.weights.iter().copied());
-    add(&mut update, scene.nodes[posed.node.index()].instance_colors.iter().flat_map(Vec4::to_array));
     hash.finalize().into()
 }
 

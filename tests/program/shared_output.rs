@@ -173,7 +173,8 @@ fn a_refused_run_leaves_the_checkpoints_of_the_other() {
     assert!(run(folder.path(), &paths).status.success());
     let mut held = Stopped::new(folder.path(), &[&paths[..], &["--overwrite", "--seed", "3"]].concat());
     let checkpoint = folder.path().join("a.0003.exr.checkpoint");
-    std::fs::write(&checkpoint, "passes").unwrap();
+    // The marks of one.
+    std::fs::write(&checkpoint, b"\x76\x2f\x31\x01 renderHash\0string\0 samplesTaken\0string\0").unwrap();
     let refused = run(folder.path(), &[&paths[..], &["--resume"]].concat());
     assert_eq!(refused.status.code(), Some(75), "{}", stderr(&refused));
     assert!(checkpoint.exists());

@@ -1,5 +1,7 @@
 //! Nodes by their paths, and skins.
 
+use glam::Vec4;
+
 use crate::asset_diff::group_kind::GroupKind;
 use crate::asset_diff::item::Item;
 use crate::asset_diff::value::Value;
@@ -100,6 +102,10 @@ fn describe(item: &mut Item, scene: &Scene, node: &Node, paths: &[String]) {
     }
     if let Some(instances) = &node.instances {
         item.set("instances", Value::count(instances.len()));
+        if !node.instance_colors.is_empty() {
+            let mean = node.instance_colors.iter().sum::<Vec4>() / node.instance_colors.len() as f32;
+            item.set("mean color of instances", Value::Vector(mean.to_array().to_vec()));
+        }
     }
     if let Some(weights) = &node.weights {
         item.set("morph weights", Value::Vector(weights.clone()));

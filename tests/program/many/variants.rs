@@ -134,10 +134,15 @@ fn variants_share_the_automatic_camera_and_the_ground() {
     let catcher = ["v.gltf", "--shadow-catcher", "red"];
     let rules = |arguments: &[&str]| {
         let told = assert_code(&rayframe(folder, &both(&both(&catcher, &["-n"]), arguments)), 0);
-        let rule = |line: &str| line.split_once("camera auto").map(|(_, rule)| rule.to_owned());
+        let rule = |line: &str| {
+            let (_, rule) = line.split_once("camera auto")?;
+            Some(rule.split_once(')')?.0.to_owned())
+        };
         told.lines().filter_map(rule).collect::<Vec<_>>()
     };
     let (each, own) = (rules(&EACH), rules(&[]));
+    let told = assert_code(&rayframe(folder, &both(&both(&catcher, &["-n"]), &EACH)), 0);
+    assert!(told.contains(", variant \"red\", ") && told.contains(", variant \"gold\", "), "{told}");
     assert_eq!(each, [own.concat(), own.concat()]);
     assert_ne!(rules(&["--variant", "red"]), own);
     // Where materials do not matter, each is what it is alone, automatic camera and ground included.

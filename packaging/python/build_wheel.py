@@ -30,7 +30,8 @@ def main():
     scripts = FOLDER / "rayframe.data/scripts"
     shutil.rmtree(scripts.parent, ignore_errors=True)
     scripts.mkdir(parents=True)
-    shutil.copy(program, scripts)
+    # The command has this name, whatever the file is called.
+    shutil.copy(program, scripts / ("rayframe.exe" if program.suffix == ".exe" else "rayframe"))
     for licence in ROOT.glob("LICENSE-*"):
         shutil.copy(licence, FOLDER)
     options.out.mkdir(parents=True, exist_ok=True)

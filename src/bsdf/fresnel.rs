@@ -4,7 +4,7 @@
 //! Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", 1994, equation 24.
 //!
 //! Departure from glTF 2.0, appendix B: dielectrics follow the exact curve, scaled so that it runs from the material's F0 to its F90.
-//! Metals, materials without an index, and tinted ones of an index beyond [`LARGEST_SCALED_IOR`] keep Schlick's curve.
+//! Metals, materials without an index, and opaque tinted ones of an index beyond [`LARGEST_SCALED_IOR`] keep Schlick's curve.
 
 use glam::Vec3;
 

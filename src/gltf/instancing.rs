@@ -52,12 +52,14 @@ pub(super) fn set_instances(context: &mut Context, data: &Data, raw: &Raw, node:
     node.instances = Some(instances);
     if let Some(reference) = attributes.find("_COLOR_0") {
         let accessor = data.accessor(context, reference.accessor, &reference.pointer)?;
-        let Some(why) = formats::mismatch(accessor, &formats::COLOR, false) else {
-            node.instance_colors = read_colors(context, data, &attributes, "_COLOR_0")?.unwrap_or_default();
-            return Ok(());
-        };
-        // What applications store under such a name is theirs.
-        context.warn(&reference.pointer, format!("{why}; the instances have no colours"));
+        match formats::mismatch(accessor, &formats::COLOR, false) {
+            None => {
+                let colors = read_colors(context, data, &attributes, "_COLOR_0")?;
+                node.instance_colors = colors.unwrap_or_default();
+            }
+            // What applications store under such a name is theirs.
+            Some(why) => context.warn(&reference.pointer, format!("{why}; the instances have no colours")),
+        }
     }
     Ok(())
 }

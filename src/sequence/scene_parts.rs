@@ -68,11 +68,10 @@ pub(super) fn part_hashes(job: &SequenceJob, statics: &StaticHashes, frame: i64)
         })
         .collect();
 
-    // Materials once each, since an object that vanishes changes none, and all textures
-    let mut materials = sorted(meshes.iter().flat_map(materials_of).collect());
+    // Materials and colours of instances once each, since an object that vanishes changes none, and all textures
+    let mut materials = sorted(meshes.iter().flat_map(materials_of).chain(colors.iter().flatten()).collect());
     materials.dedup();
     materials.push(&statics.textures);
-    materials.extend(colors.iter().flatten());
 
     let [geometry, materials, assignments, lights] = [
         joined(sorted(geometry.iter().collect())),
@@ -93,9 +92,12 @@ fn sorted(mut hashes: Vec<&Hash>) -> Vec<&Hash> {
 /// The colours of instances, where they have any.
 fn instance_colors(scene: &Scene, posed: &PosedMesh) -> Option<Hash> {
     let colors = &scene.nodes[posed.node.index()].instance_colors;
+    if colors.is_empty() {
+        return None;
+    }
     let mut hash = Sha256::new();
     add(&mut |bytes: &[u8]| hash.update(bytes), colors.iter().flat_map(Vec4::to_array));
-    (!colors.is_empty()).then(|| hash.finalize().into())
+    Some(hash.finalize().into())
 }
 
 /// A mesh with its matrices and weights.

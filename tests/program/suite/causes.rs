@@ -50,6 +50,14 @@ fn a_failure_names_the_part_of_the_scene_that_was_edited() {
 }
 
 #[test]
+fn colours_of_instances_belong_to_materials() {
+    let scene = "geometry/gpu_instancing.gltf";
+    let stage = Stage::accepted(SUITE, &[("instances.gltf", scene)]);
+    stage.scene("instances.gltf", scene, "\"SCALE\": 8", "\"SCALE\": 8, \"_COLOR_0\": 8");
+    stage.run(&["test"]).ends(1, &["likely material:"]);
+}
+
+#[test]
 fn names_and_the_order_of_meshes_change_nothing() {
     let suite = SUITE.replace("exact", "visual") + "aovs = ['object_id', 'material_id']\n";
     let stage = Stage::accepted(&suite, &[("point.gltf", SCENE)]);

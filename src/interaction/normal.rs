@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::surface_point::SurfacePoint;
 use super::texture_lookup::Lookups;
 use crate::frame::PosedVertex;
-use crate::geometry::{Triangle, unit};
+use crate::geometry::{F32Lanes, LANES, Triangle, Vec3Lanes, unit, unit_or};
 use crate::scene::{Encoding, NormalTexture};
 use crate::scene_view::SceneView;
 
@@ -33,10 +33,18 @@ pub(super) fn mapped_by(
     point: &SurfacePoint<'_>,
     map: Option<&NormalTexture>,
 ) -> Vec3 {
+    bent_into_view(point.geometric_normal, authored_by(textures, point, map), point.wo)
+}
+
+/// The same before it is bent.
+pub(super) fn authored_by(
+    textures: &Lookups<'_, '_>,
+    point: &SurfacePoint<'_>,
+    map: Option<&NormalTexture>,
+) -> Vec3 {
     let side = point.side();
     let front = (point.geometric_normal * side, &vertices_of(textures.view(), point));
-    let authored = front_normal_by(textures, point, map, front);
-    bent_into_view(point.geometric_normal, authored * side, point.wo)
+    front_normal_by(textures, point, map, front) * side
 }
 
 /// Unit tangent and bitangent of the front face; `None` where neither vertex tangents nor texture coordinate set `uv_set` define
@@ -170,23 +178,69 @@ fn tangent_from_uvs(view: SceneView<'_>, point: &SurfacePoint<'_>, uv_set: u32) 
 
 /// The shading normal, turned towards the geometric normal as little as needed for the viewer to be above it and for the mirror
 /// ray to leave the surface.
-pub(super) fn bent_into_view(geometric: Vec3, shading: Vec3, wo: Vec3) -> Vec3 {
-    let good = |normal: Vec3| is_in_view(geometric, normal, wo);
-    if good(shading) {
+fn bent_into_view(geometric: Vec3, shading: Vec3, wo: Vec3) -> Vec3 {
+    if is_in_view(geometric, shading, wo) {
         return shading;
     }
-    let between = |share: f32| unit(shading * (1.0 - share) + geometric * share).unwrap_or(geometric);
-    let (mut bad_share, mut good_share) = (0.0, 1.0);
+    let mut shares = BendShares::default();
     for _ in 0..BEND_STEPS {
-        let share = (bad_share + good_share) * 0.5;
-        let normal = between(share);
-        if good(normal) {
-            good_share = share;
-        } else {
-            bad_share = share;
+        shares.bisect(geometric, shading, wo);
+    }
+    shares.bent(geometric, shading)
+}
+
+/// [`bent_into_view`] of all lanes that are not in view; `is_in_view` is 1 for the others.
+#[inline(always)]
+pub(super) fn bend_into_view(
+    geometric: &Vec3Lanes,
+    shading: &mut Vec3Lanes,
+    wo: &Vec3Lanes,
+    is_in_view: &F32Lanes,
+) {
+    let mut shares = [BendShares::default(); LANES];
+    for _ in 0..BEND_STEPS {
+        for (lane, shares) in shares.iter_mut().enumerate() {
+            shares.bisect(geometric.get(lane), shading.get(lane), wo.get(lane));
         }
     }
-    between(good_share)
+    for (lane, shares) in shares.iter().enumerate() {
+        let bent = shares.bent(geometric.get(lane), shading.get(lane));
+        shading.set(lane, if is_in_view[lane] == 1.0 { shading.get(lane) } else { bent });
+    }
+}
+
+/// Shares of the geometric normal between which a normal comes into view.
+#[derive(Clone, Copy)]
+struct BendShares {
+    hidden: f32,
+    visible: f32,
+}
+
+impl Default for BendShares {
+    fn default() -> Self {
+        Self { hidden: 0.0, visible: 1.0 }
+    }
+}
+
+impl BendShares {
+    #[inline(always)]
+    fn bisect(&mut self, geometric: Vec3, shading: Vec3, wo: Vec3) {
+        let share = (self.hidden + self.visible) * 0.5;
+        let is_visible = is_in_view(geometric, normal_between(geometric, shading, share), wo);
+        self.visible = if is_visible { share } else { self.visible };
+        self.hidden = if is_visible { self.hidden } else { share };
+    }
+
+    #[inline(always)]
+    fn bent(self, geometric: Vec3, shading: Vec3) -> Vec3 {
+        normal_between(geometric, shading, self.visible)
+    }
+}
+
+/// The unit normal that has a share of the geometric one.
+#[inline(always)]
+fn normal_between(geometric: Vec3, shading: Vec3, share: f32) -> Vec3 {
+    unit_or(shading * (1.0 - share) + geometric * share, geometric)
 }
 
 /// Whether the viewer is above a shading normal and the mirror ray leaves the surface.

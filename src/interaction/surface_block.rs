@@ -1,7 +1,6 @@
 //! Surface points of a block of hits, computed lane by lane.
 //!
-//! The values are those of [`SurfacePoint::new`], by the same functions. Loops over lanes are vectorised; only normal maps, and the rare normals
-//! that have to be bent into view, are left to each point.
+//! The values are those of [`SurfacePoint::new`], by the same functions. Loops over lanes are vectorised; only normal maps are left to each point.
 
 use std::cell::RefCell;
 
@@ -71,7 +70,7 @@ struct SurfaceLanes {
     shadow_position: Vec3Lanes,
     /// The interpolated normal on the viewer's side; mapped and bent into view in the end.
     shading_normal: Vec3Lanes,
-    /// 1 where the interpolated normal needs no bending.
+    /// 1 where that normal needs no bending.
     is_in_view: F32Lanes,
     position_steps: [Vec3Lanes; 2],
     /// Not zero for rays without an extent on degenerate triangles.
@@ -186,16 +185,22 @@ impl<'a> SurfaceBlock<'a> {
             if material.normal_texture.is_some() {
                 point.shading_normal = point.geometric_normal;
                 let textures = Lookups::new(view, &self.probes);
-                point.shading_normal = normal::mapped_by(&textures, point, material.normal_texture.as_ref());
-                lanes.shading_normal.set(lane, point.shading_normal);
-            } else {
-                point.shading_normal = lanes.shading_normal.get(lane);
-                if lanes.is_in_view[lane] != 1.0 {
-                    let bent = normal::bent_into_view(point.geometric_normal, point.shading_normal, point.wo);
-                    point.shading_normal = bent;
-                    lanes.shading_normal.set(lane, bent);
-                }
+                let mapped = normal::authored_by(&textures, point, material.normal_texture.as_ref());
+                lanes.shading_normal.set(lane, mapped);
             }
+        }
+
+        // Bend normals into view.
+        let level = view.bvh.simd_level();
+        if material.normal_texture.is_some() {
+            vectorized!(level, lanes.find_normals_in_view());
+        }
+        if lanes.is_in_view.iter().take(self.points.len()).any(|&is_in_view| is_in_view != 1.0) {
+            let SurfaceLanes { geometric_normal, shading_normal, wo, is_in_view, .. } = lanes;
+            vectorized!(level, normal::bend_into_view(geometric_normal, shading_normal, wo, is_in_view));
+        }
+        for (lane, point) in self.points.iter_mut().enumerate() {
+            point.shading_normal = lanes.shading_normal.get(lane);
         }
     }
 }
@@ -264,9 +269,17 @@ impl SurfaceLanes {
             let smooth = unit_or(normal::weighted_sum(normals, weights), front_normal);
             let normal = if is_smooth { smooth } else { front_normal };
             let outward = if normal.dot(front_normal) < 0.0 { -normal } else { normal };
-            let normal = outward * side;
-            self.shading_normal.set(lane, normal);
-            let is_in_view = normal::is_in_view(geometric_normal, normal, wo);
+            self.shading_normal.set(lane, outward * side);
+        }
+        self.find_normals_in_view();
+    }
+
+    /// Finds the normals that need no bending.
+    #[inline(always)]
+    fn find_normals_in_view(&mut self) {
+        for lane in 0..LANES {
+            let (geometric, shading) = (self.geometric_normal.get(lane), self.shading_normal.get(lane));
+            let is_in_view = normal::is_in_view(geometric, shading, self.wo.get(lane));
             self.is_in_view[lane] = if is_in_view { 1.0 } else { 0.0 };
         }
     }

@@ -14,8 +14,8 @@ use glam::{Vec2, Vec3};
 use self::hemisphere_light::{HemisphereLight, LightWindow};
 use super::local_frame::local_frame;
 use super::occluders::DirectionRange;
-use crate::geometry::sin_cos_of_turn;
-use crate::scene::{Environment, LightGrid, LuminanceImage};
+use crate::geometry::{F32Lanes, Vec2Lanes, Vec3Lanes, sin_cos_of_turn};
+use crate::scene::{Environment, LightGrid, LookupLanes, LuminanceImage};
 
 /// The golden ratio less one: the share of a turn from one candidate to the next.
 pub(super) const GOLDEN_SHARE: f32 = 0.618_034;
@@ -75,6 +75,19 @@ impl EnvironmentDirections {
     /// surfaces do, by their cosine.
     pub(super) fn diffuse(&self, normal: Vec3, (u, random): (Vec2, f32)) -> Vec3 {
         self.grid.diffuse(normal, u, random).unwrap_or_else(|| cosine_direction(normal, u))
+    }
+
+    /// [`EnvironmentDirections::diffuse`] for the lanes of `normals`; other lanes get any direction.
+    pub(super) fn diffuse_lanes(
+        &self,
+        normals: &LookupLanes<'_>,
+        (u, randoms): (&Vec2Lanes, &F32Lanes),
+        directions: &mut Vec3Lanes,
+    ) {
+        let lit = self.grid.diffuse_lanes(normals, u, randoms, directions);
+        for lane in normals.lanes.filtered(|lane| !lit.contains(lane)) {
+            directions.set(lane, cosine_direction(normals.directions.get(lane), u.get(lane)));
+        }
     }
 
     /// A direction of the lobe that prefiltered lookups average: GGX of `roughness` around `axis`, for a view along it, as far as it is within

@@ -9,8 +9,11 @@
 //! bits of a hash in which every bit depends on higher digits alone. It uses all 24 permutations, with chances between 1/32 and
 //! 3/64 each. The image has no size here.
 
+mod lanes;
+
 use glam::Vec2;
 
+pub(crate) use self::lanes::SequenceLanes;
 use super::unit_interval::unit_interval;
 
 /// The low bit of every base-4 digit.
@@ -90,6 +93,7 @@ impl SampleSequence {
 
     /// [`SampleSequence::point`] of the dimension of `keys`, and a number in [0, 1) that is white noise, of 16 bits: those below the ones
     /// that the coordinates use, on which their scrambling depends.
+    #[inline(always)]
     pub(crate) fn point_and_random_by(&self, keys: &DimensionKeys) -> (Vec2, f32) {
         let index = self.shuffled_index(keys.shuffle);
         let [x, y] = scrambled_bits(index, [keys.x, keys.y]);
@@ -100,6 +104,7 @@ impl SampleSequence {
 
 impl SampleSequence {
     /// The index of the Sobol point: the digits of the Z order, each permuted by a hash of the key and of all higher digits.
+    #[inline(always)]
     fn shuffled_index(&self, key: u64) -> u64 {
         // Hash the higher digits: multiplications and additions carry to higher bits, which hold the lower digits.
         let mut hashed = self.reversed_index << 2;
@@ -111,27 +116,28 @@ impl SampleSequence {
         let third = next_hash(second, key.rotate_left(47));
 
         // Permute by shears and a translation of GF(2)². The sequences of shears reach all six invertible matrices.
-        let (mut shears, mut moves) = (LOW_BITS, u64::MAX);
-        if self.binary_digit < u64::BITS {
-            shears &= !(1 << self.binary_digit);
-            moves = !(1 << self.binary_digit);
-        }
+        let binary_digit = self.binary_digit_mask();
+        let (shears, moves) = (LOW_BITS & !binary_digit, !binary_digit);
         let mut index = self.reversed_index;
         index ^= (index & second & shears) << 1;
         index ^= (index >> 1) & (third | third >> 1) & shears;
         index ^= (index & (second >> 1) & shears) << 1;
         let index = (index ^ translation & moves).reverse_bits();
 
-        // Remove the unused bit of the binary digit.
-        if self.binary_digit < u64::BITS {
-            let low_bits = (1 << (u64::BITS - 1 - self.binary_digit)) - 1;
-            return index & low_bits | (index >> 1) & !low_bits;
-        }
-        index
+        // Remove the unused bit of the binary digit: those below it stay. Without such a digit all do.
+        let low_bits = binary_digit.reverse_bits().wrapping_sub(1);
+        index & low_bits | (index >> 1) & !low_bits
+    }
+
+    /// The lower bit of the binary digit; none where there is no such digit.
+    #[inline(always)]
+    fn binary_digit_mask(&self) -> u64 {
+        if self.binary_digit < u64::BITS { 1 << self.binary_digit } else { 0 }
     }
 }
 
 /// Another hash of which every bit depends on no higher bit of `hashed`.
+#[inline(always)]
 fn next_hash(hashed: u64, key: u64) -> u64 {
     let mixed = (hashed ^ key).wrapping_mul(0xE703_7ED1_A0B4_28DB);
     mixed ^ mixed.wrapping_mul(0x58F3_8DED_9C4B_1E62)
@@ -155,12 +161,14 @@ impl DimensionKeys {
 }
 
 /// The bits of a coordinate of the unit interval, the highest one in bit 0: the radical inverse.
+#[inline(always)]
 fn bits_of_first_dimension(index: u64) -> u32 {
     index as u32
 }
 
 /// The same of Sobol's second dimension. Its matrix is Pascal's triangle modulo 2, the Kronecker power of (1 1; 0 1): bit i sums
 /// the bits of `index` whose numbers contain those of i (Lucas' theorem).
+#[inline(always)]
 fn bits_of_second_dimension(mut index: u64) -> u32 {
     index ^= (index >> 1) & LOW_BITS;
     index ^= (index >> 2) & 0x3333_3333_3333_3333;
@@ -176,6 +184,7 @@ pub(super) fn scrambled_point(index: u64, keys: [u32; 2]) -> Vec2 {
     Vec2::new(unit_interval(x), unit_interval(y))
 }
 
+#[inline(always)]
 fn scrambled_bits(index: u64, keys: [u32; 2]) -> [u32; 2] {
     [scramble(bits_of_first_dimension(index), keys[0]), scramble(bits_of_second_dimension(index), keys[1])]
 }
@@ -183,6 +192,7 @@ fn scrambled_bits(index: u64, keys: [u32; 2]) -> [u32; 2] {
 /// Nested uniform scrambling (Owen, "Randomly Permuted (t,m,s)-Nets and (t,s)-Sequences", 1995) by a hash in which no bit depends
 /// on higher ones (Laine and Karras, "Stratified Sampling for Stochastic Transparency", 2011), with the constants of Vegdahl
 /// ("Building a Better LK Hash", 2021). The most significant bit of the coordinate is bit 0 before and bit 31 after.
+#[inline(always)]
 pub(super) fn scramble(mut bits: u32, key: u32) -> u32 {
     bits ^= bits.wrapping_mul(0x3D20_ADEA);
     bits = bits.wrapping_add(key);

@@ -78,6 +78,16 @@ impl BlockLookups {
         environment.prefiltered_lanes(&lookups, &self.lobe_roughness, &mut self.prefiltered);
     }
 
+    /// The lanes with an irradiance along the shading normal.
+    pub(super) fn diffuse(&self) -> ActiveLanes {
+        self.diffuse
+    }
+
+    /// Whether any surface was looked up for.
+    pub(super) fn is_empty(&self) -> bool {
+        self.diffuse.is_empty() && self.specular.is_empty()
+    }
+
     /// The irradiance along the shading normal of a surface, where it was looked up.
     pub(super) fn irradiance(&self, lane: usize) -> Option<Vec3> {
         self.diffuse.contains(lane).then(|| self.irradiance.get(lane))

@@ -2,6 +2,7 @@
 
 use super::block_lookups::BlockLookups;
 use super::lookup_keys::LookupKeys;
+use super::lookup_rays::SampledLookups;
 use super::occluder_buffers::OccluderBuffers;
 use super::opaque_block::OpaqueBlock;
 use crate::integrator::lights::IncidenceLanes;
@@ -17,6 +18,8 @@ pub(in crate::integrator) struct WhittedBuffers<'a> {
     pub(super) opaque_block: Option<Box<OpaqueBlock<'a>>>,
     /// The keys of the sample points of environment lookups.
     pub(super) lookup_keys: LookupKeys,
+    /// Lookups of blocks whose shadow rays are sampled together.
+    pub(super) sampled_lookups: SampledLookups,
     /// Taken out while it is filled.
     pub(super) occluders: OccluderBuffers,
 }
@@ -29,6 +32,7 @@ impl WhittedBuffers<'_> {
             block_lookups: BlockLookups::default(),
             opaque_block: Some(Box::new(OpaqueBlock::new(lights))),
             lookup_keys: LookupKeys::default(),
+            sampled_lookups: SampledLookups::default(),
             occluders: OccluderBuffers::default(),
         }
     }

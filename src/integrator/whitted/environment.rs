@@ -34,8 +34,7 @@ impl Tracer<'_, '_> {
             let lobe = LookupLobe::Glossy(coat.looked_up);
             lookups.push(EnvironmentLookup { radiance: albedo * seen, albedo, lobe, is_outside: true });
         }
-        let media = &shading.transmission_side.media;
-        self.add_lookups(&shading.arrival(), media, &mut lookups, shading.material.base_color);
+        self.add_lookups(shading, &mut lookups);
     }
 
     /// Diffuse lobes and sheen. `reached` multiplies light that leaves from below the coat.

@@ -24,6 +24,14 @@ pub(super) struct EnvironmentLookup {
     pub(super) is_outside: bool,
 }
 
+impl EnvironmentLookup {
+    /// Whether it looks anything up.
+    #[inline(always)]
+    pub(super) fn looks_up(&self) -> bool {
+        self.albedo.max_element() > 0.0
+    }
+}
+
 /// Directions that a lookup averages.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum LookupLobe {

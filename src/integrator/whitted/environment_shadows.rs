@@ -21,8 +21,20 @@ struct QueuedLookup<'l> {
     light_pass: LightPass,
     /// Number of its sample points, below [`MAX_NUMBERS`].
     number: usize,
+    /// See [`JoinedLookups::directions`].
+    direction: Option<Vec3>,
     /// Whether what stops the rays is found and lit.
     traces_occluder: bool,
+}
+
+/// Lookups of a surface of which faint ones have joined brighter ones.
+#[derive(Clone, Copy)]
+pub(super) struct JoinedLookups<'l> {
+    pub(super) lookups: &'l [EnvironmentLookup],
+    /// Index of the brightest of those that have shadow rays.
+    pub(super) brightest: Option<usize>,
+    /// For each lookup the direction of its first shadow ray; `None` where it sends no ray.
+    pub(super) directions: &'l [Option<Vec3>],
 }
 
 impl Tracer<'_, '_> {
@@ -35,48 +47,42 @@ impl Tracer<'_, '_> {
         }
     }
 
-    /// Adds the looked-up light of a surface of `color`: at once, or behind shadow rays. `beyond` holds the volumes on the other side.
-    pub(super) fn add_lookups(
-        &mut self,
-        arrival: &Arrival<'_, '_>,
-        beyond: &MediaStack,
-        lookups: &mut [EnvironmentLookup],
-        color: Vec3,
-    ) {
+    /// Adds the looked-up light of a surface that is shaded on its own: at once, or behind shadow rays.
+    pub(super) fn add_lookups(&mut self, shading: &Shading<'_, '_>, lookups: &mut [EnvironmentLookup]) {
         let context = self.context;
-        let brightest = context
-            .environment_directions
-            .is_some()
-            .then(|| join_faint(lookups, context.mean_radiance, |lookup| self.has_rays(lookup)))
-            .flatten();
-        self.add_joined_lookups(arrival, beyond, (lookups, brightest), color);
+        if context.environment_directions.is_none() {
+            let media = &shading.transmission_side.media;
+            return self.add_unshadowed(&shading.arrival(), media, lookups);
+        }
+        let brightest = join_faint(lookups, context.mean_radiance, |lookup| self.has_rays(lookup));
+        let arrival = &shading.arrival();
+        let directions = self.first_directions((shading.index, arrival), lookups);
+        let lookups = JoinedLookups { lookups, brightest, directions: &directions };
+        let media = &shading.transmission_side.media;
+        self.add_joined_lookups(arrival, media, &lookups, shading.material.base_color);
     }
 
-    /// The same where faint lookups have joined brighter ones; `brightest` is the index of the brightest of those that have shadow rays.
+    /// Adds the looked-up light of a surface of `color`. `beyond` holds the volumes on the other side.
     pub(super) fn add_joined_lookups(
         &mut self,
         arrival: &Arrival<'_, '_>,
         beyond: &MediaStack,
-        (lookups, brightest): (&[EnvironmentLookup], Option<usize>),
+        joined: &JoinedLookups<'_>,
         color: Vec3,
     ) {
-        let Arrival { signature, state, light_pass, .. } = *arrival;
-        let light_pass = light_pass.unwrap_or(LightPass::Environment);
+        let JoinedLookups { lookups, brightest, directions } = *joined;
         let context = self.context;
         if context.environment_directions.is_none() {
-            for lookup in lookups {
-                let media = if lookup.is_outside { &state.media } else { beyond };
-                let through = self.untraced_transmittance(arrival.point, lookup, media);
-                self.add(state.sample, light_pass, lookup.radiance * through);
-            }
-            return;
+            return self.add_unshadowed(arrival, beyond, lookups);
         }
+        let Arrival { signature, state, light_pass, .. } = *arrival;
+        let light_pass = light_pass.unwrap_or(LightPass::Environment);
         // Occluders are found for one lookup of a surface that a camera sees.
         let traces_occluders = context.bounce_share > 0.0 && state.depth == 0;
         let with_occluder = brightest.filter(|_| traces_occluders);
         let mut index = 0;
-        for (number, lookup) in lookups.iter().enumerate() {
-            if lookup.albedo.max_element() <= 0.0 {
+        for (number, (lookup, &direction)) in lookups.iter().zip(directions).enumerate() {
+            if !lookup.looks_up() {
                 continue;
             }
             let media = if lookup.is_outside { &state.media } else { beyond };
@@ -84,7 +90,8 @@ impl Tracer<'_, '_> {
                 let queued = QueuedLookup {
                     lookup,
                     light_pass,
-                    number: signature.index() * MAX_LOOKUPS + index,
+                    number: number_of(signature, index),
+                    direction,
                     traces_occluder: with_occluder == Some(number),
                 };
                 self.add_lookup(arrival, &queued, media, color);
@@ -93,6 +100,21 @@ impl Tracer<'_, '_> {
                 self.add(state.sample, light_pass, lookup.radiance * through);
             }
             index += 1;
+        }
+    }
+
+    /// Adds looked-up light without shadow rays.
+    fn add_unshadowed(
+        &mut self,
+        arrival: &Arrival<'_, '_>,
+        beyond: &MediaStack,
+        lookups: &[EnvironmentLookup],
+    ) {
+        let Arrival { state, light_pass, point, .. } = *arrival;
+        for lookup in lookups {
+            let media = if lookup.is_outside { &state.media } else { beyond };
+            let through = self.untraced_transmittance(point, lookup, media);
+            self.add(state.sample, light_pass.unwrap_or(LightPass::Environment), lookup.radiance * through);
         }
     }
 
@@ -110,12 +132,10 @@ impl Tracer<'_, '_> {
         color: Vec3,
     ) {
         let Arrival { signature, state, point, .. } = *arrival;
-        let QueuedLookup { lookup, light_pass, number, traces_occluder } = *queued;
+        let QueuedLookup { lookup, light_pass, number, direction: first, traces_occluder } = *queued;
         let EnvironmentLookup { radiance, albedo, lobe, is_outside } = *lookup;
         let context = self.context;
         let Some(directions) = &context.environment_directions else { return };
-        let sequence = self.sequences[state.sample as usize];
-        let first = self.first_point(&sequence, number);
         let share = first.map_or(0.0, |_| context.occluded_share / context.traced_samples);
         if share < 1.0 {
             let through = self.untraced_transmittance(point, lookup, media);
@@ -144,8 +164,12 @@ impl Tracer<'_, '_> {
         };
         let share = share / rays as f32;
         for ray in 0..rays {
-            let sampled = if ray == 0 { first } else { self.point_of_ray(&sequence, number, ray) };
-            let direction = lobe.sample(directions, sampled);
+            let direction = if ray == 0 {
+                first
+            } else {
+                let sequence = self.sequences[state.sample as usize];
+                lobe.sample(directions, self.point_of_ray(&sequence, number, ray))
+            };
             let task = self.shadows.push(ShadowRay {
                 signature,
                 light: context.lights.len(),
@@ -188,12 +212,30 @@ impl Tracer<'_, '_> {
         self.point_of_ray(&sequence, number, state.depth.saturating_sub(u32::from(BOUNCES)))
     }
 
-    /// The sample point of the first ray of a lookup, and a random number; `None` where the lookup sends no ray.
-    fn first_point(&mut self, sequence: &SampleSequence, number: usize) -> Option<(Vec2, f32)> {
-        let (mut u, random) = self.point_of_ray(sequence, number, 0);
-        // Points of which one coordinate is below a limit are as well distributed as all.
-        u.x /= self.context.traced_samples;
-        (u.x < 1.0).then_some((u, random))
+    /// The directions of the first shadow rays of the lookups of a surface, which was sampled with this lane of its block.
+    fn first_directions(
+        &mut self,
+        (lane, arrival): (usize, &Arrival<'_, '_>),
+        lookups: &[EnvironmentLookup],
+    ) -> [Option<Vec3>; MAX_LOOKUPS] {
+        let mut found = [None; MAX_LOOKUPS];
+        let Some(directions) = &self.context.environment_directions else { return found };
+        let looked_up = lookups.iter().zip(&mut found).filter(|(lookup, _)| lookup.looks_up());
+        for (index, (lookup, found)) in looked_up.enumerate() {
+            if !self.has_rays(lookup) {
+                continue;
+            }
+            let is_sampled = index == 0 && lookup.is_outside && self.whitted.sampled_lookups.contains(lane);
+            *found = if is_sampled {
+                self.whitted.sampled_lookups.direction(lane, directions, &lookup.lobe)
+            } else {
+                let sequence = self.sequences[arrival.state.sample as usize];
+                let (u, random) = self.point_of_ray(&sequence, number_of(arrival.signature, index), 0);
+                let u = traced_point(u, self.context.traced_samples);
+                (u.x < 1.0).then(|| lookup.lobe.sample(directions, (u, random)))
+            };
+        }
+        found
     }
 
     /// The sample point of a ray of a lookup, and a random number.
@@ -201,6 +243,18 @@ impl Tracer<'_, '_> {
         let [keys, _] = self.whitted.lookup_keys.get(sequence.seed(), number, ray);
         sequence.point_and_random_by(&keys)
     }
+}
+
+/// Number of the sample points of a surface's lookup with this index.
+pub(super) fn number_of(signature: RaySignature, index: usize) -> usize {
+    signature.index() * MAX_LOOKUPS + index
+}
+
+/// The sample point of the first ray of a lookup, where the lookup sends one: its first coordinate is below 1 for a share of the points,
+/// which are as well distributed as all.
+#[inline(always)]
+pub(super) fn traced_point(u: Vec2, traced_share: f32) -> Vec2 {
+    Vec2::new(u.x / traced_share, u.y)
 }
 
 /// A direction on one side of a surface; those of the other side are mirrored by it.

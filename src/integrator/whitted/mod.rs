@@ -17,6 +17,7 @@ mod frosted_glass;
 mod glossy;
 mod lamps_through_glass;
 mod lookup_keys;
+mod lookup_rays;
 mod occluder_buffers;
 mod occluder_light;
 mod opaque_block;

@@ -9,6 +9,7 @@ use fearless_simd::Level;
 use glam::{Mat3, Vec3};
 
 use super::environment_lookup::{EnvironmentLookup, LookupLobe, join_faint_pair};
+use super::lookup_rays::BLOCK_LOOKUPS;
 use super::reflected_lobe::ReflectedLobe;
 use super::traced_share::traced_share;
 use crate::bsdf::{AlbedoSlice, AlbedoTable, AlbedoTermLanes, Bsdf};
@@ -281,20 +282,29 @@ impl ReflectedLanes {
     }
 
     /// What a surface with this shading normal looks up, and the index of the brighter lookup.
-    pub(super) fn lookups(&self, lane: usize, normal: Vec3) -> ([EnvironmentLookup; 2], usize) {
-        let diffuse = EnvironmentLookup {
-            radiance: self.diffuse.get(lane),
-            albedo: self.diffuse_albedo.get(lane),
-            lobe: LookupLobe::Diffuse { normal },
+    pub(super) fn lookups(&self, lane: usize, normal: Vec3) -> ([EnvironmentLookup; BLOCK_LOOKUPS], usize) {
+        let [diffuse, glossy] =
+            [[&self.diffuse, &self.diffuse_albedo], [&self.prefiltered, &self.prefiltered_albedo]]
+                .map(|values| values.map(|lanes| lanes.get(lane)));
+        let lookup = |[radiance, albedo]: [Vec3; 2], lookup| EnvironmentLookup {
+            radiance,
+            albedo,
+            lobe: self.looked_up_lobe(lane, lookup, normal),
             is_outside: true,
         };
-        let glossy = EnvironmentLookup {
-            radiance: self.prefiltered.get(lane),
-            albedo: self.prefiltered_albedo.get(lane),
-            lobe: LookupLobe::Glossy(self.looked_up(lane)),
-            is_outside: true,
-        };
-        ([diffuse, glossy], usize::from(self.is_prefiltered_brighter[lane] > 0.0))
+        let lookups = [lookup(diffuse, 0), lookup(glossy, 1)];
+        (lookups, usize::from(self.is_prefiltered_brighter[lane] > 0.0))
+    }
+
+    /// Whether one of [`ReflectedLanes::lookups`] looks anything up.
+    pub(super) fn looks_up(&self, lane: usize, lookup: usize) -> bool {
+        let albedos = [&self.diffuse_albedo, &self.prefiltered_albedo][lookup];
+        albedos.get(lane).max_element() > 0.0
+    }
+
+    /// The lobe of one of [`ReflectedLanes::lookups`].
+    pub(super) fn looked_up_lobe(&self, lane: usize, lookup: usize, normal: Vec3) -> LookupLobe {
+        if lookup == 0 { LookupLobe::Diffuse { normal } } else { LookupLobe::Glossy(self.looked_up(lane)) }
     }
 
     /// The albedo of the specular lobe, and the share of it that the mirror ray follows.

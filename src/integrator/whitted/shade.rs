@@ -26,6 +26,7 @@ impl<'a> Tracer<'_, 'a> {
     ) {
         self.find_incidences(block);
         self.whitted.block_lookups.fill(self.context, block, materials);
+        self.sample_first_lookups(wavefront, hits, block.normals());
         for (index, surface_hit) in hits.iter().enumerate() {
             self.shade(wavefront, surface_hit, (index, &block.points[index]), &materials[index]);
         }

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use super::environment_shadows::JoinedLookups;
+use super::lookup_rays::BLOCK_LOOKUPS;
 use super::opaque_block::OpaqueBlock;
 use super::shading::Arrival;
 use crate::integrator::media::SurfaceMedia;
@@ -21,19 +23,20 @@ impl Tracer<'_, '_> {
     ) {
         let Some(mut block) = self.whitted.opaque_block.take() else { return };
         block.compute(self.context, wavefront, (material, hits));
-        for (lane, hit) in hits.iter().enumerate() {
-            self.finish_hit((&block, lane), wavefront, material, hit);
+        let directions = self.lookup_directions(&block, wavefront, hits);
+        for (lane, (hit, directions)) in hits.iter().zip(&directions).enumerate() {
+            self.finish_hit((&block, lane), wavefront, (material, hit), directions);
         }
         self.whitted.opaque_block = Some(block);
     }
 
-    /// Adds the light of a hit to its sample, queues its shadow rays and sends its mirror ray.
+    /// Adds the light of a hit to its sample, queues its shadow rays and sends its mirror ray. `directions` are those of its lookups.
     fn finish_hit(
         &mut self,
         (block, lane): (&OpaqueBlock<'_>, usize),
         wavefront: &Wavefront,
-        material: &Material,
-        surface_hit: &SurfaceHit,
+        (material, surface_hit): (&Material, &SurfaceHit),
+        directions: &[Option<Vec3>; BLOCK_LOOKUPS],
     ) {
         let SurfaceHit { slot, light_pass, .. } = *surface_hit;
         let (_, state) = wavefront.ray(slot);
@@ -62,7 +65,8 @@ impl Tracer<'_, '_> {
         let direction = block.reflected.mirrored.get(lane);
         let (lookups, brighter) = block.reflected.lookups(lane, point.shading_normal);
         let color = block.materials.base.base_color(lane);
-        self.add_joined_lookups(&arrival, &MediaStack::default(), (&lookups, Some(brighter)), color);
+        let lookups = JoinedLookups { lookups: &lookups, brightest: Some(brighter), directions };
+        self.add_joined_lookups(&arrival, &MediaStack::default(), &lookups, color);
         let weight = block.reflected.specular.get(lane);
         let roughness = block.reflected.lobe_roughness[lane];
         let (albedo, traced_share) = block.reflected.specular_albedo(lane);

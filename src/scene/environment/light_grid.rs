@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 
 use super::LuminanceImage;
 use super::lookup_lanes::LookupLanes;
-use crate::geometry::{F32Lanes, Vec3Lanes};
+use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
 
 /// Cells along an edge of the square of directions: 6° to 9° each.
 const CELLS: usize = 32;
@@ -42,7 +42,7 @@ impl LightGrid {
             .map(|cell| {
                 let (mut parts, mut sum) = ([[0.0; PARTS]; PARTS], Vec3::ZERO);
                 for (part, place) in part_centers() {
-                    let direction = direction_in(cell, place);
+                    let direction = direction_in(cell as u32, place);
                     // The solid angle of a part, but for a factor: the plane of the octahedron is nearest in the middle of a face.
                     let width = direction.abs().element_sum();
                     let solid_angle = width * width * width;
@@ -82,21 +82,54 @@ impl LightGrid {
     /// cells, and interpolated between normals; in a cell it is that of the light by its parts. The point `u` of the unit square is mapped to
     /// directions row by row, so that stratified points are stratified directions; `random` selects a normal, which makes less of a difference.
     pub(crate) fn diffuse(&self, normal: Vec3, u: Vec2, random: f32) -> Option<Vec3> {
-        // One of the four normals around this one, by its share in a bilinear interpolation
-        let low_bits = random * 256.0 - (random * 256.0) as u8 as f32;
-        let position = LuminanceImage::uv_from_direction(normal) * NORMAL_STEPS as f32;
-        let [x, y] = [position.x + random, position.y + low_bits].map(|x| (x as usize).min(NORMAL_STEPS));
-        let node = y * (NORMAL_STEPS + 1) + x;
+        let (cell, place) = self.cell_of(node_around(normal, random), u)?;
+        Some(mirrored_above(normal, direction_in(cell, place)))
+    }
+
+    /// [`LightGrid::diffuse`] for the lanes of `normals`, which are the ones that get directions. Returns those to which light comes; others may get
+    /// any direction.
+    pub(crate) fn diffuse_lanes(
+        &self,
+        normals: &LookupLanes<'_>,
+        u: &Vec2Lanes,
+        randoms: &F32Lanes,
+        directions: &mut Vec3Lanes,
+    ) -> ActiveLanes {
+        let LookupLanes { level, directions: normals, lanes } = *normals;
+        let (mut nodes, mut cells) = ([0_u32; LANES], [0_u32; LANES]);
+        let mut places = Vec2Lanes::default();
+        let mut lit = ActiveLanes::default();
+        vectorized!(level, {
+            for (lane, node) in nodes.iter_mut().enumerate() {
+                *node = node_around(normals.get(lane), randoms[lane]);
+            }
+            for lane in lanes {
+                if let Some((cell, place)) = self.cell_of(nodes[lane], u.get(lane)) {
+                    cells[lane] = cell;
+                    places.set(lane, place);
+                    lit = lit.with(lane);
+                }
+            }
+            for (lane, cell) in cells.iter().enumerate() {
+                let direction = direction_in(*cell, places.get(lane));
+                directions.set(lane, mirrored_above(normals.get(lane), direction));
+            }
+        });
+        lit
+    }
+
+    /// The cell of a point of the unit square by the light on a surface with the normal `node`, and the place in the cell. `None` where no light
+    /// arrives.
+    #[inline(always)]
+    fn cell_of(&self, node: u32, u: Vec2) -> Option<(u32, Vec2)> {
+        let node = node as usize;
         let row_ends = self.row_ends.get(node * CELLS..)?.first_chunk::<CELLS>()?;
         let row = part_of(row_ends, 0.0, u.y * row_ends[CELLS - 1])?;
         let first = (node * CELLS + row.index) * CELLS;
         let cells = self.cumulative.get(first..)?.first_chunk::<CELLS>()?;
         let column = part_of(cells, row.start, row.start + u.x * row.sum)?;
         let cell = row.index * CELLS + column.index;
-        let direction = direction_in(cell, self.cells.get(cell)?.place(Vec2::new(column.place, row.place)));
-        // A cell, or a normal, may reach a little beyond the horizon.
-        let height = direction.dot(normal);
-        Some(if height < 0.0 { direction - normal * (2.0 * height) } else { direction })
+        Some((cell as u32, self.cells.get(cell)?.place(Vec2::new(column.place, row.place))))
     }
 
     /// The irradiance of a surface by luminance, as the sum of all cells, interpolated between normals.
@@ -210,15 +243,34 @@ fn part_of(ends: &[f32; CELLS], start: f32, chosen: f32) -> Option<ChosenPart> {
 }
 
 /// How many of the sums are at most `chosen`. They never decrease, so that this is a search; counting all takes no branch and is done in lanes.
+#[inline(always)]
 fn count_up_to(sums: &[f32; CELLS], chosen: f32) -> usize {
     debug_assert!(sums.is_sorted() || sums[CELLS - 1].is_nan());
     sums.iter().map(|&sum| u32::from(sum <= chosen)).sum::<u32>() as usize
 }
 
+/// One of the four normals of the grid around a normal, by its share in a bilinear interpolation.
+#[inline(always)]
+fn node_around(normal: Vec3, random: f32) -> u32 {
+    let low_bits = random * 256.0 - (random * 256.0) as i32 as f32;
+    let position = LuminanceImage::uv_from_direction(normal) * NORMAL_STEPS as f32;
+    let [x, y] =
+        [position.x + random, position.y + low_bits].map(|x| (x as i32 as u32).min(NORMAL_STEPS as u32));
+    y * (NORMAL_STEPS as u32 + 1) + x
+}
+
 /// The direction at `u` in a cell.
-fn direction_in(cell: usize, u: Vec2) -> Vec3 {
-    let corner = Vec2::new((cell % CELLS) as f32, (cell / CELLS) as f32);
+#[inline(always)]
+fn direction_in(cell: u32, u: Vec2) -> Vec3 {
+    let corner = Vec2::new((cell % CELLS as u32) as f32, (cell / CELLS as u32) as f32);
     LuminanceImage::direction_from_uv((corner + u) / CELLS as f32)
+}
+
+/// A direction on the side of a normal: a cell, or a normal of the grid, may reach a little beyond the horizon.
+#[inline(always)]
+fn mirrored_above(normal: Vec3, direction: Vec3) -> Vec3 {
+    let height = direction.dot(normal);
+    if height < 0.0 { direction - normal * (2.0 * height) } else { direction }
 }
 
 #[cfg(test)]

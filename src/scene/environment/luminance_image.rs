@@ -47,7 +47,7 @@ impl LuminanceImage {
     }
 
     /// Unit vector of a position in the unit square.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn direction_from_uv(uv: Vec2) -> Vec3 {
         direction_from_uv(uv)
     }

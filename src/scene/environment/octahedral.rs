@@ -112,6 +112,7 @@ fn position_of(direction: Vec3) -> (f32, f32) {
 }
 
 /// Unit vector of a position in the square from −1 to 1.
+#[inline(always)]
 fn direction_of(right: f32, down: f32) -> Vec3 {
     let height = 1.0 - right.abs() - down.abs();
     let (x, z) = if height >= 0.0 { (right, down) } else { folded(right, down) };
@@ -119,6 +120,7 @@ fn direction_of(right: f32, down: f32) -> Vec3 {
 }
 
 /// Unit vector of a position in the unit square.
+#[inline(always)]
 pub(super) fn direction_from_uv(uv: Vec2) -> Vec3 {
     direction_of(uv.x * 2.0 - 1.0, uv.y * 2.0 - 1.0)
 }

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use fearless_simd::Level;
+
 use super::*;
 use crate::scene::{BuiltInLight, ComposedEnvironment, Environment};
 
@@ -72,6 +74,45 @@ fn parts_are_chosen_by_their_share() {
     }
     let overflow = ends.map(|sum| if sum > 15.0 { f32::INFINITY } else { sum });
     assert!(part_of(&overflow, 10.0, 11.0).is_none());
+}
+
+#[test]
+fn directions_in_lanes_are_those_of_single_normals() {
+    let lit = Environment::BuiltIn(BuiltInLight::Studio).light_grid();
+    // Light from above leaves surfaces that face down dark.
+    let above = LightGrid::new(|lookups, _, radiances| {
+        for lane in lookups.lanes {
+            let height = lookups.directions.get(lane).y;
+            radiances.set(lane, Vec3::splat(if height > 0.9 { height } else { 0.0 }));
+        }
+    });
+    let mut dark = 0;
+    for grid in [&*lit, &above] {
+        let numbers: Vec<Vec2> = points(64 * LANES as u32).collect();
+        for (block, u) in numbers.chunks(LANES).enumerate() {
+            let (mut normals, mut us) = (Vec3Lanes::default(), Vec2Lanes::default());
+            let mut randoms = F32Lanes::default();
+            for (lane, u) in u.iter().enumerate() {
+                let turned = Vec2::new(u.y, u.x * 0.37 + block as f32 / 100.0);
+                normals.set(lane, LuminanceImage::direction_from_uv(turned));
+                us.set(lane, *u);
+                randoms[lane] = (lane * 4099 + block) as f32 / (1 << 16) as f32;
+            }
+            let lanes = ActiveLanes::first(LANES).filtered(|lane| lane != block % LANES);
+            for level in [Level::fallback(), Level::new()] {
+                let lookups = LookupLanes { level, directions: &normals, lanes };
+                let mut directions = Vec3Lanes::default();
+                let lit = grid.diffuse_lanes(&lookups, &us, &randoms, &mut directions);
+                for lane in lanes {
+                    let found = lit.contains(lane).then(|| directions.get(lane));
+                    assert_eq!(found, grid.diffuse(normals.get(lane), us.get(lane), randoms[lane]));
+                    dark += u32::from(found.is_none());
+                }
+                assert!(!lit.contains(block % LANES));
+            }
+        }
+    }
+    assert!((100..2000).contains(&dark), "{dark}");
 }
 
 #[test]

@@ -508,6 +508,30 @@ def check_approvals(browser, path, is_suite):
     page.close()
 
 
+def check_filtered_approvals(browser, path):
+    """Approves what a filter shows: images of that kind alone, and of shots that have others, too."""
+    page = Page(browser, path, "filtered approvals", script="Object.defineProperty(window, 'localStorage', { get() { throw new Error('forbidden'); } })")
+    data = json.loads(page.page.locator("#data").text_content())
+    frames = [frame for shot in data["shots"] for frame in shot["frames"]]
+    can = [frame for frame in frames if frame["status"] in ("different", "missing") and frame["hash"]]
+    for kind in sorted({frame["status"] for frame in can}):
+        of_kind = [frame for frame in can if frame["status"] == kind]
+        button = page.page.locator("#kinds button", has_text=kind)
+        if button.count() == 0 or not button.is_visible():
+            continue
+        button.click()
+        page.page.locator("#approve-shown").click()
+        check(f"a filter by {kind} approves these", page.text("#approved-count").startswith(f"{len(of_kind)} of"), page.text("#approved-count"))
+        page.page.reload()
+        page.wait_until_idle()
+    name = can[-1]["name"]
+    with_name = [frame for shot in data["shots"] for frame in shot["frames"] if name in "\n".join([shot["name"], frame["name"], *frame["messages"]]) and frame in can]
+    page.page.locator("#filter").fill(name)
+    page.page.locator("#approve-shown").click()
+    check("a filter by name approves these", page.text("#approved-count").startswith(f"{len(with_name)} of"), page.text("#approved-count"))
+    page.close()
+
+
 def check_phone(browser, path):
     page = Page(browser, path, "phone", color_scheme="light", has_touch=True, is_mobile=True)
     page.page.set_viewport_size({"width": 390, "height": 844})
@@ -562,6 +586,7 @@ def main():
         check_left_out(browser, folder / "sequence/index.html", folder / "left_out.html")
         check_keyboard(browser, folder / "approvals.html")
         check_approvals(browser, SUITE or folder / "approvals.html", SUITE is not None)
+        check_filtered_approvals(browser, SUITE or folder / "approvals.html")
         check_phone(browser, folder / "approvals.html")
         check_plain(browser, folder)
         browser.close()

@@ -13,12 +13,23 @@ const kindsOf = (shot) => new Set(differing(shot).map(kindOf));
 
 const kindText = (shot) => [...kindsOf(shot)].join(", ") || "identical";
 
-function isListed(shot) {
-  if (state.kinds.size > 0 && ![...kindsOf(shot)].some((kind) => state.kinds.has(kind))) return false;
-  const words = state.filter.toLowerCase().split(/\s+/).filter(Boolean);
-  const text = [shot.name, ...differing(shot).flatMap((frame) => [frame.name, ...frame.messages, frame.likely || ""])].join("\n");
-  return words.every((word) => text.toLowerCase().includes(word));
+/** Whether texts hold all words of the filter. */
+function hasFilteredWords(...texts) {
+  const text = texts.join("\n").toLowerCase();
+  return state.filter.toLowerCase().split(/\s+/).every((word) => text.includes(word));
 }
+
+/** The frames of a shot that are not identical and that the filters select. */
+function selected(shot) {
+  const isKind = (frame) => state.kinds.size === 0 || state.kinds.has(kindOf(frame));
+  return differing(shot).filter((frame) => isKind(frame) && hasFilteredWords(shot.name, frame.name, ...frame.messages, frame.likely || ""));
+}
+
+/** Whether the filters select frames of a shot, or its name. */
+const isListed = (shot) => selected(shot).length > 0 || (state.kinds.size === 0 && hasFilteredWords(shot.name));
+
+/** What a tick in the list approves: the frames that can be approved and that the filters select. */
+const selectedApprovable = (shot) => selected(shot).filter(canApprove);
 const listed = () => report.shots.map((_, index) => index).filter((index) => isListed(report.shots[index]));
 
 /** A name with its folders in grey. */
@@ -44,7 +55,7 @@ function listItem(index) {
   const frames = differing(shot);
   const worst = frames.find(fails) || frames[0];
   const kind = worst ? kindOf(worst) : "identical";
-  const all = approvable(shot);
+  const all = selectedApprovable(shot);
   const isDone = all.length > 0 && all.every(isApproved);
   const count = shot.frames.length > 1 ? `${frames.length}/${shot.frames.length}` : "";
   const button = element(

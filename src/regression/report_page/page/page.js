@@ -139,7 +139,7 @@ function connect() {
   on("keys-on", "change", () => memory.write("keys", (keysAreOn = byId("keys-on").checked)));
   on("approve-frame", "change", () => approve([shownFrame()], byId("approve-frame").checked));
   on("approve-shot", "change", () => approve(shownShot().frames, byId("approve-shot").checked));
-  on("approve-shown", "click", () => approve(listed().flatMap((index) => approvable(report.shots[index])), true));
+  on("approve-shown", "click", () => approve(listed().flatMap((index) => selectedApprovable(report.shots[index])), true));
   on("export", "click", exportApprovals);
   document.addEventListener("keydown", onKey);
   addEventListener("hashchange", goByHash);

@@ -20,6 +20,7 @@ pub use channel::{
 };
 pub use plate::{Plate, PlateFit, over, resample};
 pub use rendered_scene::{PartHashes, RenderedScene};
+pub(crate) use scene_content::content_text;
 pub use scene_content::{ContentChange, ContentNames, SceneContent};
 pub use window::PixelWindow;
 

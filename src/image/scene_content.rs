@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 /// Bytes of names of one kind that are listed. Of more, only the number is.
 const MAX_LISTED_BYTES: usize = 16 << 10;
 
+/// The kind of a mesh's morph targets.
+const MORPH_TARGET: &str = "morph target";
+
 /// Names of the content of a scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SceneContent {
@@ -18,6 +21,9 @@ pub struct SceneContent {
     pub cameras: ContentNames,
     /// Material variants.
     pub variants: ContentNames,
+    /// Names of meshes, once for each of their morph targets. Only losses count: references of earlier versions list none.
+    #[serde(default, skip_serializing_if = "ContentNames::is_empty")]
+    pub morph_targets: ContentNames,
 }
 
 /// Names of one kind of content.
@@ -33,9 +39,9 @@ pub enum ContentNames {
 /// Content that only one of two scenes has.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ContentChange {
-    /// What it is: `node`, `clip`, `camera` or `variant`.
+    /// What it is: `node`, `clip`, `camera`, `variant` or `morph target`.
     pub kind: &'static str,
-    /// Its name in quotes, or a number where names are not listed.
+    /// Its name in quotes, for morph targets that of the mesh, or a number where names are not listed.
     pub name: String,
     /// Whether the reference has it.
     pub is_lost: bool,
@@ -61,6 +67,9 @@ impl SceneContent {
         for is_lost in [true, false] {
             let (more, less) = if is_lost { (reference, self) } else { (self, reference) };
             for ((kind, names), (_, others)) in more.kinds().into_iter().zip(less.kinds()) {
+                if kind == MORPH_TARGET && !is_lost {
+                    continue;
+                }
                 let only = names.without(others);
                 changes.extend(only.into_iter().map(|name| ContentChange { kind, name, is_lost }));
             }
@@ -68,9 +77,15 @@ impl SceneContent {
         changes
     }
 
-    fn kinds(&self) -> [(&'static str, &ContentNames); 4] {
-        let Self { nodes, clips, cameras, variants } = self;
-        [("node", nodes), ("clip", clips), ("camera", cameras), ("variant", variants)]
+    fn kinds(&self) -> [(&'static str, &ContentNames); 5] {
+        let Self { nodes, clips, cameras, variants, morph_targets } = self;
+        [
+            ("node", nodes),
+            ("clip", clips),
+            ("camera", cameras),
+            ("variant", variants),
+            (MORPH_TARGET, morph_targets),
+        ]
     }
 }
 
@@ -84,6 +99,10 @@ impl ContentNames {
         Self::Listed(names)
     }
 
+    fn is_empty(&self) -> bool {
+        self.count() == 0
+    }
+
     fn count(&self) -> usize {
         match self {
             Self::Listed(names) => names.len(),
@@ -91,24 +110,25 @@ impl ContentNames {
         }
     }
 
-    /// Those that `other` has not, or has fewer times.
+    /// Those that `other` has not, or has fewer times; each with how many times it is missing there, if more than once.
     fn without(&self, other: &Self) -> Vec<String> {
         let (Self::Listed(names), Self::Listed(others)) = (self, other) else {
             let (count, all) = (self.count().saturating_sub(other.count()), self.count());
             return if count > 0 { vec![format!("({count} of {all})")] } else { Vec::new() };
         };
-        let mut left = BTreeMap::<&str, usize>::new();
-        for name in others {
-            *left.entry(name).or_default() += 1;
+        let mut missing = BTreeMap::<&str, isize>::new();
+        for name in names {
+            *missing.entry(name).or_default() += 1;
         }
-        let is_only_here = |name: &&String| match left.get_mut(name.as_str()) {
-            Some(count) if *count > 0 => {
-                *count -= 1;
-                false
-            }
-            _ => true,
+        for name in others {
+            *missing.entry(name).or_default() -= 1;
+        }
+        let text = |(name, count): (&str, isize)| match count {
+            ..1 => None,
+            1 => Some(format!("\"{}\"", name.escape_debug())),
+            _ => Some(format!("\"{}\" ({count} times)", name.escape_debug())),
         };
-        names.iter().filter(is_only_here).map(|name| format!("\"{}\"", name.escape_debug())).collect()
+        missing.into_iter().filter_map(text).collect()
     }
 }
 
@@ -121,8 +141,14 @@ impl Default for ContentNames {
 impl std::fmt::Display for ContentChange {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let what = if self.is_lost { "lost" } else { "new" };
-        write!(formatter, "{what}: {} {}", self.kind, self.name)
+        write!(formatter, "{what}: {}", content_text(self.kind, &self.name))
     }
+}
+
+/// Words for content by its kind and name, as [`ContentChange`] has them.
+pub(crate) fn content_text(kind: &str, name: &str) -> String {
+    let of = if kind == MORPH_TARGET { "of " } else { "" };
+    format!("{kind} {of}{name}")
 }
 
 #[cfg(test)]
@@ -148,8 +174,29 @@ mod tests {
         let lines: Vec<_> = actual.changes_since(&reference).iter().map(ToString::to_string).collect();
         assert_eq!(lines, ["lost: node \"wheel\"", "lost: clip \"walk\"", "new: camera \"far\""]);
         assert!(reference.changes_since(&reference).is_empty());
+        let counted = SceneContent { nodes: listed(&["wheel"; 4]), ..SceneContent::default() };
+        let lines: Vec<_> = actual.changes_since(&counted).iter().map(ToString::to_string).collect();
+        assert_eq!(lines, ["lost: node \"wheel\" (3 times)", "new: node \"hat\"", "new: camera \"far\""]);
         assert_eq!(SceneContent::parse(&reference.text()), Some(reference));
         assert_eq!(SceneContent::parse("nodes"), None);
+    }
+
+    #[test]
+    fn lost_morph_targets_are_told_and_new_ones_are_not() {
+        let with = |targets: usize| SceneContent {
+            morph_targets: listed(&vec!["face"; targets]),
+            ..SceneContent::default()
+        };
+        let told = |actual: &SceneContent, reference: &SceneContent| {
+            actual.changes_since(reference).iter().map(ToString::to_string).collect::<Vec<_>>()
+        };
+        assert_eq!(told(&with(50), &with(52)), ["lost: morph target of \"face\" (2 times)"]);
+        assert_eq!(told(&with(0), &with(1)), ["lost: morph target of \"face\""]);
+        assert_eq!(told(&with(52), &with(50)), [""; 0]);
+        // References of earlier versions do not list them.
+        let earlier = SceneContent::parse(r#"{"nodes":[],"clips":[],"cameras":[],"variants":[]}"#).unwrap();
+        assert_eq!(told(&with(52), &earlier), [""; 0]);
+        assert_eq!(SceneContent::parse(&with(3).text()), Some(with(3)));
     }
 
     #[test]

@@ -11,6 +11,7 @@ use super::non_finite::NonFinite;
 use super::pooling::PooledErrors;
 use super::root_mean_square::RootMeanSquare;
 use super::verdict::Verdict;
+use crate::image::content_text;
 
 /// A difference that no limit allows.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -47,7 +48,7 @@ pub enum Mismatch {
     },
     /// Content that only the reference's scene has.
     Lost {
-        /// What it is: `node`, `clip`, `camera` or `variant`.
+        /// What it is: `node`, `clip`, `camera`, `variant` or `morph target`.
         content: &'static str,
         /// Its name in quotes, or a number where names are not listed.
         name: String,
@@ -249,7 +250,7 @@ impl std::fmt::Display for Mismatch {
             }
             Self::NotFinite { in_reference: false, values } => write!(formatter, "{values}"),
             Self::NotFinite { values, .. } => write!(formatter, "in the reference {values}"),
-            Self::Lost { content, name } => write!(formatter, "lost: {content} {name}"),
+            Self::Lost { content, name } => write!(formatter, "lost: {}", content_text(content, name)),
         }
     }
 }

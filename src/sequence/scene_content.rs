@@ -5,20 +5,29 @@ use std::collections::BTreeSet;
 use crate::image::{ContentNames, SceneContent};
 use crate::scene::{AnimationIndex, Scene};
 
-/// Names of the nodes with a mesh and the cameras that stand in a scene of the file, of its clips and of its variants.
+/// Names of the nodes with a mesh and the cameras that stand in a scene of the file, of its clips, of its variants, and of meshes with morph
+/// targets.
 pub(super) fn scene_content(scene: &Scene) -> SceneContent {
     let roots: Vec<_> = scene.scenes.iter().flat_map(|scene| &scene.roots).copied().collect();
     // Scenes may share nodes.
     let nodes: BTreeSet<_> = scene.nodes_below(&roots).into_iter().collect();
     let nodes = nodes.iter().filter_map(|node| scene.nodes.get(node.index()));
-    let with_mesh = nodes.filter(|node| node.mesh.is_some());
+    let with_mesh: Vec<_> = nodes.filter(|node| node.mesh.is_some()).collect();
+    // Nodes may share meshes.
+    let meshes: BTreeSet<_> = with_mesh.iter().filter_map(|node| node.mesh).collect();
+    let meshes = meshes.iter().filter_map(|mesh| scene.meshes.get(mesh.index()));
+    let morph_targets = meshes
+        .filter_map(|mesh| Some(std::iter::repeat_n(mesh.name.clone()?, mesh.morph_target_count())))
+        .flatten()
+        .collect();
     let clips = (0..scene.animations.len()).map(|index| scene.clip_label(AnimationIndex(index as u32)));
     let cameras = scene.cameras_below(&roots).into_iter().map(|camera| scene.camera_label(camera));
     let variants = scene.variants.iter().map(|variant| variant.name.clone());
     SceneContent {
-        nodes: ContentNames::new(with_mesh.filter_map(|node| node.name.clone()).collect()),
+        nodes: ContentNames::new(with_mesh.iter().filter_map(|node| node.name.clone()).collect()),
         clips: ContentNames::new(clips.collect()),
         cameras: ContentNames::new(cameras.collect()),
         variants: ContentNames::new(variants.collect()),
+        morph_targets: ContentNames::new(morph_targets),
     }
 }

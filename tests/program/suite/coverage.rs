@@ -187,6 +187,33 @@ fn lost_content_fails_with_its_name_where_no_pixel_shows_it() {
 }
 
 #[test]
+fn lost_morph_targets_fail_though_their_weights_are_zero() {
+    let stage = Stage::new(&format!("{SUITE}frames = 0\nanimation = 'none'\nview = 'front'\n"));
+    let robot = |targets: usize| {
+        let mut robot = scene(0);
+        let mesh = &mut robot["meshes"][0];
+        mesh["name"] = json!("face");
+        for primitive in mesh["primitives"].as_array_mut().unwrap() {
+            let positions = primitive["attributes"]["POSITION"].clone();
+            if targets > 0 {
+                primitive["targets"] = json!(vec![json!({ "POSITION": positions }); targets]);
+            }
+        }
+        robot.to_string()
+    };
+    stage.write("robot.gltf", &robot(3));
+    assert_eq!(accepted(&stage), ["robot.exr"]);
+    for (targets, lost) in
+        [(2, "lost: morph target of \"face\"\n"), (0, "lost: morph target of \"face\" (3 times)")]
+    {
+        stage.write("robot.gltf", &robot(targets));
+        stage.run(&["test"]).ends(1, &["FAIL robot", lost]);
+    }
+    stage.write("robot.gltf", &robot(4));
+    stage.run(&["test"]).ends(0, &["1 image identical"]);
+}
+
+#[test]
 fn content_is_missed_after_the_first_view_went_and_where_nodes_are_detached() {
     let stage = Stage::new(SUITE);
     let mut robot = scene(2);

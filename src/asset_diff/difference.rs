@@ -41,7 +41,7 @@ pub struct Change {
     pub kind: ChangeKind,
     /// Its name in the reference, or in the actual asset where that alone has it.
     pub name: String,
-    /// Whether content is lost: a clip, a camera, a light, a variant, a node with a mesh, or a mesh's morph targets.
+    /// Whether content is lost: a clip, a camera, a light, a variant, a node with a mesh, a mesh's morph targets, or a clip's motion.
     pub is_loss: bool,
     /// The properties that differ. Those of an item that only one side has are all that the side has.
     pub properties: Vec<PropertyChange>,
@@ -89,6 +89,9 @@ impl Change {
     pub fn loss_text(&self) -> String {
         let what = self.group.name().trim_end_matches('s');
         match (self.group, self.kind) {
+            (GroupKind::Clips, ChangeKind::Changed) => {
+                format!("lost: the motion of the clip \"{}\"", self.name)
+            }
             (GroupKind::Meshes, _) => format!("lost: morph targets of the mesh \"{}\"", self.name),
             (GroupKind::Nodes, ChangeKind::Removed) => format!("lost: node \"{}\" with a mesh", self.name),
             (GroupKind::Nodes, _) => format!("lost: the mesh of the node \"{}\"", self.name),
@@ -153,7 +156,8 @@ fn changed(
     }
     let new = actual.properties.iter().filter(|property| reference.value(&property.name).is_none());
     properties.extend(new.map(|property| property_change(&property.name, None, Some(&property.value))));
-    let is_loss = reference.is_content && !actual.is_content || properties.iter().any(loses_morph_targets);
+    let is_loss = reference.is_content && !actual.is_content
+        || properties.iter().any(|change| loses_morph_targets(change) || loses_motion(change));
     let name = if reference.is_named { &reference.name } else { &actual.name };
     let change = Change { group, kind: ChangeKind::Changed, name: name.clone(), is_loss, properties };
     (change.is_loss || !change.properties.is_empty()).then_some(change)
@@ -180,6 +184,13 @@ fn loses_morph_targets(change: &PropertyChange) -> bool {
         _ => 0,
     };
     change.property == "morph targets" && count(&change.actual) < count(&change.reference)
+}
+
+/// Whether a clip is still that moved. Images of its first, middle and last frame may all show one pose.
+fn loses_motion(change: &PropertyChange) -> bool {
+    change.property == "moves"
+        && change.reference == Some(Value::Flag(true))
+        && change.actual == Some(Value::Flag(false))
 }
 
 #[cfg(test)]

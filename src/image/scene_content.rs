@@ -9,6 +9,8 @@ const MAX_LISTED_BYTES: usize = 16 << 10;
 
 /// The kind of a mesh's morph targets.
 const MORPH_TARGET: &str = "morph target";
+/// The kind of a clip's motion.
+const MOTION: &str = "motion";
 
 /// Names of the content of a scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,6 +26,9 @@ pub struct SceneContent {
     /// Names of meshes, once for each of their morph targets. Only losses count: references of earlier versions list none.
     #[serde(default, skip_serializing_if = "ContentNames::is_empty")]
     pub morph_targets: ContentNames,
+    /// Animation clips that change anything over time. Only losses count, as for morph targets.
+    #[serde(default, skip_serializing_if = "ContentNames::is_empty")]
+    pub moving_clips: ContentNames,
 }
 
 /// Names of one kind of content.
@@ -39,9 +44,9 @@ pub enum ContentNames {
 /// Content that only one of two scenes has.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ContentChange {
-    /// What it is: `node`, `clip`, `camera`, `variant` or `morph target`.
+    /// What it is: `node`, `clip`, `camera`, `variant`, `morph target` or `motion`.
     pub kind: &'static str,
-    /// Its name in quotes, for morph targets that of the mesh, or a number where names are not listed.
+    /// Its name in quotes, for morph targets that of the mesh and for motion that of the clip, or a number where names are not listed.
     pub name: String,
     /// Whether the reference has it.
     pub is_lost: bool,
@@ -67,24 +72,30 @@ impl SceneContent {
         for is_lost in [true, false] {
             let (more, less) = if is_lost { (reference, self) } else { (self, reference) };
             for ((kind, names), (_, others)) in more.kinds().into_iter().zip(less.kinds()) {
-                if kind == MORPH_TARGET && !is_lost {
+                if [MORPH_TARGET, MOTION].contains(&kind) && !is_lost {
                     continue;
                 }
-                let only = names.without(others);
+                let mut only = names.without(others);
+                if kind == MOTION {
+                    // A clip that is lost is told as such.
+                    let lost = reference.clips.without(&self.clips);
+                    only.retain(|name| !lost.contains(name));
+                }
                 changes.extend(only.into_iter().map(|name| ContentChange { kind, name, is_lost }));
             }
         }
         changes
     }
 
-    fn kinds(&self) -> [(&'static str, &ContentNames); 5] {
-        let Self { nodes, clips, cameras, variants, morph_targets } = self;
+    fn kinds(&self) -> [(&'static str, &ContentNames); 6] {
+        let Self { nodes, clips, cameras, variants, morph_targets, moving_clips } = self;
         [
             ("node", nodes),
             ("clip", clips),
             ("camera", cameras),
             ("variant", variants),
             (MORPH_TARGET, morph_targets),
+            (MOTION, moving_clips),
         ]
     }
 }
@@ -147,8 +158,11 @@ impl std::fmt::Display for ContentChange {
 
 /// Words for content by its kind and name, as [`ContentChange`] has them.
 pub(crate) fn content_text(kind: &str, name: &str) -> String {
-    let of = if kind == MORPH_TARGET { "of " } else { "" };
-    format!("{kind} {of}{name}")
+    match kind {
+        MORPH_TARGET => format!("morph target of {name}"),
+        MOTION => format!("motion of clip {name}"),
+        _ => format!("{kind} {name}"),
+    }
 }
 
 #[cfg(test)]
@@ -197,6 +211,11 @@ mod tests {
         let earlier = SceneContent::parse(r#"{"nodes":[],"clips":[],"cameras":[],"variants":[]}"#).unwrap();
         assert_eq!(told(&with(52), &earlier), [""; 0]);
         assert_eq!(SceneContent::parse(&with(3).text()), Some(with(3)));
+        let moving = SceneContent { moving_clips: listed(&["wave"]), ..SceneContent::default() };
+        assert_eq!(told(&SceneContent::default(), &moving), ["lost: motion of clip \"wave\""]);
+        let clip = SceneContent { clips: listed(&["wave"]), ..moving.clone() };
+        assert_eq!(told(&SceneContent::default(), &clip), ["lost: clip \"wave\""]);
+        assert_eq!(told(&moving, &earlier), [""; 0]);
     }
 
     #[test]

@@ -48,7 +48,7 @@ pub enum Mismatch {
     },
     /// Content that only the reference's scene has.
     Lost {
-        /// What it is: `node`, `clip`, `camera`, `variant` or `morph target`.
+        /// What it is: `node`, `clip`, `camera`, `variant`, `morph target` or `motion`.
         content: &'static str,
         /// Its name in quotes, or a number where names are not listed.
         name: String,

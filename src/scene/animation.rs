@@ -24,6 +24,11 @@ impl Animation {
             .filter_map(|channel| channel.keyframes.times_seconds.last())
             .fold(0.0, |a, &b| if b > a { b } else { a })
     }
+
+    /// Whether any property changes its value over time.
+    pub fn moves(&self) -> bool {
+        self.channels.iter().any(|channel| !channel.keyframes.are_constant())
+    }
 }
 
 /// Keyframes of one target.
@@ -105,6 +110,24 @@ pub struct Keyframes {
     pub interpolation: Interpolation,
 }
 
+impl Keyframes {
+    /// Whether the value is the same at all times.
+    pub fn are_constant(&self) -> bool {
+        let width = self.width;
+        if self.interpolation != Interpolation::CubicSpline {
+            return self.values.windows(width + 1).all(|pair| pair[0] == pair[width]);
+        }
+        let value = |key: usize| &self.values[(3 * key + 1) * width..(3 * key + 2) * width];
+        let (first, keys) = (value(0), self.times_seconds.len());
+        let tangents = |key: usize| {
+            let [incoming, outgoing] =
+                [3 * key, 3 * key + 2].map(|part| &self.values[part * width..][..width]);
+            incoming.iter().chain(outgoing)
+        };
+        (0..keys).all(|key| value(key) == first && tangents(key).all(|slope| *slope == 0.0))
+    }
+}
+
 /// Interpolation between keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
@@ -114,4 +137,34 @@ pub enum Interpolation {
     Linear,
     /// Cubic Hermite splines with stored tangents.
     CubicSpline,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn keyframes(interpolation: Interpolation, width: usize, values: &[f32]) -> Keyframes {
+        let parts = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+        let keys = values.len() / width / parts;
+        Keyframes {
+            times_seconds: (0..keys).map(|key| key as f32).collect(),
+            values: values.to_vec(),
+            width,
+            interpolation,
+        }
+    }
+
+    #[test]
+    fn values_that_change_are_told_from_constant_ones() {
+        for interpolation in [Interpolation::Step, Interpolation::Linear] {
+            let are_constant = |values: &[f32]| keyframes(interpolation, 2, values).are_constant();
+            assert!(are_constant(&[1.0, 2.0]) && are_constant(&[1.0, 2.0, 1.0, 2.0, 1.0, 2.0]));
+            assert!(!are_constant(&[1.0, 2.0, 1.0, 3.0, 1.0, 2.0]));
+            assert!(!are_constant(&[2.0, 2.0, 1.0, 2.0]));
+        }
+        let splines = |values: &[f32]| keyframes(Interpolation::CubicSpline, 1, values).are_constant();
+        assert!(splines(&[0.0, 5.0, 0.0, 0.0, 5.0, 0.0]));
+        assert!(!splines(&[0.0, 5.0, 0.0, 0.0, 6.0, 0.0]));
+        assert!(!splines(&[0.0, 5.0, 1.0, 0.0, 5.0, 0.0]), "the tangent moves it between equal keys");
+    }
 }

@@ -6,7 +6,7 @@ use crate::image::{ContentNames, SceneContent};
 use crate::scene::{AnimationIndex, Scene};
 
 /// Names of the nodes with a mesh and the cameras that stand in a scene of the file, of its clips, of its variants, and of meshes with morph
-/// targets.
+/// targets, and which clips move.
 pub(super) fn scene_content(scene: &Scene) -> SceneContent {
     let roots: Vec<_> = scene.scenes.iter().flat_map(|scene| &scene.roots).copied().collect();
     // Scenes may share nodes.
@@ -20,7 +20,10 @@ pub(super) fn scene_content(scene: &Scene) -> SceneContent {
         .filter_map(|mesh| Some(std::iter::repeat_n(mesh.name.clone()?, mesh.morph_target_count())))
         .flatten()
         .collect();
-    let clips = (0..scene.animations.len()).map(|index| scene.clip_label(AnimationIndex(index as u32)));
+    let clip_label = |index: usize| scene.clip_label(AnimationIndex(index as u32));
+    let clips = (0..scene.animations.len()).map(clip_label);
+    let moving = scene.animations.iter().enumerate().filter(|(_, clip)| clip.moves());
+    let moving_clips = moving.map(|(index, _)| clip_label(index)).collect();
     let cameras = scene.cameras_below(&roots).into_iter().map(|camera| scene.camera_label(camera));
     let variants = scene.variants.iter().map(|variant| variant.name.clone());
     SceneContent {
@@ -29,5 +32,6 @@ pub(super) fn scene_content(scene: &Scene) -> SceneContent {
         cameras: ContentNames::new(cameras.collect()),
         variants: ContentNames::new(variants.collect()),
         morph_targets: ContentNames::new(morph_targets),
+        moving_clips: ContentNames::new(moving_clips),
     }
 }

@@ -71,6 +71,17 @@ fn fewer_morph_targets_are_a_loss() {
 }
 
 #[test]
+fn clips_that_are_still_lost_their_motion() {
+    let wave = |moves| facts(GroupKind::Clips, vec![item("wave", true, &[("moves", Value::Flag(moves))])]);
+    let still = AssetDifference::new(&wave(false), &wave(true));
+    assert_eq!(
+        still.losses().map(Change::loss_text).collect::<Vec<_>>(),
+        ["lost: the motion of the clip \"wave\""]
+    );
+    assert_eq!(AssetDifference::new(&wave(true), &wave(false)).losses().count(), 0);
+}
+
+#[test]
 fn a_name_that_is_dropped_is_a_change() {
     let named = facts(GroupKind::Meshes, vec![item("face", false, &[])]);
     let unnamed = facts(GroupKind::Meshes, vec![Item::new(None, 0)]);

@@ -18,6 +18,7 @@ pub(super) fn clips(scene: &Scene) -> Vec<Item> {
         item.set("duration", Value::Number(clip.duration_seconds(), "s"));
         item.set("channels", Value::count(clip.channels.len()));
         item.set("keyframes", Value::count(keyframes));
+        item.set("moves", Value::Flag(clip.moves()));
         item.set("targets", Value::List(targets));
         let ignored = scene.ignored_channels.get(index).copied().unwrap_or(0);
         if ignored > 0 {

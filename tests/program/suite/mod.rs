@@ -3,6 +3,7 @@
 mod approvals;
 mod archives;
 mod causes;
+mod content;
 mod coverage;
 mod failures;
 mod forms;

@@ -1,0 +1,55 @@
+//! Lost content that no tested image shows.
+
+use serde_json::json;
+
+use super::Stage;
+use super::coverage::{SUITE, accepted, scene};
+
+#[test]
+fn lost_morph_targets_fail_though_their_weights_are_zero() {
+    let stage = Stage::new(&format!("{SUITE}frames = 0\nanimation = 'none'\nview = 'front'\n"));
+    let robot = |targets: usize| {
+        let mut robot = scene(0);
+        let mesh = &mut robot["meshes"][0];
+        mesh["name"] = json!("face");
+        for primitive in mesh["primitives"].as_array_mut().unwrap() {
+            let positions = primitive["attributes"]["POSITION"].clone();
+            if targets > 0 {
+                primitive["targets"] = json!(vec![json!({ "POSITION": positions }); targets]);
+            }
+        }
+        robot.to_string()
+    };
+    stage.write("robot.gltf", &robot(3));
+    assert_eq!(accepted(&stage), ["robot.exr"]);
+    for (targets, lost) in
+        [(2, "lost: morph target of \"face\"\n"), (0, "lost: morph target of \"face\" (3 times)")]
+    {
+        stage.write("robot.gltf", &robot(targets));
+        stage.run(&["test"]).ends(1, &["FAIL robot", lost]);
+    }
+    stage.write("robot.gltf", &robot(4));
+    stage.run(&["test"]).ends(0, &["1 image identical"]);
+}
+
+#[test]
+fn frozen_clips_fail_though_the_tested_frame_is_the_same() {
+    let stage = Stage::new(&format!("{SUITE}frames = 0\nanimation = 'none'\nview = 'front'\n"));
+    let mut robot = scene(0);
+    stage.write("robot.gltf", &robot.to_string());
+    stage.write("was.gltf", &robot.to_string());
+    assert_eq!(accepted(&stage), ["robot.exr", "was.exr"]);
+    // One key, of the clip "run" alone
+    robot["accessors"].as_array_mut().unwrap().extend([
+        json!({"bufferView": 0, "byteOffset": 36, "componentType": 5126, "count": 1, "type": "SCALAR", "min": [0], "max": [0]}),
+        json!({"bufferView": 0, "byteOffset": 52, "componentType": 5126, "count": 1, "type": "VEC3"}),
+    ]);
+    robot["animations"][1]["samplers"][0] = json!({"input": 4, "output": 5});
+    stage.write("robot.gltf", &robot.to_string());
+    let ran = stage.run(&["test"]);
+    ran.ends(1, &["FAIL robot", "lost: motion of clip \"run\"", "1 image identical"]);
+    assert!(!ran.text.contains("clip \"walk\""), "{}", ran.text);
+    let lost = "lost: the motion of the clip \"run\"";
+    stage.run(&["diff", "robot.gltf", "was.gltf"]).ends(1, &[lost]);
+    stage.run(&["diff", "was.gltf", "robot.gltf", "--allow-lost", "clips"]).ends(0, &[]);
+}

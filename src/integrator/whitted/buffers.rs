@@ -2,9 +2,9 @@
 
 use super::block_lookups::BlockLookups;
 use super::lookup_keys::LookupKeys;
-use super::lookup_rays::SampledLookups;
 use super::occluder_buffers::OccluderBuffers;
 use super::opaque_block::OpaqueBlock;
+use super::sampled_lookups::SampledLookups;
 use crate::integrator::lights::IncidenceLanes;
 
 /// Buffers of a tracer for Whitted's shading; unused by paths.

@@ -4,6 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::environment_lookup::{EnvironmentLookup, MAX_LOOKUPS, join_faint};
 use super::occluder_buffers::OccluderTask;
+use super::sampled_lookups::traced_point;
 use super::shading::{Arrival, Shading};
 use crate::geometry::Ray;
 use crate::integrator::media::SurfaceMedia;
@@ -248,13 +249,6 @@ impl Tracer<'_, '_> {
 /// Number of the sample points of a surface's lookup with this index.
 pub(super) fn number_of(signature: RaySignature, index: usize) -> usize {
     signature.index() * MAX_LOOKUPS + index
-}
-
-/// The sample point of the first ray of a lookup, where the lookup sends one: its first coordinate is below 1 for a share of the points,
-/// which are as well distributed as all.
-#[inline(always)]
-pub(super) fn traced_point(u: Vec2, traced_share: f32) -> Vec2 {
-    Vec2::new(u.x / traced_share, u.y)
 }
 
 /// A direction on one side of a surface; those of the other side are mirrored by it.

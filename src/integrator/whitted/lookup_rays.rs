@@ -5,38 +5,15 @@ use glam::Vec3;
 
 use super::WhittedBuffers;
 use super::environment_lookup::LookupLobe;
-use super::environment_shadows::{number_of, traced_point};
-use super::opaque_block::OpaqueBlock;
-use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
-use crate::integrator::IntegratorContext;
-use crate::integrator::environment_directions::EnvironmentDirections;
+use super::environment_shadows::number_of;
+use super::opaque_block::{BLOCK_LOOKUPS, OpaqueBlock};
+use crate::geometry::{ActiveLanes, LANES, Vec3Lanes};
 use crate::integrator::surface_hit::SurfaceHit;
 use crate::integrator::tracing::Tracer;
 use crate::integrator::wavefront::Wavefront;
-use crate::integrator::zsobol::SequenceLanes;
-use crate::scene::LookupLanes;
-
-/// Lookups of a surface of a block.
-pub(super) const BLOCK_LOOKUPS: usize = 2;
 
 /// Directions of a block's lookups, surface by surface; `None` where a lookup sends no ray.
 pub(super) type LookupDirections = [[Option<Vec3>; BLOCK_LOOKUPS]; LANES];
-
-/// Lookups that are sampled together. Keeps its memory from block to block.
-#[derive(Debug, Default)]
-pub(super) struct SampledLookups {
-    sequences: SequenceLanes,
-    points: Vec2Lanes,
-    randoms: F32Lanes,
-    /// Those that were sampled.
-    lanes: ActiveLanes,
-    /// Those that send rays.
-    traced: ActiveLanes,
-    /// Directions of diffuse lobes.
-    directions: Vec3Lanes,
-    /// Those that have one.
-    diffuse: ActiveLanes,
-}
 
 /// A lookup of a surface of a block.
 #[derive(Clone, Copy)]
@@ -111,51 +88,5 @@ impl Tracer<'_, '_> {
         }
         let lanes = ActiveLanes::first(hits.len());
         sampled.sample(self.context, directions, lanes, (normals, block_lookups.diffuse()));
-    }
-}
-
-impl SampledLookups {
-    /// Samples lookups whose sequences are set. Those in `diffuse` may be of the diffuse lobe around their normal.
-    fn sample(
-        &mut self,
-        context: &IntegratorContext<'_>,
-        directions: &EnvironmentDirections,
-        lanes: ActiveLanes,
-        (normals, diffuse): (&Vec3Lanes, ActiveLanes),
-    ) {
-        let Self { sequences, points, randoms, .. } = self;
-        let level = context.view.bvh.simd_level();
-        let traced_samples = context.traced_samples;
-        vectorized!(level, {
-            sequences.points_and_randoms(points, randoms);
-            for lane in 0..LANES {
-                points.set(lane, traced_point(points.get(lane), traced_samples));
-            }
-        });
-        self.lanes = lanes;
-        self.traced = lanes.filtered(|lane| points.get(lane).x < 1.0);
-        self.diffuse = self.traced.filtered(|lane| diffuse.contains(lane));
-        if !self.diffuse.is_empty() {
-            let normals = LookupLanes { level, directions: normals, lanes: self.diffuse };
-            directions.diffuse_lanes(&normals, (points, randoms), &mut self.directions);
-        }
-    }
-
-    /// Whether a lookup was sampled.
-    pub(super) fn contains(&self, lane: usize) -> bool {
-        self.lanes.contains(lane)
-    }
-
-    /// The direction of a lookup's first ray, where it sends one.
-    pub(super) fn direction(
-        &self,
-        lane: usize,
-        directions: &EnvironmentDirections,
-        lobe: &LookupLobe,
-    ) -> Option<Vec3> {
-        self.traced.contains(lane).then(|| match lobe {
-            LookupLobe::Diffuse { .. } if self.diffuse.contains(lane) => self.directions.get(lane),
-            _ => lobe.sample(directions, (self.points.get(lane), self.randoms[lane])),
-        })
     }
 }

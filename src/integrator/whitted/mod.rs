@@ -24,6 +24,7 @@ mod opaque_block;
 mod reflected_environment;
 mod reflected_lobe;
 mod rough_reflection;
+mod sampled_lookups;
 mod secondary_rays;
 mod shade;
 mod shade_block;

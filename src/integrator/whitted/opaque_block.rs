@@ -9,7 +9,6 @@ use fearless_simd::Level;
 use glam::{Mat3, Vec3};
 
 use super::environment_lookup::{EnvironmentLookup, LookupLobe, join_faint_pair};
-use super::lookup_rays::BLOCK_LOOKUPS;
 use super::reflected_lobe::ReflectedLobe;
 use super::traced_share::traced_share;
 use crate::bsdf::{AlbedoSlice, AlbedoTable, AlbedoTermLanes, Bsdf};
@@ -23,6 +22,9 @@ use crate::integrator::surface_hit::SurfaceHit;
 use crate::integrator::wavefront::Wavefront;
 use crate::interaction::{BaseMaterialLanes, MaterialSample, SurfaceBlock};
 use crate::scene::{Environment, LookupLanes, Material};
+
+/// Lookups of a surface of a block: of its diffuse and of its specular lobe.
+pub(super) const BLOCK_LOOKUPS: usize = 2;
 
 /// The material of a block.
 #[derive(Clone, Copy)]

@@ -3,8 +3,7 @@
 use glam::Vec3;
 
 use super::environment_shadows::JoinedLookups;
-use super::lookup_rays::BLOCK_LOOKUPS;
-use super::opaque_block::OpaqueBlock;
+use super::opaque_block::{BLOCK_LOOKUPS, OpaqueBlock};
 use super::shading::Arrival;
 use crate::integrator::media::SurfaceMedia;
 use crate::integrator::surface_hit::SurfaceHit;

@@ -1,6 +1,6 @@
 //! Two versions of an asset, rendered alike.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::difference::AssetDifference;
@@ -18,6 +18,7 @@ use crate::scene::{CameraRequest, ClipSelection, Environment, NameOrIndex, Scene
 use crate::sequence::SequenceJob;
 use crate::settings::Settings;
 use crate::shot::default_views::DefaultCamera;
+use crate::shot::environment::environment_request;
 use crate::shot::{ShotSettings, load_scene, resolve_scene};
 
 /// Two versions of an asset: the actual one and its reference.
@@ -36,6 +37,8 @@ struct Asset {
     scene: Arc<Scene>,
     facts: AssetFacts,
     settings: Settings,
+    /// External files of the scene, and its environment.
+    files: Vec<PathBuf>,
 }
 
 impl Asset {
@@ -43,7 +46,9 @@ impl Asset {
         let settings = Settings { scene: Some(path.to_owned().into()), ..settings.clone() };
         let shot = ShotSettings::merge([settings.clone()], None)?;
         let scene = Arc::new(load_scene(&shot, ImageLoading::Texels)?);
-        Ok(Self { facts: AssetFacts::new(&scene), scene, settings })
+        let environment = environment_request(&shot.values);
+        let files = scene.files.iter().cloned().chain(environment.files().map(PathBuf::from)).collect();
+        Ok(Self { facts: AssetFacts::new(&scene), scene, settings, files })
     }
 
     /// The job of a view.
@@ -81,6 +86,11 @@ impl AssetPair {
         };
         let views = views(&sides, is_interior(&reference.scene)?);
         Ok(Self { actual, reference, difference, views, cancel: cancel.clone() })
+    }
+
+    /// The files that both scenes load, and their environments.
+    pub fn files(&self) -> Vec<PathBuf> {
+        [&self.actual.files[..], &self.reference.files].concat()
     }
 
     /// What changed in the file.

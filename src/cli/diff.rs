@@ -12,11 +12,13 @@ mod report;
 mod result_files;
 mod text;
 
+use std::path::PathBuf;
+
 use crate::progress::{print_json, print_output, print_warning};
 use rayframe::error::{Error, Result};
 use rayframe::image::PixelWindow;
 use rayframe::image_file::write_single_file;
-use rayframe::regression::{FilePair, FlipMap, Image, compare, pair_files, pixel_hash};
+use rayframe::regression::{FilePair, FlipMap, Image, PairedFiles, compare, pair_files, pixel_hash};
 
 pub(super) use args::DiffArgs;
 use asset_options::is_scene;
@@ -24,7 +26,7 @@ use maps::MapPattern;
 use page::DiffPage;
 use rayframe::settings as layer_options;
 use report::{FrameReport, Report};
-use result_files::ResultFiles;
+use result_files::{ResultFiles, check_names};
 
 /// Compares, prints, and returns whether no verdict is one that `--fail-on` names.
 pub(super) fn run(args: &DiffArgs) -> Result<bool> {
@@ -44,7 +46,10 @@ fn run_images(args: &DiffArgs) -> Result<bool> {
     let paired = pair_files(&args.actual, &args.reference)?;
     let heat_map = args.heat_map.as_deref().map(|name| MapPattern::heat_map(name, &paired)).transpose()?;
     let flip_map = args.flip_map.as_deref().map(|name| MapPattern::flip_map(name, &paired)).transpose()?;
-    for map in [&heat_map, &flip_map].into_iter().flatten() {
+    let maps: Vec<_> = [&heat_map, &flip_map].into_iter().flatten().collect();
+    let files: Vec<_> = maps.iter().map(|map| map.files(&paired)).collect();
+    check_names(args, &inputs(&paired), &files)?;
+    for map in maps {
         map.check_files(&paired, args.overwrite)?;
     }
     let is_sequence = rayframe::regression::is_sequence(&args.actual)?;
@@ -76,6 +81,12 @@ fn run_images(args: &DiffArgs) -> Result<bool> {
         print_output(&text::text(args, &report, is_sequence));
     }
     Ok(!args.fail_on.value().fails(report.verdict))
+}
+
+/// All files that are compared or have no counterpart.
+fn inputs(paired: &PairedFiles) -> Vec<PathBuf> {
+    let pairs = paired.pairs.iter().flat_map(|pair| [&pair.actual, &pair.reference]);
+    pairs.chain(&paired.only_in_actual).chain(&paired.only_in_reference).cloned().collect()
 }
 
 /// A map, and the display and the data window of its reference.

@@ -74,7 +74,7 @@ impl EnvironmentRequest {
 }
 
 /// The environment and the background that the settings ask for.
-pub(super) fn environment_request(args: &SettingValues) -> EnvironmentRequest {
+pub(crate) fn environment_request(args: &SettingValues) -> EnvironmentRequest {
     EnvironmentRequest {
         light: args.env.clone(),
         intensity: args.env_intensity,

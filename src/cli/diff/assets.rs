@@ -11,17 +11,19 @@ use super::args::{DiffArgs, refuse_for_assets};
 use super::asset_page::AssetPage;
 use super::asset_text;
 use super::report::{AssetReport, FrameReport, Report};
-use super::result_files::ResultFiles;
+use super::result_files::{ResultFiles, check_names};
 use crate::cli::warnings::report_warnings;
 use crate::progress::{print_json, print_output};
 
 /// Compares, prints, and returns whether all images are within the limits and no content is lost.
 pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     refuse_for_assets(args)?;
+    check_names(args, &[args.actual.clone(), args.reference.clone()], &[])?;
     let mut page = ResultFiles::new(args)?.map(AssetPage::new);
     let mut settings = args.assets.settings()?;
     settings.set("max_memory", args.bytes_a_side().to_string().as_ref(), &Provenance::CommandLine)?;
     let pair = AssetPair::open(&args.actual, &args.reference, &settings, &CancelFlag::new())?;
+    check_names(args, &pair.files(), &[])?;
     for (path, warnings) in [&args.actual, &args.reference].into_iter().zip(pair.warnings()) {
         report_warnings(path, warnings, false)?;
     }

@@ -14,6 +14,7 @@ use rayframe::sequence::{OutputFormat, OutputPattern};
 
 /// The names of the files of a map.
 pub(super) struct MapPattern {
+    option: &'static str,
     pattern: OutputPattern,
     format: OutputFormat,
 }
@@ -29,7 +30,7 @@ impl MapPattern {
         Self::new("--flip-map", name, OutputFormat::Exr, paired)
     }
 
-    fn new(option: &str, name: &OsStr, format: OutputFormat, paired: &PairedFiles) -> Result<Self> {
+    fn new(option: &'static str, name: &OsStr, format: OutputFormat, paired: &PairedFiles) -> Result<Self> {
         let pattern =
             OutputPattern::parse(name).map_err(|message| Error::usage(format!("{option}: {message}")))?;
         if pattern.format() != format {
@@ -45,17 +46,17 @@ impl MapPattern {
                 name.display()
             )));
         }
-        let is_input =
-            |path: &PathBuf| paired.pairs.iter().any(|pair| [&pair.actual, &pair.reference].contains(&path));
-        if let Some(path) = paths.iter().find(|path| is_input(path)) {
-            return Err(Error::usage(format!("{option} {} is what is compared", path.display())));
-        }
-        Ok(Self { pattern, format })
+        Ok(Self { option, pattern, format })
     }
 
     /// The file of a frame.
     pub(super) fn path(&self, frame: Option<i64>) -> PathBuf {
         self.pattern.path(frame.unwrap_or(0))
+    }
+
+    /// The option, and the files of all frames.
+    pub(super) fn files(&self, paired: &PairedFiles) -> (&'static str, Vec<PathBuf>) {
+        (self.option, paired.pairs.iter().map(|pair| self.path(pair.frame)).collect())
     }
 
     /// Checks that the files replace nothing but such maps.

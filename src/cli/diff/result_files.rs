@@ -8,6 +8,10 @@ use crate::cli::markdown::{MarkdownSummary, write_summary};
 use rayframe::error::{Error, Result};
 use rayframe::image_file::{OutputKind, check_output, probe_folder};
 use rayframe::regression::{FailOn, FrameResult, ReportPage, check_report_place, write_report};
+use rayframe::sequence::UsedNames;
+
+/// The name of the report page in its folder.
+const PAGE: &str = "index.html";
 
 /// The files that are asked for.
 #[derive(Clone, Debug)]
@@ -60,9 +64,30 @@ fn report_file(folder: &Path, overwrites: bool) -> Result<PathBuf> {
     if folder.as_os_str().is_empty() {
         return Err(Error::usage("--report: name a folder"));
     }
-    let path = folder.join("index.html");
+    let path = folder.join(PAGE);
     check_report_place(&path, overwrites)?;
     Ok(path)
+}
+
+/// Refuses to write a file twice, or to replace one of `inputs`, even where `--overwrite` is given. `maps` are other files, each with its
+/// option.
+///
+/// # Errors
+/// [`Error::Usage`] with the option.
+pub(super) fn check_names(
+    args: &DiffArgs,
+    inputs: &[PathBuf],
+    maps: &[(&'static str, Vec<PathBuf>)],
+) -> Result<()> {
+    let mut names = UsedNames::new(inputs);
+    let page = args.report.iter().map(|folder| ("--report", folder.join(PAGE)));
+    let summary = args.summary.iter().map(|file| ("--summary", file.clone()));
+    let maps = maps.iter().flat_map(|(option, files)| files.iter().map(|file| (*option, file.clone())));
+    for (option, file) in page.chain(maps).chain(summary) {
+        let added = names.add(&file, "will hold something else", |_| None);
+        added.map_err(|why| Error::usage(format!("{option}: {why}")))?;
+    }
+    Ok(())
 }
 
 /// The title of page and summary.

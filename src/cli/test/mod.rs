@@ -88,7 +88,7 @@ pub(super) struct TestArgs {
     /// Other programs' option that replaces references
     #[arg(long, hide = true, aliases = ["update-snapshots", "update-references", "bless"])]
     update: bool,
-    /// Replace files that this program did not write for the same purpose; references never
+    /// Replace files that this program did not write for the same purpose; references and other inputs never
     #[arg(long, conflicts_with_all = ["init", "list", "list_images"])]
     overwrite: bool,
     /// Print failures only
@@ -131,7 +131,7 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     // Check output files before rendering.
     let folder = args.report.as_ref().unwrap_or(&suite.report);
     let page = folder.join("index.html");
-    args.files.check(args.overwrite)?;
+    args.files.check(&suite, (folder, &args.merge), args.overwrite)?;
     suite::check_result_place(folder, args.overwrite)?;
     check_report_place(&page, args.overwrite)?;
 

@@ -1,5 +1,7 @@
 //! Reports of `rayframe diff`: JSON against its schema, and the HTML page.
 
+use std::path::Path;
+
 use serde_json::Value;
 
 use super::{Stage, json, rayframe};
@@ -194,4 +196,41 @@ fn report_page(folder: &str) -> Value {
     let text = std::fs::read_to_string(format!("{folder}/index.html")).unwrap();
     let (_, rest) = text.split_once("id=\"data\">").unwrap();
     serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
+}
+
+#[test]
+fn outputs_replace_no_input_and_not_each_other() {
+    let stage = Stage::new();
+    let a = stage.square("a.exr", (40, 24), 4);
+    let b = stage.square("b.exr", (40, 24), 24);
+    let sky = stage.square("sky.exr", (8, 4), 4);
+    std::fs::create_dir(stage.at("below")).unwrap();
+    // Another name of the same file.
+    let same = stage.at("below/../b.exr");
+    let [s, t] = ["s.gltf", "t.gltf"].map(|name| {
+        let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/light/point.gltf");
+        std::fs::copy(scene, stage.at(name)).unwrap();
+        stage.at(name)
+    });
+    let refused = |arguments: &[&str], file: &str, words: &str| {
+        let before = std::fs::read(file).ok();
+        let output = rayframe(&[&["diff", "--overwrite"], arguments].concat());
+        let told = String::from_utf8_lossy(&output.stderr);
+        let words = format!("\"{file}\" {words} and cannot be written to as well; choose another name");
+        assert!(output.status.code() == Some(2) && told.contains(&words), "{arguments:?}: {told}");
+        assert_eq!(std::fs::read(file).ok(), before);
+    };
+    for file in [&a, &b, &same] {
+        refused(&[&a, &b, "--summary", file], file, "is an input");
+        refused(&[&a, &b, "--flip-map", file], file, "is an input");
+    }
+    for file in [&s, &t] {
+        refused(&[&s, &t, "--summary", file], file, "is an input");
+    }
+    refused(&[&s, &t, "--env", &sky, "--summary", &sky], &sky, "is an input");
+    let (page, map) = (stage.at("report/index.html"), stage.at("map.exr"));
+    let other = "will hold something else";
+    refused(&[&a, &b, "--report", &stage.at("report"), "--summary", &page], &page, other);
+    refused(&[&a, &b, "--flip-map", &map, "--summary", &map], &map, other);
+    assert!(!Path::new(&page).exists() && !Path::new(&map).exists());
 }

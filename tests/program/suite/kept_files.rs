@@ -8,7 +8,7 @@ const POINT: (&str, &str) = ("a/point.gltf", "light/point.gltf");
 
 /// Writes an image as this program does.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-fn write_image(stage: &Stage, name: &str, size: (u32, u32)) {
+pub(super) fn write_image(stage: &Stage, name: &str, size: (u32, u32)) {
     let pixels = vec![[0.5, 0.6, 0.7, 1.0]; (size.0 * size.1) as usize];
     Image::from_rgba(size, ColorEncoding::Linear, &pixels).write(&stage.path(name)).unwrap();
 }

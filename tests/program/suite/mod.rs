@@ -8,6 +8,7 @@ mod coverage;
 mod failures;
 mod forms;
 mod kept_files;
+mod kept_inputs;
 mod killed;
 mod rendered;
 mod shards;

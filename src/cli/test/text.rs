@@ -132,7 +132,9 @@ fn shown(folder: &FolderSummary) -> String {
 }
 
 fn failed_shot(text: &mut String, shot: &ShotResult, fail_on: FailOn) {
-    let failed: Vec<_> = shot.frames.iter().filter(|frame| fail_on.fails(frame.verdict())).collect();
+    let mut failed: Vec<_> = shot.frames.iter().filter(|frame| fail_on.fails(frame.verdict())).collect();
+    // Those that were compared tell more.
+    failed.sort_by_key(|frame| frame.status == FrameStatus::Missing);
     let preset = format!(" (preset {})", shot.preset);
     for frame in failed.iter().take(MAX_FAILURES) {
         failed_frame(text, frame, &preset);

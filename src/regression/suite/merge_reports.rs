@@ -10,7 +10,7 @@ use super::names::reference_path;
 use super::orphans::{Orphans, add_reference};
 use super::renamed::name_renamed;
 use super::rendered_images::{check_names, image_path, reference_hash, remove_rendered, write_list};
-use super::test_shot::{FrameId, TestedFrame, keep_rendered, test_frame};
+use super::test_shot::{FrameId, TestedFrame, keep_rendered, test_frame, was_compared};
 use super::{RunOptions, Shard, Suite, discover};
 use crate::error::{Error, Result, json_error_text};
 use crate::image_file::{OutputKind, check_output};
@@ -215,7 +215,8 @@ impl Merging<'_> {
         let mut not_kept = Vec::new();
         let mut frames = Vec::new();
         for frame in shot.frames {
-            let mut tested = self.frame(folder, frame, (&limits.limits, frames.is_empty()))?;
+            let tells_content = !frames.iter().any(was_compared);
+            let mut tested = self.frame(folder, frame, (&limits.limits, tells_content))?;
             if self.reports_passing && tested.result.verdict() == Verdict::Identical {
                 add_reference(self.suite, &mut tested.result);
             }
@@ -243,7 +244,7 @@ impl Merging<'_> {
         &self,
         folder: &Path,
         frame: ReportedFrame,
-        (limits, is_first): (&Limits, bool),
+        (limits, tells_content): (&Limits, bool),
     ) -> Result<TestedFrame> {
         let ReportedFrame { name, frame, status, verdict, messages, hash, reference, cause } = frame;
         let file = image_path(folder, &name);
@@ -266,7 +267,7 @@ impl Merging<'_> {
         if verdict == Verdict::Identical || (status == FrameStatus::Broken && !file.exists()) {
             return Ok(TestedFrame { result: reported, file: None });
         }
-        let id = FrameId { name, frame, is_first, scene: None };
+        let id = FrameId { name, frame, tells_content, scene: None };
         let mut tested = test_frame(self.suite, limits, id, &file)?;
         if (tested.result.status, &tested.result.actual_hash) != (status, &reported.actual_hash) {
             let message = format!("{}: is not the image that was tested; test again", file.display());

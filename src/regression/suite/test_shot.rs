@@ -171,8 +171,7 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
     let CoveredShot { jobs, lost, warning } = jobs_of(context.suite, shot, context.overrides)?;
     warnings.extend(warning);
     for covered in jobs {
-        let is_first = frames.is_empty();
-        frames.extend(tested_view(context, shot, &limits.limits, (&covered, is_first))?);
+        tested_view(context, shot, &limits.limits, (&covered, &mut frames))?;
         let ShotJob { sequence, warnings: of_view, inputs: files } = covered.job;
         warnings.extend(of_view.iter().map(ToString::to_string));
         // The library of a denoiser is no input file.
@@ -213,13 +212,13 @@ fn lost_frame(context: &TestContext<'_>, name: String, error: &Error) -> TestedF
     TestedFrame { result, file: None }
 }
 
-/// Renders and compares the frames of one view.
+/// Renders and compares the frames of one view, and adds them to those of the shot.
 fn tested_view(
     context: &TestContext<'_>,
     shot: &SuiteShot,
     limits: &Limits,
-    (covered, is_first): (&CoveredJob, bool),
-) -> Result<Vec<TestedFrame>> {
+    (covered, tested): (&CoveredJob, &mut Vec<TestedFrame>),
+) -> Result<()> {
     let mut job = covered.job.sequence.clone();
     job.max_memory_bytes /= context.shots_at_once.max(1) as u64;
     let mut rendered = render_shot(job, context.cancel)?;
@@ -227,31 +226,38 @@ fn tested_view(
     if let Some(refused) = rendered.frames.iter().position(is_refused).filter(|_| context.shots_at_once > 1) {
         rendered.frames.swap_remove(refused).1?;
     }
-    let frames = rendered.frames.iter().map(|(frame, file)| {
+    for (frame, file) in &rendered.frames {
         let id = FrameId {
             name: covered.image_name(&shot.name, *frame),
             frame: covered.frame_number(*frame),
-            is_first: is_first && covered.job.sequence.frames.first() == Some(frame),
+            tells_content: !tested.iter().any(|frame| was_compared(&frame.result)),
             scene: Some(&covered.job.sequence.scene),
         };
-        let mut tested = match file {
+        let mut frame = match file {
             Ok(file) => test_frame(context.suite, limits, id, file)?,
             Err(error) => {
                 TestedFrame { result: id.result(FrameStatus::Broken).because(error.to_string()), file: None }
             }
         };
-        admit(context, &mut tested.result);
-        Ok(tested)
-    });
-    frames.collect()
+        admit(context, &mut frame.result);
+        tested.push(frame);
+    }
+    Ok(())
+}
+
+/// Whether an image was compared with its reference. One that cannot become a reference counts as well: the report of a shard does not
+/// tell whether it was.
+pub(super) fn was_compared(result: &FrameResult) -> bool {
+    let is_refused = result.status == FrameStatus::Broken && result.reference_hash.is_some();
+    result.comparison.is_some() || is_refused
 }
 
 /// The name of a frame's reference, and the frame number in shots of several frames.
 pub(super) struct FrameId<'a> {
     pub(super) name: String,
     pub(super) frame: Option<i64>,
-    /// Whether it is the first image of its shot, where lost content is told once.
-    pub(super) is_first: bool,
+    /// Whether it is the first image of its shot that is compared. Lost content is told once, with it.
+    pub(super) tells_content: bool,
     /// The rendered scene, where it is at hand, for names of its materials.
     pub(super) scene: Option<&'a Scene>,
 }
@@ -272,7 +278,7 @@ pub(super) fn test_frame(
     let reference = reference_path(&suite.references, &id.name);
     let bytes = std::fs::read(file).map_err(Error::missing(file))?;
     let mut actual = Image::decode(file, &bytes)?;
-    let content = actual.scene.content.take_if(|_| !id.is_first);
+    let content = actual.scene.content.take_if(|_| !id.tells_content);
     let stored = reference.exists().then(|| read_regular_file(&reference, u64::MAX)).transpose()?;
     let mut result = match &stored {
         Some(stored) => match Image::decode(&reference, stored) {

@@ -5,7 +5,7 @@ use base64::prelude::BASE64_STANDARD;
 use rayframe::image_file::encode_png;
 use serde_json::{Value, json};
 
-use super::Stage;
+use super::{Ran, Stage};
 
 /// A suite that leaves to the scenes what is seen.
 pub(super) const SUITE: &str = "[shot]\nresolution = [48, 27]\nsamples = 1\n";
@@ -206,6 +206,27 @@ fn content_is_missed_after_the_first_view_went_and_where_nodes_are_detached() {
     stage.write("robot@walk.toml", "scene = 'robot.gltf'\n");
     stage.write("robot.toml", "scene = 'robot.gltf'\n");
     stage.run(&["test"]).ends(65, &["has the name of an image of"]);
+}
+
+#[test]
+fn lost_content_is_told_with_the_first_image_that_has_a_reference() {
+    let stage = Stage::new(SUITE);
+    stage.write("robot.gltf", &scene(0).to_string());
+    accepted(&stage);
+    // The images of new cameras are the first.
+    let mut robot = scene(4);
+    robot["nodes"][1]["name"] = json!("cap");
+    stage.write("robot.gltf", &robot.to_string());
+    let lost = "lost: node \"hat\"";
+    let told = |ran: &Ran| {
+        ran.ends(1, &["14 failed", lost]);
+        assert_eq!(ran.text.matches(lost).count(), 1, "{}", ran.text);
+    };
+    told(&stage.run(&["test"]));
+    told(&stage.run(&["test", "--shard", "1/1", "--report", "r1"]));
+    told(&stage.run(&["test", "--report", "merged", "--merge", "r1"]));
+    stage.run(&["accept"]).ends(0, &["added references/robot@lens 0.exr"]);
+    stage.run(&["test"]).ends(0, &["0 failed"]);
 }
 
 #[test]

@@ -162,7 +162,11 @@ impl Thumbnails {
     /// The row of the table.
     fn row(&self, finding: &Finding<'_>, folder: &Path) -> String {
         let frame = finding.frame;
-        let messages: Vec<String> = frame.messages.iter().take(MAX_MESSAGES).map(|text| cell(text)).collect();
+        let mut messages: Vec<String> =
+            frame.messages.iter().take(MAX_MESSAGES).map(|text| cell(text)).collect();
+        if frame.messages.len() > MAX_MESSAGES {
+            messages.push(format!("and {} more", frame.messages.len() - MAX_MESSAGES));
+        }
         let cause = frame.likely_cause().map(|cause| cell(&cause)).unwrap_or_default();
         let mut row = format!(
             "| <code>{}</code> | {} | {} | {cause} |",
@@ -275,6 +279,23 @@ mod tests {
         let text = std::fs::read_to_string(&file).unwrap();
         let head = "## a against b: 52 lost, 3 identical\n\n### Lost\n\n- lost: clip \"walk\\_0\"\n";
         assert!(text.starts_with(head) && text.contains("\n- and 2 more\n"), "{text}");
+    }
+
+    #[test]
+    fn rows_say_how_many_messages_are_cut() {
+        let row = |count: usize| {
+            let messages = (0..count).map(|at| format!("lost: clip \"walk {at}\"")).collect();
+            let frame = FrameResult {
+                messages,
+                ..FrameResult::new("robot".to_owned(), None, FrameStatus::Different)
+            };
+            let findings =
+                super::super::findings::findings([(&frame, PathBuf::new())].into_iter(), FailOn::default());
+            Thumbnails::new(0, &findings[0]).row(&findings[0], Path::new("s.md.files"))
+        };
+        let three = "lost: clip \"walk 0\"<br>lost: clip \"walk 1\"<br>lost: clip \"walk 2\"";
+        assert!(row(3).contains(&format!("| {three} |")), "{}", row(3));
+        assert!(row(5).contains(&format!("| {three}<br>and 2 more |")), "{}", row(5));
     }
 
     #[test]

@@ -130,6 +130,22 @@ impl OutputKind {
 /// # Errors
 /// [`Error::CannotCreate`] for a file of another program or purpose, and for a link.
 pub fn check_output(path: &Path, kind: OutputKind, overwrites: bool) -> Result<()> {
+    check_existing(path, kind.name(), overwrites, || {
+        let ends = ends_of(path)?;
+        Ok(kind.is_mark_of(&ends) || kind == OutputKind::CodeQuality && ends.trim_ascii() == b"[]")
+    })
+}
+
+/// The same for a file that `is_own` recognises, which is called where `path` is a file with content.
+///
+/// # Errors
+/// [`Error::CannotCreate`].
+pub(crate) fn check_existing(
+    path: &Path,
+    name: &str,
+    overwrites: bool,
+    is_own: impl FnOnce() -> io::Result<bool>,
+) -> Result<()> {
     if overwrites {
         return Ok(());
     }
@@ -144,10 +160,9 @@ pub fn check_output(path: &Path, kind: OutputKind, overwrites: bool) -> Result<(
         Ok(metadata) if !metadata.is_file() || metadata.len() == 0 => return Ok(()),
         Ok(_) => {}
     }
-    match ends_of(path) {
-        Ok(ends) if kind.is_mark_of(&ends) => Ok(()),
-        Ok(ends) if kind == OutputKind::CodeQuality && ends.trim_ascii() == b"[]" => Ok(()),
-        Ok(_) => refused(&format!("is not {}", kind.name())),
+    match is_own() {
+        Ok(true) => Ok(()),
+        Ok(false) => refused(&format!("is not {name}")),
         Err(error) => refused(&format!("cannot be read ({error})")),
     }
 }

@@ -45,7 +45,7 @@ pub use existing_output::{
     CONTACT_SHEET, FLIP_MAP, HEAT_MAP, OutputKind, PAGE_MARK, SUMMARY_MARK, check_output, is_empty_file,
     is_marked_png, is_output,
 };
-pub(crate) use existing_output::{is_own_exr, may_be_damaged_exr, may_be_damaged_png};
+pub(crate) use existing_output::{check_existing, is_own_exr, may_be_damaged_exr, may_be_damaged_png};
 pub use exr_attributes::{FrameAttributes, RunStamp, SAMPLE_RANGE};
 pub use exr_bands::{ExrBands, WrittenExr};
 pub use exr_checksum::{ExrIntegrity, verify_exr};

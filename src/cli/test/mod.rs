@@ -133,6 +133,9 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     let page = folder.join("index.html");
     args.files.check(&suite, (folder, &args.merge), args.overwrite)?;
     suite::check_result_place(folder, args.overwrite)?;
+    if args.run_options(&suite).images.is_some() {
+        suite::check_images_place(&suite, folder, args.overwrite)?;
+    }
     check_report_place(&page, args.overwrite)?;
 
     let result = match &*args.merge {

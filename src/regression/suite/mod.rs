@@ -69,7 +69,7 @@ pub use pending::{
     Pending, PendingKind, PendingSelection, compare_pending, discard_stray_comparisons, is_ci, pending,
     reject,
 };
-pub use rendered_images::RenderedImage;
+pub use rendered_images::{RenderedImage, check_images_place};
 pub use rendered_report::RenderedReport;
 pub use run::{OnShot, chosen_shots, run};
 pub use run_options::RunOptions;

@@ -2,17 +2,20 @@
 //!
 //! `images.json` lists them beside `index.html`; the files are in the folder `images`, named like the shots.
 
+use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use super::Suite;
-use super::names::{IMAGES, LIST, reference_path};
+use super::names::{IMAGES, LIST, images_folder, name_below, possible_shots, reference_path};
+use super::{Suite, discover};
 use crate::error::{Error, Result, json_error_text};
 use crate::image_file::{
-    probe_folder, read_regular_file, remove_stale_temporaries, write_atomically, write_single_file,
+    check_existing, is_own_exr, probe_folder, read_regular_file, remove_stale_temporaries, write_atomically,
+    write_single_file,
 };
+use crate::regression::folder_files::all_files_below;
 use crate::regression::result::{FrameResult, FrameStatus, SuiteResult};
 use crate::regression::verdict::Verdict;
 use crate::sequence::hex;
@@ -58,13 +61,50 @@ pub(super) fn store_rendered(report: &Path, name: &str, bytes: &[u8]) -> Result<
     write_atomically(&file, bytes)
 }
 
-/// Removes the list of an earlier run, and the images that it lists.
+/// Checks that in the folder of a report no file of another program has the name of the list, or of an image of a shot of `suite`. `overwrites`
+/// permits to replace these.
+///
+/// # Errors
+/// [`Error::CannotCreate`], and those of [`discover`].
+pub fn check_images_place(suite: &Suite, report: &Path, overwrites: bool) -> Result<()> {
+    let list = report.join(LIST);
+    check_existing(&list, "a list of rendered images", overwrites, || is_list(&list))?;
+    let mut images = all_files_below(&images_folder(report)).unwrap_or_default();
+    images.retain(|file| file.extension().is_some_and(|extension| extension == "exr"));
+    if images.is_empty() || overwrites {
+        return Ok(());
+    }
+    // Some file systems ignore case.
+    let shots: BTreeSet<_> = discover(suite)?.iter().map(|shot| shot.name.to_lowercase()).collect();
+    let listed: BTreeSet<_> =
+        listed_in_folder(report).into_iter().flatten().map(|image| image_path(report, &image.name)).collect();
+    for image in images {
+        let name = name_below(&images_folder(report), &image.with_extension("")).unwrap_or_default();
+        if possible_shots(&name.to_lowercase()).any(|shot| shots.contains(shot)) {
+            // Runs that were killed leave images without a list.
+            let is_own = || Ok(listed.contains(&image) || is_own_exr(&image));
+            check_existing(&image, "a rendered image", overwrites, is_own)?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether the file is a list of rendered images, of any version.
+fn is_list(file: &Path) -> std::io::Result<bool> {
+    Ok(serde_json::from_slice::<ImageList>(&std::fs::read(file)?).is_ok())
+}
+
+/// Removes the list of an earlier run, and the images that it lists. Other programs' files stay.
 pub(super) fn remove_rendered(report: &Path) {
     for image in listed_in_folder(report).into_iter().flatten() {
         // One that stays is not on the new list.
         let _ = std::fs::remove_file(image_path(report, &image.name));
     }
-    let _ = std::fs::remove_file(report.join(LIST));
+    let list = report.join(LIST);
+    let is_empty = std::fs::metadata(&list).is_ok_and(|metadata| metadata.len() == 0);
+    if is_empty || is_list(&list).unwrap_or(false) {
+        let _ = std::fs::remove_file(list);
+    }
 }
 
 /// Writes the list of the images of `result` to the folder of a report, and removes what killed runs left of the images.

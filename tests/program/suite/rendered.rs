@@ -120,3 +120,44 @@ fn images_that_fit_no_longer_are_refused_by_name_and_nothing_is_accepted() {
     stage.run(&FROM).ends(65, &["the name \"../spot\" leaves the folder"]);
     assert!(Path::new(&stage.path("spot.gltf")).exists());
 }
+
+#[test]
+fn files_of_others_in_the_folder_of_the_report_are_kept() {
+    let stage = Stage::accepted(SUITE, &[POINT, SPOT]);
+    let test = |options: &[&str]| {
+        stage.run_with(&[&["test", "--report", "web"], options].concat(), "", Some("true"))
+    };
+    let keeps = |name: &str, content: &str| {
+        stage.write(name, content);
+        test(&[]).ends(73, &[&format!("{name}: is there already and is not a ")]);
+        assert_eq!(bytes(&stage, name), content.as_bytes());
+        assert!(!stage.path("web/index.html").exists());
+        std::fs::remove_file(stage.path(name)).unwrap();
+    };
+    for foreign in [r#"{"mine": true}"#, r#"{"schema": 1, "images": ["a.png"]}"#, "[]"] {
+        keeps("web/images.json", foreign);
+    }
+    keeps("web/images/a/point.exr", "precious");
+    keeps("web/images/spot@front.0012.exr", "precious");
+    // Those of no shot stay, and empty files may be replaced.
+    stage.write("web/images/hero.exr", "precious");
+    stage.write("web/images.json", "");
+    test(&[]).ends(0, &["2 images identical"]);
+    assert!(!stage.path("web/images.json").exists());
+    // Where nothing is kept, nothing is checked.
+    stage.write("web/images.json", "{}");
+    stage.run(&["test", "--report", "web"]).ends(0, &[]);
+    assert_eq!(bytes(&stage, "web/images.json"), b"{}");
+    // Its own files are replaced, of a run that was killed as well.
+    stage.write("spot.toml", "scene = 'spot.gltf'\nlight_scale = 3\n");
+    stage.write("web/images/spot.exr", "precious");
+    test(&[]).ends(73, &["web/images.json"]);
+    test(&["--overwrite"]).ends(1, &["1 failed"]);
+    test(&[]).ends(1, &["1 failed"]);
+    std::fs::remove_file(stage.path("web/images.json")).unwrap();
+    test(&[]).ends(1, &["1 failed"]);
+    stage.run(&["accept", "--from", "web"]).ends(0, &["replaced references/spot.exr"]);
+    test(&[]).ends(0, &["2 images identical"]);
+    assert!(!stage.path("web/images.json").exists() && !stage.path("web/images/spot.exr").exists());
+    assert_eq!(bytes(&stage, "web/images/hero.exr"), b"precious");
+}

@@ -206,18 +206,15 @@ fn tested(args: &TestArgs, suite: &Suite, cancel: &CancelFlag) -> Result<SuiteRe
 
 /// The command line, quoted for a shell.
 fn command(args: &TestArgs, suite: &Suite) -> String {
-    let mut words = vec!["rayframe".to_owned(), "test".to_owned()];
-    if !args.filter.is_empty() {
-        words.push(args.filter.clone());
-    }
-    words.extend(["--suite".to_owned(), suite.file.display().to_string()]);
+    let mut words = vec!["--suite".to_owned(), suite.file.display().to_string()];
     words.extend(args.selection.words());
     if let Some(folder) = &args.report {
         words.extend(["--report".to_owned(), folder.display().to_string()]);
     }
     words.extend(args.report_passing.then(|| "--report-passing".to_owned()));
     words.extend(args.fail_on.words().iter().copied().map(str::to_owned));
-    words.iter().map(|word| suite::shell_word(word)).collect::<Vec<_>>().join(" ")
+    let options: Vec<_> = words.iter().map(|word| suite::shell_word(word)).collect();
+    format!("rayframe test {}", suite::name_and_options(&args.filter, &options.join(" ")))
 }
 
 impl TestArgs {

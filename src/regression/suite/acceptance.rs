@@ -10,7 +10,7 @@ use super::covered_jobs::ShotImages;
 use super::names::compared_path;
 use super::pending::{owner_text, remove_file};
 use super::rendered_images::reference_hash;
-use super::{Pending, PendingKind, Suite, SuiteShot, is_ci, shell_word};
+use super::{Pending, PendingKind, Suite, SuiteShot, is_ci, name_and_options, shell_word};
 use crate::error::{Error, Result};
 use crate::image_file::{ExrIntegrity, MAX_LFS_POINTER_BYTES, check_fetched, read_regular_file, verify_exr};
 use crate::regression::Image;
@@ -117,7 +117,8 @@ impl<'a> Acceptance<'a> {
         if let Some(shot) = &pending.shot
             && !self.images_of(shot)?.rendered.contains(&pending.name)
         {
-            let [shot, image] = [&shot.name, &format!("{}.exr", pending.name)].map(|name| shell_word(name));
+            let shot = shell_word(&shot.name);
+            let image = name_and_options(&format!("{}.exr", pending.name), "");
             let message = format!(
                 "{file}: the shot {shot} does not render it any more; rayframe reject {image} discards it"
             );

@@ -74,5 +74,5 @@ pub use rendered_report::RenderedReport;
 pub use run::{OnShot, chosen_shots, run};
 pub use run_options::RunOptions;
 pub use shard::Shard;
-pub use shell::{shell_quoted, shell_word};
+pub use shell::{name_and_options, shell_quoted, shell_word};
 pub use suite_file::{SUITE_FILE, Suite};

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::Suite;
 use super::names::{changed_path, pending_path, reference_path};
-use super::shell::shell_word;
+use super::shell::{name_and_options, shell_word};
 use crate::regression::report_page::{FolderSummary, NamedCommand, ReportPage};
 use crate::regression::result::{FrameResult, ShotResult, SuiteResult};
 use crate::regression::{Preset, Verdict};
@@ -72,8 +72,7 @@ pub fn folders(result: &SuiteResult) -> Vec<FolderSummary> {
 }
 
 fn commands(suite: &Suite, shot: &ShotResult, keeps_pending: bool) -> Vec<NamedCommand> {
-    let command =
-        |verb: &str| format!("rayframe {verb} {} --suite {}", shell_word(&shot.name), quoted(&suite.file));
+    let command = |verb: &str| command_of(verb, &shot.name, suite);
     let mut commands = vec![NamedCommand("Test again".to_owned(), command("test"))];
     let first_of = |kind| shot.frames.iter().find(|frame| frame.kind() == kind);
     let [different, changed, missing] = ["different", "changed", "missing"].map(first_of);
@@ -114,8 +113,12 @@ fn orphaned(suite: &Suite, frame: FrameResult) -> ShotResult {
 }
 
 fn removal_command(suite: &Suite, frame: &FrameResult) -> NamedCommand {
-    let word = shell_word(&format!("{}.exr", frame.name));
-    NamedCommand("Remove it".to_owned(), format!("rayframe accept {word} --suite {}", quoted(&suite.file)))
+    NamedCommand("Remove it".to_owned(), command_of("accept", &format!("{}.exr", frame.name), suite))
+}
+
+/// A command about a shot or image of the suite.
+fn command_of(verb: &str, name: &str, suite: &Suite) -> String {
+    format!("rayframe {verb} {}", name_and_options(name, &format!("--suite {}", quoted(&suite.file))))
 }
 
 fn quoted(path: &Path) -> String {

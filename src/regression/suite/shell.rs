@@ -9,6 +9,13 @@ pub fn shell_word(word: &str) -> String {
     shell_quoted(word)
 }
 
+/// The words of a command after its verb: a name and options. A name that begins with `-` would be an option, unless it comes last after `--`.
+pub fn name_and_options(name: &str, options: &str) -> String {
+    let word = if name.is_empty() { String::new() } else { shell_word(name) };
+    let words = if name.starts_with('-') { [options, "--", &word] } else { [&word, options, ""] };
+    words.into_iter().filter(|words| !words.is_empty()).collect::<Vec<_>>().join(" ")
+}
+
 /// `text` as one word of a POSIX shell: between apostrophes nothing has a meaning but the apostrophe itself.
 pub fn shell_quoted(text: &str) -> String {
     format!("'{}'", text.replace('\'', r"'\''"))
@@ -24,6 +31,17 @@ mod tests {
         assert_eq!(shell_word("my shot"), "'my shot'");
         assert_eq!(shell_word("it's $HOME"), r"'it'\''s $HOME'");
         assert_eq!(shell_word(""), "''");
+    }
+
+    #[test]
+    fn names_that_look_like_options_come_last() {
+        let command = |name| name_and_options(name, "--suite s.toml");
+        assert_eq!(command("a/x"), "a/x --suite s.toml");
+        assert_eq!(command("my shot"), "'my shot' --suite s.toml");
+        assert_eq!(command("-x"), "--suite s.toml -- -x");
+        assert_eq!(command("--quiet y"), "--suite s.toml -- '--quiet y'");
+        assert_eq!(command(""), "--suite s.toml");
+        assert_eq!([name_and_options("x", ""), name_and_options("-x", "")], ["x", "-- -x"]);
     }
 
     #[cfg(unix)]

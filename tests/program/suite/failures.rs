@@ -30,6 +30,20 @@ fn a_new_folder_becomes_a_suite_that_guards_a_scene() {
 }
 
 #[test]
+fn commands_of_the_report_run_for_names_that_look_like_options() {
+    let stage = Stage::new(SUITE);
+    stage.scene("-x.gltf", POINT.1, "", "");
+    stage.run(&["test", "--", "-x"]).ends(1, &["FAIL -x"]);
+    let page = std::fs::read_to_string(stage.path("report/index.html")).unwrap();
+    for command in ["rayframe test --suite suite.toml -- -x", "rayframe accept --suite suite.toml -- -x"] {
+        assert!(page.contains(command), "{command}");
+        let words: Vec<_> = command.split(' ').skip(1).collect();
+        assert_ne!(stage.run(&words).code, Some(2), "{command}");
+    }
+    stage.run(&["test"]).ends(0, &["1 image identical"]);
+}
+
+#[test]
 fn a_changed_scene_fails_with_value_limit_and_cause_until_it_is_accepted_or_rejected() {
     let stage = Stage::accepted(SUITE, &[POINT]);
     stage.scene(POINT.0, POINT.1, "\"intensity\": ", "\"intensity\": 9");

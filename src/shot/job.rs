@@ -11,7 +11,7 @@ use crate::settings::{DEFINITIONS, Settings};
 
 use super::environment::LoadedEnvironments;
 use super::outline::ShotOutline;
-use super::resolve::{RenderJob, load_scene, prepared, resolve, resolve_scene_with};
+use super::resolve::{RenderJob, each_setting, load_scene, prepared, resolve, resolve_scene_with};
 use super::shot_settings::{ShotSettings, check_warnings, is_shot, no_scene};
 
 /// A shot of a suite.
@@ -62,12 +62,22 @@ pub fn shot_jobs(
     let mut environments = LoadedEnvironments::default();
     let mut job = |view: Settings| {
         let shot = ShotSettings::merge([view, shot.settings.clone()], shot.shot_file.clone())?;
+        refuse_each(&shot)?;
         let RenderJob { sequence, warnings, inputs, .. } =
             resolve_scene_with(&shot, Arc::clone(&scene), &mut environments)?;
         check_warnings(&sequence, &warnings)?;
         Ok(ShotJob { sequence, warnings, inputs })
     };
     Ok(views(&shot, &scene)?.into_iter().map(&mut job).collect())
+}
+
+/// Refuses settings that make several sequences, which shots of a suite have as lists.
+fn refuse_each(shot: &ShotSettings) -> Result<()> {
+    let Some((setting, what)) = each_setting(&shot.values) else { return Ok(()) };
+    let why = format!(
+        "each makes several sequences, which only rayframe render takes; name one {what}, or write {what}s = \"each\" in the table [test]"
+    );
+    Err(shot.settings.error(setting, why))
 }
 
 /// The outlines of a shot, one for each level of settings that `views` makes of the shot and its scene. Texels are not loaded.

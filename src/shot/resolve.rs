@@ -163,16 +163,18 @@ pub(super) fn resolve_scene_with(
 
 /// Refuses settings that make several sequences.
 fn refuse_each(shot: &ShotSettings) -> Result<()> {
-    let SettingValues { animation, camera, variant, .. } = &shot.values;
-    let refuse = |setting, what| {
-        let why = format!("each makes several sequences, which only rayframe render takes; name one {what}");
-        Err(shot.settings.error(setting, why))
-    };
-    match (animation, camera, variant) {
-        (ClipSelection::Each, ..) => refuse("animation", "clip"),
-        (_, Some(CameraRequest::Each), _) => refuse("camera", "camera"),
-        (.., Some(VariantRequest::Each)) => refuse("variant", "variant"),
-        _ => Ok(()),
+    let Some((setting, what)) = each_setting(&shot.values) else { return Ok(()) };
+    let why = format!("each makes several sequences, which only rayframe render takes; name one {what}");
+    Err(shot.settings.error(setting, why))
+}
+
+/// The first setting that makes several sequences, and of what.
+pub(super) fn each_setting(values: &SettingValues) -> Option<(&'static str, &'static str)> {
+    match (&values.animation, &values.camera, &values.variant) {
+        (ClipSelection::Each, ..) => Some(("animation", "clip")),
+        (_, Some(CameraRequest::Each), _) => Some(("camera", "camera")),
+        (.., Some(VariantRequest::Each)) => Some(("variant", "variant")),
+        _ => None,
     }
 }
 

@@ -44,6 +44,17 @@ fn commands_of_the_report_run_for_names_that_look_like_options() {
 }
 
 #[test]
+fn shots_that_make_several_sequences_name_the_list_that_tests_them() {
+    let stage = Stage::new(SUITE);
+    stage.scene("point.gltf", POINT.1, "", "");
+    for (setting, list) in [("camera", "cameras"), ("animation", "clips"), ("variant", "variants")] {
+        stage.write("all.toml", &format!("scene = 'point.gltf'\n{setting} = 'each'\n"));
+        let why = format!("all.toml:2:1: {setting}: each makes several sequences");
+        stage.run(&["test"]).ends(1, &[&why, &format!("or write {list} = \"each\" in the table [test]")]);
+    }
+}
+
+#[test]
 fn a_changed_scene_fails_with_value_limit_and_cause_until_it_is_accepted_or_rejected() {
     let stage = Stage::accepted(SUITE, &[POINT]);
     stage.scene(POINT.0, POINT.1, "\"intensity\": ", "\"intensity\": 9");

@@ -148,6 +148,17 @@ impl Suite {
         folder.ancestors().map(|folder| folder.join(SUITE_FILE)).find(|file| file.is_file())
     }
 
+    /// All suites in `folder`, and not below it, that can be read.
+    pub fn of_folder(folder: &Path) -> Vec<Self> {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let files = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+        let is_suite = |file: &PathBuf| {
+            file.extension().is_some_and(|extension| extension == "toml")
+                && SuiteToml::of(file) == SuiteToml::Suite
+        };
+        files.filter(is_suite).filter_map(|file| Self::read(&file).ok()).collect()
+    }
+
     /// A message for a file of `bytes` bytes that exceeds the size limit of references; `None` within the limit.
     pub(super) fn too_large(&self, bytes: u64) -> Option<String> {
         (bytes > self.max_reference_bytes).then(|| {

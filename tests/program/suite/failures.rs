@@ -30,6 +30,27 @@ fn a_new_folder_becomes_a_suite_that_guards_a_scene() {
 }
 
 #[test]
+fn a_second_suite_of_a_folder_has_folders_of_its_own() {
+    let stage = Stage::new("");
+    std::fs::remove_file(stage.path("suite.toml")).unwrap();
+    stage.scene("point.gltf", POINT.1, "", "");
+    let nightly = ["--suite", "nightly.toml"];
+    stage.run(&["test", "--init"]).ends(0, &[]);
+    stage
+        .run(&[&["test", "--init"], &nightly[..]].concat())
+        .ends(0, &["nightly.toml written", "add to .gitignore: /nightly-report/ *.new"]);
+    let text = std::fs::read_to_string(stage.path("nightly.toml")).unwrap();
+    stage.write("nightly.toml", &text.replace("[320, 180]", "[48, 27]"));
+    stage.run(&["test"]).ends(1, &["there is no reference references/"]);
+    stage.run(&["accept"]).ends(0, &["added references/point@camera.exr"]);
+    stage.run(&[&["test"], &nightly[..]].concat()).ends(1, &["there is no reference nightly-references/"]);
+    stage.run(&[&["accept"], &nightly[..]].concat()).ends(0, &["added nightly-references/point@camera.exr"]);
+    for suite in [&[][..], &nightly] {
+        stage.run(&[&["test"], suite].concat()).ends(0, &["1 image identical"]);
+    }
+}
+
+#[test]
 fn commands_of_the_report_run_for_names_that_look_like_options() {
     let stage = Stage::new(SUITE);
     stage.scene("-x.gltf", POINT.1, "", "");

@@ -28,7 +28,14 @@ pub(super) fn junit_xml(result: &SuiteResult, fail_on: FailOn) -> Result<String>
         suite.add_test_cases(orphaned.map(|frame| case(frame, fail_on)));
         report.add_test_suite(suite);
     }
-    report.to_string().map_err(|error| Error::Internal { message: format!("JUnit's XML: {error}") })
+    let xml = report.to_string();
+    let xml = xml.map_err(|error| Error::Internal { message: format!("JUnit's XML: {error}") })?;
+    Ok(without_noncharacters(&xml))
+}
+
+/// `xml` without U+FFFE and U+FFFF, which no XML file may have (XML 1.0, 2.2). Control characters are gone already.
+fn without_noncharacters(xml: &str) -> String {
+    xml.replace(['\u{fffe}', '\u{ffff}'], "\u{fffd}")
 }
 
 /// A test case of a shot. The seconds of the shot are divided among its frames.
@@ -77,4 +84,22 @@ fn failed(kind: NonSuccessKind, frame: &FrameResult) -> TestCaseStatus {
 fn lines(frame: &FrameResult) -> Vec<String> {
     let cause = frame.likely_cause().map(|cause| format!("likely {cause}"));
     frame.messages.iter().cloned().chain(cause).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_have_only_characters_of_xml() {
+        let name = "robot@a\u{fffe}b\u{ffff}c\u{1}d\u{fffd}\u{1f600}";
+        let orphaned =
+            FrameResult::new(name.to_owned(), None, FrameStatus::Orphaned).because(name.to_owned());
+        let result = SuiteResult { orphaned: vec![orphaned], ..SuiteResult::default() };
+        let xml = junit_xml(&result, FailOn::default()).unwrap();
+        assert!(xml.contains("<testcase name=\"robot@a\u{fffd}b\u{fffd}c"), "{xml}");
+        let is_allowed =
+            |c: char| !matches!(c, '\u{fffe}' | '\u{ffff}') && (c >= ' ' || "\t\n\r".contains(c));
+        assert!(xml.chars().all(is_allowed), "{xml}");
+    }
 }

@@ -284,7 +284,17 @@ fn exit_codes_distinguish_usage_bad_files_and_missing_files() {
     assert_eq!(code(&[&a, &a, "--mean-flip", "1", "--tile-flip", "inf", "--brightness", "3"]), Some(0));
     assert_eq!(code(&[&a, &a, "--layers", "depth"]), Some(2));
     assert_eq!(code(&[&a, &a, "--aovs", "depth"]), Some(2));
-    assert_eq!(code(&[&a, &a, "--heat-map", "heat.exr"]), Some(2));
+    for (option, name, ending) in [
+        ("--heat-map", "heat.exr", ".png"),
+        ("--heat-map", "heat.jpg", ".png"),
+        ("--heat-map", "heat", ".png"),
+        ("--flip-map", "map.png", ".exr"),
+    ] {
+        let output = rayframe(&["diff", &a, &a, option, name]);
+        let told = String::from_utf8_lossy(&output.stderr);
+        let expected = format!("{option} {name}: end it with {ending}\n");
+        assert!(output.status.code() == Some(2) && told.ends_with(&expected), "{told}");
+    }
     assert_eq!(code(&[&a, &stage.at("")]), Some(2));
     assert_eq!(code(&[&a, &text]), Some(65));
     assert_eq!(code(&[&a, &stage.at("gone.exr")]), Some(66));

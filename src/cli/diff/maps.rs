@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rayframe::error::{Error, Result};
 use rayframe::image::{Channel, ColorEncoding, Image, PixelWindow, RenderedScene, Samples};
@@ -31,12 +31,14 @@ impl MapPattern {
     }
 
     fn new(option: &'static str, name: &OsStr, format: OutputFormat, paired: &PairedFiles) -> Result<Self> {
+        let ending = if format == OutputFormat::Png { "png" } else { "exr" };
+        let is_file = Path::new(name).file_name().is_some() && !name.as_encoded_bytes().ends_with(b"/");
+        let has_ending = Path::new(name).extension().is_some_and(|found| found.eq_ignore_ascii_case(ending));
+        if is_file && !has_ending {
+            return Err(Error::usage(format!("{option} {}: end it with .{ending}", name.display())));
+        }
         let pattern =
             OutputPattern::parse(name).map_err(|message| Error::usage(format!("{option}: {message}")))?;
-        if pattern.format() != format {
-            let ending = if format == OutputFormat::Png { ".png" } else { ".exr" };
-            return Err(Error::usage(format!("{option} {}: end it with {ending}", name.display())));
-        }
         let paths: BTreeSet<_> =
             paired.pairs.iter().map(|pair| pattern.path(pair.frame.unwrap_or(0))).collect();
         if paths.len() < paired.pairs.len() {

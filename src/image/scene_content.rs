@@ -23,7 +23,7 @@ pub struct SceneContent {
     pub cameras: ContentNames,
     /// Material variants.
     pub variants: ContentNames,
-    /// Names of meshes, once for each of their morph targets. Only losses count: references of earlier versions list none.
+    /// Names of nodes with a mesh, once for each of its morph targets. Only losses count: references of earlier versions list none.
     #[serde(default, skip_serializing_if = "ContentNames::is_empty")]
     pub morph_targets: ContentNames,
     /// Animation clips that change anything over time. Only losses count, as for morph targets.
@@ -46,7 +46,7 @@ pub enum ContentNames {
 pub struct ContentChange {
     /// What it is: `node`, `clip`, `camera`, `variant`, `morph target` or `motion`.
     pub kind: &'static str,
-    /// Its name in quotes, for morph targets that of the mesh and for motion that of the clip, or a number where names are not listed.
+    /// Its name in quotes, for morph targets that of the node and for motion that of the clip, or a number where names are not listed.
     pub name: String,
     /// Whether the reference has it.
     pub is_lost: bool,
@@ -76,11 +76,13 @@ impl SceneContent {
                     continue;
                 }
                 let mut only = names.without(others);
-                if kind == MOTION {
-                    // A clip that is lost is told as such.
-                    let lost = reference.clips.without(&self.clips);
-                    only.retain(|name| !lost.contains(name));
-                }
+                // What is lost as a whole is told as such.
+                let whole = match kind {
+                    MORPH_TARGET => reference.nodes.without(&self.nodes),
+                    MOTION => reference.clips.without(&self.clips),
+                    _ => Vec::new(),
+                };
+                only.retain(|name| !whole.iter().any(|whole| quoted(whole) == quoted(name)));
                 changes.extend(only.into_iter().map(|name| ContentChange { kind, name, is_lost }));
             }
         }
@@ -156,6 +158,11 @@ impl std::fmt::Display for ContentChange {
     }
 }
 
+/// The quoted part of the name of a change.
+fn quoted(name: &str) -> &str {
+    name.rfind('"').map_or(name, |end| &name[..=end])
+}
+
 /// Words for content by its kind and name, as [`ContentChange`] has them.
 pub(crate) fn content_text(kind: &str, name: &str) -> String {
     match kind {
@@ -211,6 +218,8 @@ mod tests {
         let earlier = SceneContent::parse(r#"{"nodes":[],"clips":[],"cameras":[],"variants":[]}"#).unwrap();
         assert_eq!(told(&with(52), &earlier), [""; 0]);
         assert_eq!(SceneContent::parse(&with(3).text()), Some(with(3)));
+        let node = |targets| SceneContent { nodes: listed(&["face"]), ..with(targets) };
+        assert_eq!(told(&SceneContent::default(), &node(2)), ["lost: node \"face\""]);
         let moving = SceneContent { moving_clips: listed(&["wave"]), ..SceneContent::default() };
         assert_eq!(told(&SceneContent::default(), &moving), ["lost: motion of clip \"wave\""]);
         let clip = SceneContent { clips: listed(&["wave"]), ..moving.clone() };

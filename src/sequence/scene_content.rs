@@ -5,21 +5,20 @@ use std::collections::BTreeSet;
 use crate::image::{ContentNames, SceneContent};
 use crate::scene::{AnimationIndex, Scene};
 
-/// Names of the nodes with a mesh and the cameras that stand in a scene of the file, of its clips, of its variants, and of meshes with morph
-/// targets, and which clips move.
+/// Names of the nodes with a mesh and of their morph targets, of the cameras that stand in a scene of the file, of its clips and which of these
+/// move, and of its variants.
 pub(super) fn scene_content(scene: &Scene) -> SceneContent {
     let roots: Vec<_> = scene.scenes.iter().flat_map(|scene| &scene.roots).copied().collect();
     // Scenes may share nodes.
     let nodes: BTreeSet<_> = scene.nodes_below(&roots).into_iter().collect();
     let nodes = nodes.iter().filter_map(|node| scene.nodes.get(node.index()));
     let with_mesh: Vec<_> = nodes.filter(|node| node.mesh.is_some()).collect();
-    // Nodes may share meshes.
-    let meshes: BTreeSet<_> = with_mesh.iter().filter_map(|node| node.mesh).collect();
-    let meshes = meshes.iter().filter_map(|mesh| scene.meshes.get(mesh.index()));
-    let morph_targets = meshes
-        .filter_map(|mesh| Some(std::iter::repeat_n(mesh.name.clone()?, mesh.morph_target_count())))
-        .flatten()
-        .collect();
+    // Names of meshes change with exporters; those of nodes are what animations and engines refer to.
+    let targets = with_mesh.iter().filter_map(|node| {
+        let mesh = scene.meshes.get(node.mesh?.index())?;
+        Some(std::iter::repeat_n(node.name.clone()?, mesh.morph_target_count()))
+    });
+    let morph_targets = targets.flatten().collect();
     let clip_label = |index: usize| scene.clip_label(AnimationIndex(index as u32));
     let clips = (0..scene.animations.len()).map(clip_label);
     let moving = scene.animations.iter().enumerate().filter(|(_, clip)| clip.moves());

@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::count_text::counted;
+
 /// Bytes of names of one kind that are listed. Of more, only the number is.
 const MAX_LISTED_BYTES: usize = 16 << 10;
 
 /// The kind of a mesh's morph targets.
-const MORPH_TARGET: &str = "morph target";
+const MORPH_TARGET: &str = "morph_target";
 /// The kind of a clip's motion.
 const MOTION: &str = "motion";
 
@@ -23,12 +25,12 @@ pub struct SceneContent {
     pub cameras: ContentNames,
     /// Material variants.
     pub variants: ContentNames,
-    /// Names of nodes with a mesh, once for each of its morph targets. Only losses count: references of earlier versions list none.
-    #[serde(default, skip_serializing_if = "ContentNames::is_empty")]
-    pub morph_targets: ContentNames,
-    /// Animation clips that change anything over time. Only losses count, as for morph targets.
-    #[serde(default, skip_serializing_if = "ContentNames::is_empty")]
-    pub moving_clips: ContentNames,
+    /// Numbers of morph targets by the names of the nodes whose meshes have them; `None` in references of earlier versions, and of many.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub morph_targets: Option<BTreeMap<String, usize>>,
+    /// Animation clips that change anything over time; `None` in references of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moving_clips: Option<ContentNames>,
 }
 
 /// Names of one kind of content.
@@ -44,10 +46,12 @@ pub enum ContentNames {
 /// Content that only one of two scenes has.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ContentChange {
-    /// What it is: `node`, `clip`, `camera`, `variant`, `morph target` or `motion`.
+    /// What it is: `node`, `clip`, `camera`, `variant`, `morph_target` or `motion`.
     pub kind: &'static str,
     /// Its name in quotes, for morph targets that of the node and for motion that of the clip, or a number where names are not listed.
     pub name: String,
+    /// How many there are of it: more than 1 only of morph targets.
+    pub count: usize,
     /// Whether the reference has it.
     pub is_lost: bool,
 }
@@ -71,34 +75,43 @@ impl SceneContent {
         let mut changes = Vec::new();
         for is_lost in [true, false] {
             let (more, less) = if is_lost { (reference, self) } else { (self, reference) };
+            let change = |kind, name, count| ContentChange { kind, name, count, is_lost };
             for ((kind, names), (_, others)) in more.kinds().into_iter().zip(less.kinds()) {
-                if [MORPH_TARGET, MOTION].contains(&kind) && !is_lost {
-                    continue;
+                changes.extend(names.without(others).into_iter().map(|name| change(kind, name, 1)));
+            }
+            // Of what is lost or new as a whole, nothing more is told.
+            if let (Some(more_counts), Some(counts)) = (&more.morph_targets, &less.morph_targets) {
+                let nodes = more.nodes.without(&less.nodes);
+                for (node, count) in more_counts {
+                    let (name, others) = (quoted(node), counts.get(node).copied().unwrap_or(0));
+                    if *count > others && !nodes.contains(&name) {
+                        changes.push(change(MORPH_TARGET, name, count - others));
+                    }
                 }
-                let mut only = names.without(others);
-                // What is lost as a whole is told as such.
-                let whole = match kind {
-                    MORPH_TARGET => reference.nodes.without(&self.nodes),
-                    MOTION => reference.clips.without(&self.clips),
-                    _ => Vec::new(),
-                };
-                only.retain(|name| !whole.iter().any(|whole| quoted(whole) == quoted(name)));
-                changes.extend(only.into_iter().map(|name| ContentChange { kind, name, is_lost }));
+            }
+            if let (Some(moving), Some(others)) = (&more.moving_clips, &less.moving_clips) {
+                let clips = more.clips.without(&less.clips);
+                let moving = moving.without(others).into_iter().filter(|name| !clips.contains(name));
+                changes.extend(moving.map(|name| change(MOTION, name, 1)));
             }
         }
         changes
     }
 
-    fn kinds(&self) -> [(&'static str, &ContentNames); 6] {
-        let Self { nodes, clips, cameras, variants, morph_targets, moving_clips } = self;
-        [
-            ("node", nodes),
-            ("clip", clips),
-            ("camera", cameras),
-            ("variant", variants),
-            (MORPH_TARGET, morph_targets),
-            (MOTION, moving_clips),
-        ]
+    fn kinds(&self) -> [(&'static str, &ContentNames); 4] {
+        let Self { nodes, clips, cameras, variants, .. } = self;
+        [("node", nodes), ("clip", clips), ("camera", cameras), ("variant", variants)]
+    }
+
+    /// Numbers of morph targets by node, unless the names are too many.
+    pub fn listed_morph_targets(
+        targets: impl Iterator<Item = (String, usize)>,
+    ) -> Option<BTreeMap<String, usize>> {
+        let mut counts = BTreeMap::new();
+        for (node, count) in targets.filter(|(_, count)| *count > 0) {
+            *counts.entry(node).or_default() += count;
+        }
+        (counts.keys().map(String::len).sum::<usize>() <= MAX_LISTED_BYTES).then_some(counts)
     }
 }
 
@@ -112,10 +125,6 @@ impl ContentNames {
         Self::Listed(names)
     }
 
-    fn is_empty(&self) -> bool {
-        self.count() == 0
-    }
-
     fn count(&self) -> usize {
         match self {
             Self::Listed(names) => names.len(),
@@ -123,25 +132,24 @@ impl ContentNames {
         }
     }
 
-    /// Those that `other` has not, or has fewer times; each with how many times it is missing there, if more than once.
+    /// Those that `other` has not, or has fewer times.
     fn without(&self, other: &Self) -> Vec<String> {
         let (Self::Listed(names), Self::Listed(others)) = (self, other) else {
             let (count, all) = (self.count().saturating_sub(other.count()), self.count());
             return if count > 0 { vec![format!("({count} of {all})")] } else { Vec::new() };
         };
-        let mut missing = BTreeMap::<&str, isize>::new();
-        for name in names {
-            *missing.entry(name).or_default() += 1;
-        }
+        let mut left = BTreeMap::<&str, usize>::new();
         for name in others {
-            *missing.entry(name).or_default() -= 1;
+            *left.entry(name).or_default() += 1;
         }
-        let text = |(name, count): (&str, isize)| match count {
-            ..1 => None,
-            1 => Some(format!("\"{}\"", name.escape_debug())),
-            _ => Some(format!("\"{}\" ({count} times)", name.escape_debug())),
+        let is_only_here = |name: &&String| match left.get_mut(name.as_str()) {
+            Some(count) if *count > 0 => {
+                *count -= 1;
+                false
+            }
+            _ => true,
         };
-        missing.into_iter().filter_map(text).collect()
+        names.iter().filter(is_only_here).map(|name| quoted(name)).collect()
     }
 }
 
@@ -154,19 +162,18 @@ impl Default for ContentNames {
 impl std::fmt::Display for ContentChange {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let what = if self.is_lost { "lost" } else { "new" };
-        write!(formatter, "{what}: {}", content_text(self.kind, &self.name))
+        write!(formatter, "{what}: {}", content_text(self.kind, &self.name, self.count))
     }
 }
 
-/// The quoted part of the name of a change.
-fn quoted(name: &str) -> &str {
-    name.rfind('"').map_or(name, |end| &name[..=end])
+fn quoted(name: &str) -> String {
+    format!("\"{}\"", name.escape_debug())
 }
 
-/// Words for content by its kind and name, as [`ContentChange`] has them.
-pub(crate) fn content_text(kind: &str, name: &str) -> String {
+/// Words for content by its kind, its name and how many there are of it, as [`ContentChange`] has them.
+pub(crate) fn content_text(kind: &str, name: &str, count: usize) -> String {
     match kind {
-        MORPH_TARGET => format!("morph target of {name}"),
+        MORPH_TARGET => format!("{} of {name}", counted(count, "morph target")),
         MOTION => format!("motion of clip {name}"),
         _ => format!("{kind} {name}"),
     }
@@ -195,36 +202,47 @@ mod tests {
         let lines: Vec<_> = actual.changes_since(&reference).iter().map(ToString::to_string).collect();
         assert_eq!(lines, ["lost: node \"wheel\"", "lost: clip \"walk\"", "new: camera \"far\""]);
         assert!(reference.changes_since(&reference).is_empty());
-        let counted = SceneContent { nodes: listed(&["wheel"; 4]), ..SceneContent::default() };
-        let lines: Vec<_> = actual.changes_since(&counted).iter().map(ToString::to_string).collect();
-        assert_eq!(lines, ["lost: node \"wheel\" (3 times)", "new: node \"hat\"", "new: camera \"far\""]);
         assert_eq!(SceneContent::parse(&reference.text()), Some(reference));
         assert_eq!(SceneContent::parse("nodes"), None);
     }
 
+    fn told(actual: &SceneContent, reference: &SceneContent) -> Vec<String> {
+        actual.changes_since(reference).iter().map(ToString::to_string).collect()
+    }
+
+    /// What references of earlier versions list.
+    fn earlier() -> SceneContent {
+        SceneContent::parse(r#"{"nodes":["face"],"clips":["wave"],"cameras":[],"variants":[]}"#).unwrap()
+    }
+
     #[test]
-    fn lost_morph_targets_are_told_and_new_ones_are_not() {
-        let with = |targets: usize| SceneContent {
-            morph_targets: listed(&vec!["face"; targets]),
-            ..SceneContent::default()
+    fn morph_targets_are_counted_by_node() {
+        let with = |targets| SceneContent {
+            morph_targets: SceneContent::listed_morph_targets([("face".to_owned(), targets)].into_iter()),
+            ..earlier()
         };
-        let told = |actual: &SceneContent, reference: &SceneContent| {
-            actual.changes_since(reference).iter().map(ToString::to_string).collect::<Vec<_>>()
-        };
-        assert_eq!(told(&with(50), &with(52)), ["lost: morph target of \"face\" (2 times)"]);
-        assert_eq!(told(&with(0), &with(1)), ["lost: morph target of \"face\""]);
-        assert_eq!(told(&with(52), &with(50)), [""; 0]);
-        // References of earlier versions do not list them.
-        let earlier = SceneContent::parse(r#"{"nodes":[],"clips":[],"cameras":[],"variants":[]}"#).unwrap();
-        assert_eq!(told(&with(52), &earlier), [""; 0]);
+        assert_eq!(told(&with(50), &with(52)), ["lost: 2 morph targets of \"face\""]);
+        assert_eq!(told(&with(0), &with(1)), ["lost: 1 morph target of \"face\""]);
+        assert_eq!(told(&with(52), &with(50)), ["new: 2 morph targets of \"face\""]);
+        for (actual, reference) in [(with(52), earlier()), (earlier(), with(52)), (with(0), with(0))] {
+            assert_eq!(told(&actual, &reference), [""; 0]);
+        }
+        let nothing = SceneContent { nodes: listed(&[]), ..with(0) };
+        assert_eq!(told(&nothing, &with(52)), ["lost: node \"face\""]);
         assert_eq!(SceneContent::parse(&with(3).text()), Some(with(3)));
-        let node = |targets| SceneContent { nodes: listed(&["face"]), ..with(targets) };
-        assert_eq!(told(&SceneContent::default(), &node(2)), ["lost: node \"face\""]);
-        let moving = SceneContent { moving_clips: listed(&["wave"]), ..SceneContent::default() };
-        assert_eq!(told(&SceneContent::default(), &moving), ["lost: motion of clip \"wave\""]);
-        let clip = SceneContent { clips: listed(&["wave"]), ..moving.clone() };
-        assert_eq!(told(&SceneContent::default(), &clip), ["lost: clip \"wave\""]);
-        assert_eq!(told(&moving, &earlier), [""; 0]);
+        let many = (0..5000).map(|number| (format!("a node of number {number:06}"), 2));
+        assert_eq!(SceneContent::listed_morph_targets(many), None);
+    }
+
+    #[test]
+    fn clips_that_stand_still_are_told_unless_they_are_lost() {
+        let with = |moving: &[&str]| SceneContent { moving_clips: Some(listed(moving)), ..earlier() };
+        assert_eq!(told(&with(&[]), &with(&["wave"])), ["lost: motion of clip \"wave\""]);
+        assert_eq!(told(&with(&["wave"]), &with(&[])), ["new: motion of clip \"wave\""]);
+        assert_eq!(told(&with(&["wave"]), &earlier()), [""; 0]);
+        assert_eq!(told(&earlier(), &with(&["wave"])), [""; 0]);
+        let nothing = SceneContent { clips: listed(&[]), ..with(&[]) };
+        assert_eq!(told(&nothing, &with(&["wave"])), ["lost: clip \"wave\""]);
     }
 
     #[test]

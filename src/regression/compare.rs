@@ -11,7 +11,8 @@ use super::non_finite::non_finite;
 use super::presets::Limits;
 use super::verdict::Verdict;
 use super::{Channel, Image, Samples};
-use crate::image::is_cryptomatte;
+use crate::image::ContentChange;
+use crate::image::{ContentChange, is_cryptomatte};
 
 /// Compares an image with its reference.
 ///
@@ -76,7 +77,8 @@ pub(super) fn are_identical_and_finite(actual: &Image, reference: &Image) -> boo
 fn compare_content(comparison: &mut Comparison, actual: &Image, reference: &Image) {
     for change in actual.scene.content_changes(&reference.scene) {
         if change.is_lost {
-            comparison.mismatches.push(Mismatch::Lost { content: change.kind, name: change.name });
+            let ContentChange { kind, name, count, .. } = change;
+            comparison.mismatches.push(Mismatch::Lost { content: kind, name, count });
         } else {
             comparison.new_content.push(change.to_string());
         }

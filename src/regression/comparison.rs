@@ -48,11 +48,19 @@ pub enum Mismatch {
     },
     /// Content that only the reference's scene has.
     Lost {
-        /// What it is: `node`, `clip`, `camera`, `variant`, `morph target` or `motion`.
+        /// What it is: `node`, `clip`, `camera`, `variant`, `morph_target` or `motion`.
         content: &'static str,
-        /// Its name in quotes, or a number where names are not listed.
+        /// See [`ContentChange::name`](crate::image::ContentChange::name).
         name: String,
+        /// How many there are of it. Results leave it out where it is 1.
+        #[serde(skip_serializing_if = "is_one")]
+        count: usize,
     },
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_one(count: &usize) -> bool {
+    *count == 1
 }
 
 /// One measure and its limit.
@@ -250,7 +258,9 @@ impl std::fmt::Display for Mismatch {
             }
             Self::NotFinite { in_reference: false, values } => write!(formatter, "{values}"),
             Self::NotFinite { values, .. } => write!(formatter, "in the reference {values}"),
-            Self::Lost { content, name } => write!(formatter, "lost: {}", content_text(content, name)),
+            Self::Lost { content, name, count } => {
+                write!(formatter, "lost: {}", content_text(content, name, *count))
+            }
         }
     }
 }

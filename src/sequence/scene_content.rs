@@ -16,9 +16,9 @@ pub(super) fn scene_content(scene: &Scene) -> SceneContent {
     // Names of meshes change with exporters; those of nodes are what animations and engines refer to.
     let targets = with_mesh.iter().filter_map(|node| {
         let mesh = scene.meshes.get(node.mesh?.index())?;
-        Some(std::iter::repeat_n(node.name.clone()?, mesh.morph_target_count()))
+        Some((node.name.clone()?, mesh.morph_target_count()))
     });
-    let morph_targets = targets.flatten().collect();
+    let morph_targets = SceneContent::listed_morph_targets(targets);
     let clip_label = |index: usize| scene.clip_label(AnimationIndex(index as u32));
     let clips = (0..scene.animations.len()).map(clip_label);
     let moving = scene.animations.iter().enumerate().filter(|(_, clip)| clip.moves());
@@ -30,7 +30,7 @@ pub(super) fn scene_content(scene: &Scene) -> SceneContent {
         clips: ContentNames::new(clips.collect()),
         cameras: ContentNames::new(cameras.collect()),
         variants: ContentNames::new(variants.collect()),
-        morph_targets: ContentNames::new(morph_targets),
-        moving_clips: ContentNames::new(moving_clips),
+        morph_targets,
+        moving_clips: Some(ContentNames::new(moving_clips)),
     }
 }

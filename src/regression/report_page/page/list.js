@@ -55,7 +55,7 @@ function listItem(index) {
   const frames = differing(shot);
   const worst = frames.find(fails) || frames[0];
   const kind = worst ? kindOf(worst) : "identical";
-  const all = selectedApprovable(shot);
+  const [all, shown] = [approvable(shot), selectedApprovable(shot)];
   const isDone = all.length > 0 && all.every(isApproved);
   const count = shot.frames.length > 1 ? `${frames.length}/${shot.frames.length}` : "";
   const button = element(
@@ -72,9 +72,9 @@ function listItem(index) {
   const item = element("li", { className: index === state.shot ? "current" : "" });
   if (report.can_approve) {
     const box = element("input", { type: "checkbox", "aria-label": "Approve " + shot.name });
-    showTick(box, all);
+    showTick(box, shown);
     box.addEventListener("change", () => {
-      approve(all, box.checked);
+      approve(shown, box.checked);
       byId("shots").querySelector(`[aria-label="${CSS.escape("Approve " + shot.name)}"]`)?.focus();
     });
     item.append(element("span", { className: "tick" }, box));

@@ -8,6 +8,7 @@ mod fit;
 mod ground;
 mod inside;
 mod interior;
+mod left_out;
 mod orbit;
 mod posed_triangles;
 mod resolve;

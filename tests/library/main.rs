@@ -9,6 +9,7 @@ mod corruptions;
 mod exposed_samples;
 mod fault_table;
 mod framing;
+mod framing_motion;
 mod known_answers;
 mod motion_blur;
 mod noise_threshold;

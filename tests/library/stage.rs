@@ -162,10 +162,15 @@ pub(crate) fn assert_close(actual: Vec4, expected: Vec3, tolerance: f32) {
 
 /// Adds a clip of one linear channel from `from` at 0 s to `to` at 1 s.
 pub(crate) fn animate(scene: &mut Scene, target: AnimationTarget, from: &[f32], to: &[f32]) {
+    animate_by_keys(scene, target, &[(0.0, from), (1.0, to)]);
+}
+
+/// Adds a clip of one channel that is linear between keys of times and values.
+pub(crate) fn animate_by_keys(scene: &mut Scene, target: AnimationTarget, keys: &[(f32, &[f32])]) {
     let keyframes = Keyframes {
-        times_seconds: vec![0.0, 1.0],
-        values: [from, to].concat(),
-        width: from.len(),
+        times_seconds: keys.iter().map(|(seconds, _)| *seconds).collect(),
+        values: keys.iter().flat_map(|(_, values)| values.iter().copied()).collect(),
+        width: keys[0].1.len(),
         interpolation: Interpolation::Linear,
     };
     scene.animations.push(Animation { name: None, channels: vec![Channel { target, keyframes }] });

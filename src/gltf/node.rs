@@ -159,9 +159,9 @@ fn unit_rotation(context: &mut Context, rotation: [f32; 4], pointer: &str) -> Re
     Ok(quaternion.normalize())
 }
 
-/// Checks the morph weights of a node, which require a mesh with morph targets.
+/// Checks the morph weights of a node, which have no effect without a mesh.
 fn check_mesh(
-    context: &Context,
+    context: &mut Context,
     node: &mut Node,
     json: &json::Node,
     meshes: &[Mesh],
@@ -171,8 +171,10 @@ fn check_mesh(
         return Ok(());
     };
     let Some(mesh) = node.mesh.and_then(|mesh| meshes.get(mesh.index())) else {
-        let message = "morph weights need a mesh on the same node";
-        return Err(context.invalid(format!("{pointer}/weights"), message));
+        let message = "morph weights on a node without mesh have no effect";
+        context.warn(format!("{pointer}/weights"), message);
+        node.weights = None;
+        return Ok(());
     };
     let weights = mesh::check_weights(context, weights, mesh.weights.len(), &mesh.primitives, pointer)?;
     node.weights = Some(weights);

@@ -55,6 +55,18 @@ fn meshes_without_primitives_are_warned_about_once() {
 }
 
 #[test]
+fn weights_of_a_node_without_mesh_are_warned_about() {
+    let mut document = Document::triangle();
+    document.json["nodes"] = json!([{"weights": [0.5, 1.0], "children": [1]}, {"mesh": 0}]);
+    document.json["scenes"] = json!([{"nodes": [0]}]);
+    let scene = document.import().unwrap();
+    assert_eq!(scene.nodes[0].weights, None);
+    let [warning] = &scene.warnings[..] else { panic!("{:?}", scene.warnings) };
+    assert_eq!(warning.pointer, "/nodes/0/weights");
+    assert!(warning.message.contains("without mesh"), "{warning}");
+}
+
+#[test]
 fn only_used_vertices_are_kept() {
     let mut document = Document::triangle();
     let positions: Vec<f32> = (0..15).map(|i| i as f32).collect();

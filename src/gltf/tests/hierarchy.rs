@@ -46,7 +46,6 @@ fn transforms_are_checked() {
         (json!({"rotation": [0, 0, 0, 0]}), "length zero"),
         (json!({"matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1], "scale": [1,1,1]}), "both"),
         (json!({"matrix": [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1]}), "not affine"),
-        (json!({"weights": [1]}), "need a mesh"),
         (json!({"mesh": 3}), "no mesh 3"),
         (json!({"camera": 0}), "no camera 0"),
     ] {

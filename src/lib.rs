@@ -49,6 +49,7 @@ mod parallel_resize;
 mod sha256;
 #[doc(hidden)]
 pub mod terminal;
+mod uneven;
 
 pub mod bvh;
 

@@ -7,14 +7,17 @@ use crate::frame::Frame;
 use crate::output::{auto_exposure_ev, covers_enough};
 use crate::render::{PathSettings, RenderSettings};
 use crate::scene::Selection;
+use crate::uneven::uneven_shares;
 
 use super::job::duration_seconds;
 use super::{Exposure, SequenceJob, render_single_frame};
 
 /// Columns and rows of the renders that are measured.
 const SIZE: (u32, u32) = (64, 36);
-/// Number of measured times, from the animation's first to its last.
-const TIMES: u32 = 5;
+/// Fewest and most measured times of an animation, its first and last among them.
+const TIMES: [usize; 2] = [5, 17];
+/// Number of posed triangles up to which more than the fewest times are measured.
+const POSED_TRIANGLES: usize = 1_000_000;
 
 /// Exposure of tone-mapped files in stops. Automatic exposure renders a few small frames, unless the studio alone lights the
 /// scene; [`super::run`] computes it once and hands it on.
@@ -68,12 +71,20 @@ fn small_renders(
     let mut films = Vec::new();
     for selection in selections {
         let duration = f64::from(duration_seconds(&job.scene, selection));
-        let times = if duration > 0.0 { TIMES } else { 1 };
-        for step in 0..times {
-            let time_seconds = duration * f64::from(step) / f64::from(TIMES - 1);
+        let mut measure = |time_seconds: f64| {
             let mut frame = Frame::at(&job.scene, selection, time_seconds);
             hide_shadow_catchers(&mut frame);
             films.push(render_single_frame(job, &frame, &settings, cancel)?.0);
+            Ok(frame.triangles.len())
+        };
+        let triangles = measure(0.0)?;
+        if duration > 0.0 {
+            let [fewest, most] = TIMES;
+            let most = (4 * most / selections.len()).clamp(fewest, most);
+            let count = (POSED_TRIANGLES / triangles.max(1)).clamp(fewest, most);
+            // A lamp may have any period.
+            let shares = uneven_shares(count - 2).chain([1.0]);
+            shares.map(|share| measure(duration * share)).collect::<Result<Vec<_>, _>>()?;
         }
     }
     Ok(films)

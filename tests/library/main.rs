@@ -7,6 +7,7 @@ mod colors;
 mod conformance;
 mod corruptions;
 mod exposed_samples;
+mod exposure;
 mod fault_table;
 mod framing;
 mod framing_motion;

@@ -11,6 +11,7 @@ mod content;
 mod deform;
 mod material_flags;
 mod mesh_instance;
+mod node_pose;
 mod node_triangles;
 mod posed_nodes;
 mod surface_pose;
@@ -21,6 +22,7 @@ mod unmoved;
 pub use content::{PosedContent, PosedMesh};
 pub use deform::PosedVertex;
 pub use mesh_instance::MeshInstance;
+pub(crate) use node_pose::NodePose;
 pub use posed_nodes::{PosedCamera, PosedLight};
 pub use surfaces::Frame;
 

@@ -3,6 +3,7 @@
 //! [`resolve_camera`] replaces what was requested by a camera that [`crate::frame::Frame::pose`] can evaluate at any time. Cameras
 //! depend on the scene, the selected clips and the aspect ratio of the image, never on the frames that are rendered.
 
+mod added_times;
 mod enclosure;
 mod fit;
 mod ground;

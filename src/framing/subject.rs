@@ -23,15 +23,17 @@ pub(super) const TRIANGLES_PER_TASK: usize = 8192;
 
 /// Visible triangles over the selected clips, without backdrops.
 pub(super) struct Subject<'a> {
-    scene: &'a Scene,
+    pub(super) scene: &'a Scene,
     /// What is posed: the selected clips together, or each of the measured clips alone.
-    selections: Vec<Selection>,
-    /// Times at which it is measured, each with the index of its selection.
+    pub(super) selections: Vec<Selection>,
+    /// Times at which it is measured, each with the index of its selection: the even ones, then those that were added.
     pub(super) times: Vec<(usize, f64)>,
+    /// Number of the even times.
+    pub(super) even_times: usize,
     /// The scene at the first time.
     pub(super) frame: Frame,
     /// The triangles at the other times, where they are few enough to be kept.
-    kept: Option<Vec<PosedTriangles>>,
+    pub(super) kept: Option<Vec<PosedTriangles>>,
     /// Whether a triangle belongs to the framed node, by its id; `None` where the whole scene is framed.
     pub(super) follows_node: Option<Vec<bool>>,
     /// Whether an instance is framed, by its index in the frame.
@@ -82,6 +84,7 @@ impl<'a> Subject<'a> {
         let mut subject = Self {
             scene,
             selections,
+            even_times: times.len(),
             times,
             frame,
             kept: None,
@@ -102,6 +105,7 @@ impl<'a> Subject<'a> {
         if node.is_none() {
             subject.leave_out_outliers(&extents);
         }
+        subject.add_times();
         subject.is_empty = subject.bounds.is_empty();
         if subject.is_empty {
             let center = node.and_then(|node| subject.frame.node_position(node)).unwrap_or(Vec3::ZERO);
@@ -115,34 +119,41 @@ impl<'a> Subject<'a> {
         let stride = self.stride(directions.len());
         let mut supports = vec![f32::NEG_INFINITY; directions.len()];
         self.visit(stride, |triangles, flags| {
-            let found = (0..triangles.len())
-                .into_par_iter()
-                .with_min_len(TRIANGLES_PER_TASK)
-                .fold(
-                    || vec![f32::NEG_INFINITY; directions.len()],
-                    |mut largest, index| {
-                        let triangle = &triangles[index];
-                        if self.frames_triangle(index, flags[index]) {
-                            for (largest, direction) in largest.iter_mut().zip(directions) {
-                                let [a, b, c] = triangle.vertices.map(|corner| corner.dot(*direction));
-                                *largest = largest.max(a).max(b).max(c);
-                            }
-                        }
-                        largest
-                    },
-                )
-                .reduce_with(|a, b| a.iter().zip(&b).map(|(a, b)| a.max(*b)).collect());
-            for (largest, found) in supports.iter_mut().zip(found.unwrap_or_default()) {
+            let found = self.supports_of(triangles, flags, directions);
+            for (largest, found) in supports.iter_mut().zip(found) {
                 *largest = largest.max(found);
             }
         });
         supports
     }
 
-    /// Every how many times are visited to multiply all corners by so many directions.
+    /// The same for triangles that are posed like this.
+    pub(super) fn supports_of(
+        &self,
+        triangles: &[Triangle],
+        flags: &[TriangleFlags],
+        directions: &[Vec3],
+    ) -> Vec<f32> {
+        let nothing = || vec![f32::NEG_INFINITY; directions.len()];
+        let supports = (0..triangles.len()).into_par_iter().with_min_len(TRIANGLES_PER_TASK).fold(
+            nothing,
+            |mut largest, index| {
+                if self.frames_triangle(index, flags[index]) {
+                    for (largest, direction) in largest.iter_mut().zip(directions) {
+                        let [a, b, c] = triangles[index].vertices.map(|corner| corner.dot(*direction));
+                        *largest = largest.max(a).max(b).max(c);
+                    }
+                }
+                largest
+            },
+        );
+        supports.reduce(nothing, |a, b| a.iter().zip(&b).map(|(a, b)| a.max(*b)).collect())
+    }
+
+    /// Every how many even times are visited to multiply all corners by so many directions.
     pub(super) fn stride(&self, directions: usize) -> usize {
         let products = (self.frame.triangles.len() * 3 * directions).max(1);
-        let most = self.times.len().max(FEWEST_TIMES);
+        let most = self.even_times.max(FEWEST_TIMES);
         let count = (PRODUCTS / products).clamp(FEWEST_TIMES, most);
         ((most - 1) / (count - 1)).max(1)
     }
@@ -196,14 +207,15 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// Calls `visit` with the triangles and their flags at every `stride`-th time.
+    /// Calls `visit` with the triangles and their flags at every `stride`-th of the even times, and at those that were added.
     pub(super) fn visit(&self, stride: usize, mut visit: impl FnMut(&[Triangle], &[TriangleFlags])) {
+        let visited = (0..self.even_times).step_by(stride).chain(self.even_times..self.times.len());
         if let Some(kept) = &self.kept {
-            return kept.iter().step_by(stride).for_each(|posed| visit(&posed.triangles, &posed.flags));
+            return visited.for_each(|index| visit(&kept[index].triangles, &kept[index].flags));
         }
         visit(&self.frame.triangles, &self.frame.flags);
         let mut frame = Frame::default();
-        for &(selection, time) in self.times.iter().step_by(stride).skip(1) {
+        for (selection, time) in visited.skip(1).map(|index| self.times[index]) {
             frame.pose_surfaces(self.scene, &self.selections[selection], time);
             visit(&frame.triangles, &frame.flags);
         }

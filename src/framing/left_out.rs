@@ -13,6 +13,10 @@ use crate::geometry::{Aabb, Triangle};
 const TOO_LARGE: f32 = 3.0;
 /// The same factor for instances around the rest that may have most of the triangles, but none near the rest.
 const AS_LARGE_AS_A_SKY: f32 = 10.0;
+/// Longest path that is framed, as a factor on the size of what moves.
+const LONGEST_PATH: f32 = 100.0;
+/// Smallest share of a path that is a jump between two measured times.
+const SHARE_OF_JUMP: f32 = 0.5;
 /// Largest share of the triangles that grounds have, and smallest share of what skies surround.
 const BACKDROP_SHARE: f32 = 0.2;
 /// Share of the triangles left out at either end of each axis to find the content.
@@ -31,6 +35,19 @@ pub(super) struct Extent {
     diagonal: f32,
     /// Whether its box is not the same at all times at which it is visible.
     moves: bool,
+    /// The box at the last measured time at which it is visible.
+    last: Aabb,
+    /// Largest distance between the middles of boxes that follow each other, metres.
+    largest_step: f32,
+}
+
+impl Extent {
+    /// Whether most of its path shows nothing of it: things that are parked out of sight and jump into view, and projectiles.
+    fn is_stray(&self) -> bool {
+        let path = self.path.extent().length();
+        let jumps = path > TOO_LARGE * self.diagonal && self.largest_step > SHARE_OF_JUMP * path;
+        self.moves && (jumps || path > LONGEST_PATH * self.diagonal)
+    }
 }
 
 /// A kind of backdrop.
@@ -55,12 +72,18 @@ impl Backdrop {
 impl Subject<'_> {
     /// The extent of each framed instance.
     pub(super) fn instance_extents(&self) -> Vec<Extent> {
-        let nowhere = Extent { path: Aabb::EMPTY, diagonal: 0.0, moves: false };
+        let nowhere =
+            Extent { path: Aabb::EMPTY, diagonal: 0.0, moves: false, last: Aabb::EMPTY, largest_step: 0.0 };
         let mut extents = vec![nowhere; self.is_framed.len()];
         self.visit(1, |triangles, flags| {
             extents.par_iter_mut().enumerate().for_each(|(instance, extent)| {
                 let bounds = self.instance_bounds(instance, triangles, flags);
                 if !bounds.is_empty() {
+                    if !extent.last.is_empty() {
+                        let step = bounds.center().distance(extent.last.center());
+                        extent.largest_step = extent.largest_step.max(step);
+                    }
+                    extent.last = bounds;
                     extent.moves |= !extent.path.is_empty() && bounds != extent.path;
                     extent.diagonal = extent.diagonal.max(bounds.extent().length());
                     extent.path = extent.path.union(bounds);
@@ -83,13 +106,31 @@ impl Subject<'_> {
     }
 
     /// Leaves out the instances that are much larger than all smaller ones together: those with few triangles, most of which lie
-    /// beyond those (grounds, stages), and very large ones around them (skies).
+    /// beyond those (grounds, stages), and very large ones around them (skies). Then those with few triangles whose paths lead far away.
     pub(super) fn leave_out_backdrops(&mut self, extents: &[Extent]) {
-        let triangles: Vec<usize> =
-            (0..extents.len()).map(|index| self.frame.triangle_range(index).len()).collect();
-        let mut by_size: Vec<_> = (0..extents.len())
+        let framed: Vec<_> = (0..extents.len())
             .filter(|&index| self.is_framed[index] && !extents[index].path.is_empty())
             .collect();
+        let (strays, others): (Vec<usize>, Vec<usize>) =
+            framed.iter().partition(|&&index| extents[index].is_stray());
+        if others.is_empty() {
+            self.leave_out_larger(extents, strays);
+            return;
+        }
+        let triangles =
+            |of: &[usize]| -> usize { of.iter().map(|&index| self.frame.triangle_range(index).len()).sum() };
+        let has_most = triangles(&others) as f32 >= (1.0 - BACKDROP_SHARE) * triangles(&framed) as f32;
+        let content = self.leave_out_larger(extents, others);
+        let longest = TOO_LARGE * content.extent().length();
+        for index in strays.into_iter().filter(|_| has_most) {
+            self.is_framed[index] = extents[index].path.extent().length() <= longest;
+        }
+    }
+
+    /// The backdrops of [`Subject::leave_out_backdrops`] among instances. Returns the box of the others.
+    fn leave_out_larger(&mut self, extents: &[Extent], mut by_size: Vec<usize>) -> Aabb {
+        let triangles: Vec<usize> =
+            (0..extents.len()).map(|index| self.frame.triangle_range(index).len()).collect();
         let diagonal = |index: usize| extents[index].diagonal;
         by_size.sort_by(|&a, &b| diagonal(a).total_cmp(&diagonal(b)).then(a.cmp(&b)));
         let total: usize = by_size.iter().map(|&index| triangles[index]).sum();
@@ -106,11 +147,12 @@ impl Subject<'_> {
                     self.is_framed[index] = false;
                     self.may_be_floor[index] = true;
                 }
-                return;
+                return content;
             }
             content = content.union(extents[index].path);
             content_triangles += triangles[index];
         }
+        content
     }
 
     /// Whether all of the `larger` instances are backdrops for the `smaller` ones: those that do not move for their whole paths, others at
@@ -144,8 +186,8 @@ impl Subject<'_> {
         are_all
     }
 
-    /// Leaves out triangles that are far from the content at all times, where they make the bounds much larger. An instance that moves and
-    /// ever comes near is framed as a whole.
+    /// Leaves out triangles that are far from the content at all times, where they make the bounds much larger. An instance that moves, but is no
+    /// stray, and ever comes near is framed as a whole.
     pub(super) fn leave_out_outliers(&mut self, extents: &[Extent]) {
         let Some(content) = self.content() else { return };
         let limit = with_margin(&content);
@@ -167,7 +209,11 @@ impl Subject<'_> {
         let largest = TOO_LARGE * limit.extent().length();
         for (instance, extent) in extents.iter().enumerate() {
             let paths = &mut paths[self.frame.triangle_range(instance)];
-            if extent.moves && extent.diagonal <= largest && paths.iter().any(|(_, is_near)| *is_near) {
+            if extent.moves
+                && !extent.is_stray()
+                && extent.diagonal <= largest
+                && paths.iter().any(|(_, is_near)| *is_near)
+            {
                 for (_, is_near) in &mut *paths {
                     *is_near = true;
                 }

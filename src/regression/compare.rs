@@ -11,7 +11,6 @@ use super::non_finite::non_finite;
 use super::presets::Limits;
 use super::verdict::Verdict;
 use super::{Channel, Image, Samples};
-use crate::image::ContentChange;
 use crate::image::{ContentChange, is_cryptomatte};
 
 /// Compares an image with its reference.

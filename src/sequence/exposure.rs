@@ -17,7 +17,9 @@ const SIZE: (u32, u32) = (64, 36);
 /// Fewest and most measured times of an animation, its first and last among them.
 const TIMES: [usize; 2] = [5, 17];
 /// Number of posed triangles up to which more than the fewest times are measured.
-const POSED_TRIANGLES: usize = 1_000_000;
+const POSED_TRIANGLES: usize = 4_000_000;
+/// Times of all clips that share an exposure.
+const SHARED_TIMES: usize = 16 * TIMES[1];
 
 /// Exposure of tone-mapped files in stops. Automatic exposure renders a few small frames, unless the studio alone lights the
 /// scene; [`super::run`] computes it once and hands it on.
@@ -80,9 +82,9 @@ fn small_renders(
         let triangles = measure(0.0)?;
         if duration > 0.0 {
             let [fewest, most] = TIMES;
-            let most = (4 * most / selections.len()).clamp(fewest, most);
+            let most = (SHARED_TIMES / selections.len()).clamp(fewest, most);
             let count = (POSED_TRIANGLES / triangles.max(1)).clamp(fewest, most);
-            // A lamp may have any period.
+            // A lamp may have any period. Few times may still miss one.
             let shares = uneven_shares(count - 2).chain([1.0]);
             shares.map(|share| measure(duration * share)).collect::<Result<Vec<_>, _>>()?;
         }

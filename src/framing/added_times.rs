@@ -15,6 +15,9 @@ use crate::uneven::uneven_shares;
 
 /// What reaches farther by at most this share of the diagonal adds no time. The image has a margin of a tenth.
 const TOLERANCE: f32 = 0.01;
+/// Distance from what the even times show, as a factor on its diagonal, beyond which things are parked out of sight or fly away. Times at which
+/// something framed is there add nothing.
+const FARTHEST: f32 = 5.0;
 /// Fewest and most times of a selection that are searched.
 const SEARCHED: [usize; 2] = [16, 1024];
 /// Boxes, nodes and materials that are posed, over all searched times, before fewer times are searched.
@@ -178,6 +181,8 @@ struct Boxes<'a> {
     directions: Vec<Option<usize>>,
     /// What a morph weight of one counts as, metres.
     weight: f32,
+    /// Where the middles of boxes may be.
+    reachable: Aabb,
 }
 
 /// The box of a mesh under a node, before both are posed.
@@ -215,22 +220,32 @@ impl<'a> Boxes<'a> {
             directions.extend(scene.meshes[mesh.index()].weights.iter().flat_map(|_| [None; 2]));
         }
         let axes = self::directions().into_iter().step_by(2).collect();
-        Self { scene, axes, nodes, directions, weight }
+        let margin = Vec3::splat(FARTHEST * subject.bounds.extent().length());
+        let Aabb { min, max } = subject.bounds;
+        let reachable = Aabb { min: min - margin, max: max + margin };
+        Self { scene, axes, nodes, directions, weight, reachable }
     }
 
-    /// How far each box reaches in each direction, and each weight both ways. Negative infinity for what is hidden.
+    /// How far each box reaches in each direction, and each weight both ways. Negative infinity for what is hidden, and for all where something is
+    /// beyond reach.
     fn supports_at(&self, selection: &Selection, time_seconds: f64) -> Vec<f32> {
         let mut supports = vec![f32::NEG_INFINITY; self.directions.len()];
         let pose = NodePose::at(self.scene, selection, time_seconds);
         for posed in self.nodes.iter().filter(|posed| !pose.is_hidden(posed.node)) {
-            self.measure(posed, &pose, &mut supports[posed.first..]);
+            if !self.measure(posed, &pose, &mut supports[posed.first..]) {
+                supports.fill(f32::NEG_INFINITY);
+                break;
+            }
         }
         supports
     }
 
-    fn measure(&self, of_node: &NodeBox, pose: &NodePose, supports: &mut [f32]) {
-        let mut first = 0;
+    /// The supports of a node. Returns whether it is within reach.
+    fn measure(&self, of_node: &NodeBox, pose: &NodePose, supports: &mut [f32]) -> bool {
+        let (mut first, mut is_reachable) = (0, true);
         let mut measure = |matrix: &Mat4| {
+            let middle = matrix.transform_point3(of_node.bounds.center());
+            is_reachable &= self.reachable.contains(&Aabb { min: middle, max: middle });
             self.measure_box(matrix, &of_node.bounds, &mut supports[first..first + DIRECTIONS]);
             first += DIRECTIONS;
         };
@@ -247,6 +262,7 @@ impl<'a> Boxes<'a> {
         for (weight, supports) in weights.iter().zip(supports[first..].chunks_exact_mut(2)) {
             supports.copy_from_slice(&[weight * self.weight, -weight * self.weight]);
         }
+        is_reachable
     }
 
     fn measure_box(&self, matrix: &Mat4, bounds: &Aabb, supports: &mut [f32]) {

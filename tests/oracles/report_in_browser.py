@@ -513,9 +513,10 @@ def check_filtered_approvals(browser, path):
     page = Page(browser, path, "filtered approvals", script="Object.defineProperty(window, 'localStorage', { get() { throw new Error('forbidden'); } })")
     data = json.loads(page.page.locator("#data").text_content())
     frames = [frame for shot in data["shots"] for frame in shot["frames"]]
-    can = [frame for frame in frames if frame["status"] in ("different", "missing") and frame["hash"]]
-    for kind in sorted({frame["status"] for frame in can}):
-        of_kind = [frame for frame in can if frame["status"] == kind]
+    kind_of = lambda frame: frame["verdict"] if frame["status"] == "passed" else frame["status"]
+    can = [frame for frame in frames if kind_of(frame) in ("different", "missing", "changed") and frame["hash"]]
+    for kind in sorted({kind_of(frame) for frame in can}):
+        of_kind = [frame for frame in can if kind_of(frame) == kind]
         button = page.page.locator("#kinds button", has_text=kind)
         if button.count() == 0 or not button.is_visible():
             continue

@@ -17,7 +17,7 @@ use crate::uneven::uneven_shares;
 const TOLERANCE: f32 = 0.01;
 /// Distance from what the even times show, as a factor on its diagonal, beyond which things are parked out of sight or fly away. Times at which
 /// something framed is there add nothing.
-const FARTHEST: f32 = 5.0;
+const FARTHEST: f32 = 10.0;
 /// Fewest and most times of a selection that are searched.
 const SEARCHED: [usize; 2] = [16, 1024];
 /// Boxes, nodes and materials that are posed, over all searched times, before fewer times are searched.

@@ -15,7 +15,7 @@ use crate::uneven::uneven_shares;
 
 /// What reaches farther by at most this share of the diagonal adds no time. The image has a margin of a tenth.
 const TOLERANCE: f32 = 0.01;
-/// Distance from what the even times show, as a factor on its diagonal, beyond which things are parked out of sight or fly away. Times at which
+/// Distance from what the even times show, as a factor on its diagonal, beyond which things are parked far away or fly away. Times at which
 /// something framed is there add nothing.
 const FARTHEST: f32 = 10.0;
 /// Fewest and most times of a selection that are searched.

@@ -42,7 +42,7 @@ pub(super) struct Extent {
 }
 
 impl Extent {
-    /// Whether most of its path shows nothing of it: things that are parked out of sight and jump into view, and projectiles.
+    /// Whether most of its path shows nothing of it: things that are parked far away and jump into view, and projectiles.
     fn is_stray(&self) -> bool {
         let path = self.path.extent().length();
         let jumps = path > TOO_LARGE * self.diagonal && self.largest_step > SHARE_OF_JUMP * path;

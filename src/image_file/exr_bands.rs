@@ -18,6 +18,7 @@ use sha2::{Digest as _, Sha256};
 
 use super::atomic::{Replacement, begin_replacing};
 use super::exr_checksum::{ZEROS, checksum_position};
+use super::exr_deflate::ChunkCompressor;
 use super::exr_write::{check_channels, exr_channels, internal, sort_attributes};
 use super::{ExrCompression, FrameAttributes};
 use crate::cancel::CancelFlag;
@@ -146,15 +147,16 @@ impl ExrBands {
         let band_headers = layer.infer_headers(&self.headers[0].shared_attributes);
         let writer = layer.create_writer(&band_headers);
         let blocks: Vec<_> = enumerate_ordered_header_block_indices(&band_headers).collect();
-        let compress = |(_, mut index): (usize, exr::block::BlockIndex)| {
+        let compress = |compressor: &mut ChunkCompressor, (_, mut index): (usize, exr::block::BlockIndex)| {
             let data = writer.extract_uncompressed_block(&band_headers, index);
             index.pixel_position.1 += first_row;
-            let chunk = UncompressedBlock { index, data }.compress_to_chunk(&self.headers)?;
+            let chunk = compressor.compress(UncompressedBlock { index, data }, &self.headers)?;
             let mut bytes = Vec::new();
             chunk.write(&mut bytes, self.headers.len())?;
             Ok(bytes)
         };
-        let chunks: exr::error::Result<_> = blocks.into_par_iter().map(compress).collect();
+        let chunks: exr::error::Result<_> =
+            blocks.into_par_iter().map_init(ChunkCompressor::new, compress).collect();
         chunks.map_err(|error| internal(&error.to_string()))
     }
 

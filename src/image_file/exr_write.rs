@@ -16,6 +16,7 @@ use rayon::prelude::*;
 
 use super::exr_attributes::byte_text;
 use super::exr_checksum::seal;
+use super::exr_deflate::ChunkCompressor;
 use super::{ExrCompression, FrameAttributes};
 use crate::error::{Error, Result};
 use crate::image::{Channel, Image, Samples};
@@ -89,12 +90,12 @@ pub(super) fn write_compressing_in_parallel<'a, Layers: WritableLayers<'a>>(
     let layers = image.layer_data.create_writer(&headers);
     exr::block::write(Cursor::new(bytes), headers, true, |meta, chunk_writer| {
         let blocks: Vec<_> = enumerate_ordered_header_block_indices(&meta.headers).collect();
-        let compress = |(chunk_index, index)| {
+        let compress = |compressor: &mut ChunkCompressor, (chunk_index, index)| {
             let data = layers.extract_uncompressed_block(&meta.headers, index);
-            let block = UncompressedBlock { index, data };
-            block.compress_to_chunk(&meta.headers).map(|chunk| (chunk_index, chunk))
+            let chunk = compressor.compress(UncompressedBlock { index, data }, &meta.headers);
+            chunk.map(|chunk| (chunk_index, chunk))
         };
-        let chunks: Vec<_> = blocks.into_par_iter().map(compress).collect();
+        let chunks: Vec<_> = blocks.into_par_iter().map_init(ChunkCompressor::new, compress).collect();
         for chunk in chunks {
             let (chunk_index, chunk) = chunk?;
             chunk_writer.write_chunk(chunk_index, chunk)?;

@@ -14,6 +14,7 @@ mod exr_checksum;
 mod exr_chunks;
 mod exr_color_layer;
 mod exr_compression;
+mod exr_deflate;
 mod exr_header;
 mod exr_join;
 mod exr_read;

@@ -113,8 +113,12 @@ mod tests {
 
     /// Bytes of three kinds: equal ones, smooth ones, and noise that no method makes smaller.
     fn kinds_of_bytes(count: usize) -> [Vec<u8>; 3] {
-        let noise = |index: usize| ((index as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 29) as u8;
-        [vec![7; count], (0..count).map(|at| (at / 3) as u8).collect(), (0..count).map(noise).collect()]
+        let mut state = 1_u32;
+        let noise = std::iter::repeat_with(|| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 24) as u8
+        });
+        [vec![7; count], (0..count).map(|at| (at / 9) as u8).collect(), noise.take(count).collect()]
     }
 
     #[test]

@@ -7,11 +7,13 @@
 
 use std::f32::consts::PI;
 
-use glam::{Vec3, Vec4};
+use fearless_simd::Level;
+use glam::Vec3;
 use rayon::prelude::*;
 
-use super::equirect::{EquirectImage, direction_from_uv, uv_from_direction};
-use super::lobe_level::LobeLevel;
+use super::equirect::{EquirectImage, direction_from_uv, uvs_from_directions};
+use super::lobe_level::{LobeLevel, LobeSums, RUN};
+use crate::geometry::{ActiveLanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
 
 /// Steps of roughness from 0 (the full image, which is not stored here) to 1.
 pub(super) const STEPS: usize = 8;
@@ -26,7 +28,7 @@ impl Pyramid {
     pub(super) fn new(image: &EquirectImage) -> Self {
         let mut width = (image.width / 2 + 1).next_power_of_two().clamp(64, 1024);
         let mut levels = vec![image.resampled(width, width / 2)];
-        while width > 16 {
+        while width > RUN {
             width /= 2;
             let next = levels[levels.len() - 1].resampled(width, width / 2);
             levels.push(next);
@@ -56,10 +58,15 @@ struct LobeSample {
     level: f32,
 }
 
+/// The directions of a lobe, and the width of the image of its means.
+struct Lobe {
+    width: usize,
+    samples: Vec<LobeSample>,
+}
+
 /// Means of the image under lobes of roughness 1/8, 2/8, … 1.
 pub(super) fn prefiltered_images(pyramid: &Pyramid) -> Vec<EquirectImage> {
-    let levels: Vec<LobeLevel> = pyramid.levels.iter().map(LobeLevel::new).collect();
-    (1..=STEPS)
+    let lobes: Vec<Lobe> = (1..=STEPS)
         .map(|step| {
             // Narrow lobes need more texels and fewer samples for the same quality.
             let (width, samples) = match step {
@@ -68,9 +75,15 @@ pub(super) fn prefiltered_images(pyramid: &Pyramid) -> Vec<EquirectImage> {
                 _ => (64, 512),
             };
             let roughness = step as f32 / STEPS as f32;
-            lobe_image(&levels, width, &lobe_samples(pyramid, roughness * roughness, samples))
+            Lobe { width, samples: lobe_samples(pyramid, roughness * roughness, samples) }
         })
-        .collect()
+        .collect();
+    // Large images have levels that are finer than any lobe needs.
+    let samples = lobes.iter().flat_map(|lobe| &lobe.samples);
+    let finest = samples.map(|sample| sample.level as usize).min().unwrap_or_default();
+    let level = |(index, image)| (index >= finest).then(|| LobeLevel::new(image));
+    let levels: Vec<_> = pyramid.levels.iter().enumerate().map(level).collect();
+    lobes.iter().map(|lobe| lobe_image(&levels, lobe)).collect()
 }
 
 fn lobe_samples(pyramid: &Pyramid, alpha: f32, count: u32) -> Vec<LobeSample> {
@@ -109,40 +122,55 @@ fn radical_inverse(index: u32) -> f32 {
     (index.reverse_bits() >> 8) as f32 / (1_u32 << 24) as f32
 }
 
-fn lobe_image(levels: &[LobeLevel], width: usize, samples: &[LobeSample]) -> EquirectImage {
+/// The means under a lobe around every direction. `levels` has those that its samples read.
+fn lobe_image(levels: &[Option<LobeLevel>], lobe: &Lobe) -> EquirectImage {
+    let (width, simd) = (lobe.width, Level::new());
     let mut image = EquirectImage { width, height: width / 2, pixels: Vec::new() };
     image.pixels = (0..width / 2)
         .into_par_iter()
         .flat_map_iter(|row| {
             let direction = direction_from_uv(image.texel_uv(0, row));
-            let sums = lobe_row(levels, direction, width, samples);
-            sums.into_iter().map(|sum| sum.truncate().to_array())
+            let mut sums = LobeSums::zeros(width);
+            add_lobe(levels, direction, &lobe.samples, simd, &mut sums);
+            sums.into_row()
         })
         .collect();
     image
 }
 
-/// Means under the lobes of a row of `width` texels, the first of which looks along `direction`.
-fn lobe_row(levels: &[LobeLevel], direction: Vec3, width: usize, samples: &[LobeSample]) -> Vec<Vec4> {
+/// Adds the means under the lobes of a row, the first of which looks along `direction`.
+fn add_lobe(
+    levels: &[Option<LobeLevel>],
+    direction: Vec3,
+    samples: &[LobeSample],
+    simd: Level,
+    sums: &mut LobeSums,
+) {
     // Texel centres are never at the poles; a frame that follows the grid leaves no seam elsewhere. It also gives all texels of a row the
     // same lobe, moved along the rows of the levels.
     let east = Vec3::new(-direction.z, 0.0, direction.x).normalize();
     let north = east.cross(direction);
-    let mut sums = vec![Vec4::ZERO; width];
-    let mut line = Vec::new();
-    for sample in samples {
-        let towards = east * sample.direction.x + north * sample.direction.y + direction * sample.direction.z;
-        let uv = uv_from_direction(towards);
-        let finer = sample.level as usize;
-        let share = sample.level - finer as f32;
-        levels[finer].add(uv, sample.weight * (1.0 - share), &mut line, &mut sums);
-        if share > 0.0
-            && let Some(coarser) = levels.get(finer + 1)
-        {
-            coarser.add(uv, sample.weight * share, &mut line, &mut sums);
+    for samples in samples.chunks(LANES) {
+        let (mut towards, mut uvs) = (Vec3Lanes::default(), Vec2Lanes::default());
+        for (lane, LobeSample { direction: local, .. }) in samples.iter().enumerate() {
+            towards.set(lane, east * local.x + north * local.y + direction * local.z);
         }
+        uvs_from_directions(simd, &towards, ActiveLanes::first(samples.len()), &mut uvs);
+        vectorized!(simd, {
+            for (lane, sample) in samples.iter().enumerate() {
+                let finer = sample.level as usize;
+                let share = sample.level - finer as f32;
+                if let Some(Some(level)) = levels.get(finer) {
+                    level.add(uvs.get(lane), sample.weight * (1.0 - share), sums);
+                }
+                if share > 0.0
+                    && let Some(Some(level)) = levels.get(finer + 1)
+                {
+                    level.add(uvs.get(lane), sample.weight * share, sums);
+                }
+            }
+        });
     }
-    sums
 }
 
 #[cfg(test)]

@@ -9,12 +9,12 @@ mod hemisphere_light;
 use std::f32::consts::TAU;
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
+use glam::{Mat3, Vec2, Vec3};
 
 use self::hemisphere_light::{HemisphereLight, LightWindow};
 use super::local_frame::local_frame;
 use super::occluders::DirectionRange;
-use crate::geometry::{F32Lanes, Vec2Lanes, Vec3Lanes, sin_cos_of_turn};
+use crate::geometry::{F32Lanes, Vec2Lanes, Vec3Lanes, sin_cos_of_turn, vectorized};
 use crate::scene::{Environment, LightGrid, LookupLanes, LuminanceImage};
 
 /// The golden ratio less one: the share of a turn from one candidate to the next.
@@ -94,16 +94,50 @@ impl EnvironmentDirections {
     /// 90°. Of several ones, one is chosen by its luminance (Talbot, Cline and Egbert, "Importance Resampling for Global Illumination", 2005), any
     /// where all are dark.
     pub(super) fn glossy(&self, axis: Vec3, roughness: f32, (u, random): (Vec2, f32)) -> Vec3 {
-        let candidates = LobeDirections::new(axis, roughness, u);
-        let mut sums = [0.0; CANDIDATES];
-        let mut sum = 0.0;
-        for (uv, sum_to) in candidates.uvs().into_iter().zip(&mut sums) {
-            sum += self.grid.luminance_at_uv(uv);
-            *sum_to = sum;
+        let frame = local_frame(axis);
+        let candidates: [Vec3; CANDIDATES] =
+            std::array::from_fn(|stratum| lobe_direction(&frame, roughness, u, stratum));
+        let uvs = candidates.map(LuminanceImage::uv_from_direction);
+        candidates[self.chosen_candidate(&uvs, random)]
+    }
+
+    /// [`EnvironmentDirections::glossy`] for the lanes of `axes`; other lanes keep their directions.
+    pub(super) fn glossy_lanes(
+        &self,
+        axes: &LookupLanes<'_>,
+        roughness: &F32Lanes,
+        (u, randoms): (&Vec2Lanes, &F32Lanes),
+        directions: &mut Vec3Lanes,
+    ) {
+        let LookupLanes { level, directions: axes, lanes } = *axes;
+        let mut candidates = [Vec3Lanes::default(); CANDIDATES];
+        let mut uvs = [Vec2Lanes::default(); CANDIDATES];
+        vectorized!(level, {
+            for (stratum, (candidates, uvs)) in candidates.iter_mut().zip(&mut uvs).enumerate() {
+                for (lane, &roughness) in roughness.iter().enumerate() {
+                    let frame = local_frame(axes.get(lane));
+                    let candidate = lobe_direction(&frame, roughness, u.get(lane), stratum);
+                    candidates.set(lane, candidate);
+                    uvs.set(lane, LuminanceImage::uv_from_direction(candidate));
+                }
+            }
+        });
+        for lane in lanes {
+            let chosen = self.chosen_candidate(&uvs.each_ref().map(|uvs| uvs.get(lane)), randoms[lane]);
+            directions.set(lane, candidates[chosen].get(lane));
         }
+    }
+
+    /// The index of a candidate by the luminance at its position in the unit square.
+    #[inline(always)]
+    fn chosen_candidate(&self, uvs: &[Vec2; CANDIDATES], random: f32) -> usize {
+        let mut sum = 0.0;
+        let sums = uvs.map(|uv| {
+            sum += self.grid.luminance_at_uv(uv);
+            sum
+        });
         let chosen = sums.iter().position(|sum_to| random * sum < *sum_to);
-        let any = ((random * CANDIDATES as f32) as usize).min(CANDIDATES - 1);
-        candidates.get(chosen.unwrap_or(any))
+        chosen.unwrap_or(((random * CANDIDATES as f32) as usize).min(CANDIDATES - 1))
     }
 }
 
@@ -128,57 +162,21 @@ impl RangeLight<'_> {
     }
 }
 
-/// Stratified directions of a lobe of [`EnvironmentDirections::glossy`], component by component, so that they are computed in lanes.
-struct LobeDirections {
-    x: [f32; CANDIDATES],
-    y: [f32; CANDIDATES],
-    z: [f32; CANDIDATES],
-}
-
-impl LobeDirections {
-    #[inline(always)]
-    fn new(axis: Vec3, roughness: f32, u: Vec2) -> Self {
-        let alpha_squared = (roughness * roughness) * (roughness * roughness);
-        // Half vectors up to 45° from the axis
-        let scale = 1.0 + alpha_squared;
-        let cosines = in_lanes(|stratum| {
-            let u_x = (stratum as f32 + u.x) / CANDIDATES as f32 / scale;
-            1.0 / (1.0 + alpha_squared * u_x / (1.0 - u_x)).sqrt()
-        });
-        let sines = in_lanes(|i| (1.0 - cosines[i] * cosines[i]).max(0.0).sqrt());
-        let (mut along_tangent, mut along_bitangent) = ([0.0; CANDIDATES], [0.0; CANDIDATES]);
-        for stratum in 0..CANDIDATES {
-            let turns = u.y + stratum as f32 * GOLDEN_SHARE;
-            let (sine, cosine) = sin_cos_of_turn((turns - turns as i32 as f32) * TAU);
-            along_tangent[stratum] = sines[stratum] * cosine;
-            along_bitangent[stratum] = sines[stratum] * sine;
-        }
-
-        // Mirror the axis at the half vectors.
-        let frame = local_frame(axis);
-        let component = |tangent: f32, bitangent: f32, axis: f32| {
-            in_lanes(|i| {
-                let half = tangent * along_tangent[i] + bitangent * along_bitangent[i] + axis * cosines[i];
-                half * (2.0 * cosines[i]) - axis
-            })
-        };
-        Self {
-            x: component(frame.x_axis.x, frame.y_axis.x, frame.z_axis.x),
-            y: component(frame.x_axis.y, frame.y_axis.y, frame.z_axis.y),
-            z: component(frame.x_axis.z, frame.y_axis.z, frame.z_axis.z),
-        }
-    }
-
-    #[inline(always)]
-    fn get(&self, candidate: usize) -> Vec3 {
-        Vec3::new(self.x[candidate], self.y[candidate], self.z[candidate])
-    }
-
-    /// Positions in the unit square.
-    #[inline(always)]
-    fn uvs(&self) -> [Vec2; CANDIDATES] {
-        std::array::from_fn(|candidate| LuminanceImage::uv_from_direction(self.get(candidate)))
-    }
+/// One of the stratified directions of a lobe of [`EnvironmentDirections::glossy`] around the last axis of `frame`.
+#[inline(always)]
+fn lobe_direction(frame: &Mat3, roughness: f32, u: Vec2, stratum: usize) -> Vec3 {
+    let alpha_squared = (roughness * roughness) * (roughness * roughness);
+    // Half vectors up to 45° from the axis
+    let scale = 1.0 + alpha_squared;
+    let u_x = (stratum as f32 + u.x) / CANDIDATES as f32 / scale;
+    let cosine = 1.0 / (1.0 + alpha_squared * u_x / (1.0 - u_x)).sqrt();
+    let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+    let turns = u.y + stratum as f32 * GOLDEN_SHARE;
+    let (sin_azimuth, cos_azimuth) = sin_cos_of_turn((turns - turns as i32 as f32) * TAU);
+    // The axis mirrored at the half vector
+    let half =
+        frame.x_axis * (sine * cos_azimuth) + frame.y_axis * (sine * sin_azimuth) + frame.z_axis * cosine;
+    half * (2.0 * cosine) - frame.z_axis
 }
 
 /// A direction of the cosine lobe around a normal.
@@ -186,12 +184,6 @@ fn cosine_direction(normal: Vec3, u: Vec2) -> Vec3 {
     let (sine, cosine) = sin_cos_of_turn((u.y - u.y as i32 as f32) * TAU);
     let radius = u.x.sqrt();
     local_frame(normal) * Vec3::new(radius * cosine, radius * sine, (1.0 - u.x).max(0.0).sqrt())
-}
-
-/// The value of each lane.
-#[inline(always)]
-fn in_lanes(value: impl Fn(usize) -> f32) -> [f32; CANDIDATES] {
-    std::array::from_fn(value)
 }
 
 #[cfg(test)]

@@ -1,7 +1,9 @@
 //! Directions and irradiances against integrals of the same light.
 
 use super::*;
-use crate::geometry::Aabb;
+use fearless_simd::Level;
+
+use crate::geometry::{Aabb, ActiveLanes, LANES};
 use crate::integrator::occluders::OccluderBox;
 use crate::scene::BuiltInLight;
 
@@ -173,4 +175,34 @@ fn glossy_directions_in_lanes_have_the_bits_of_single_ones() {
 fn no_direction_leads_to_darkness() {
     let directions = EnvironmentDirections::new(&Environment::Constant(Vec3::ZERO));
     assert_eq!(directions.grid.diffuse(Vec3::Y, Vec2::splat(0.5), 0.5), None);
+}
+
+#[test]
+fn glossy_directions_in_lanes_are_those_of_single_lobes() {
+    for environment in [Environment::BuiltIn(BuiltInLight::Studio), Environment::Constant(Vec3::ZERO)] {
+        let directions = EnvironmentDirections::new(&environment);
+        let sampled: Vec<_> = points(32 * LANES as u32).collect();
+        for (block, sampled) in sampled.chunks(LANES).enumerate() {
+            let (mut axes, mut us) = (Vec3Lanes::default(), Vec2Lanes::default());
+            let (mut roughness, mut randoms) = (F32Lanes::default(), F32Lanes::default());
+            for (lane, (u, random)) in sampled.iter().enumerate() {
+                axes.set(lane, LuminanceImage::direction_from_uv(Vec2::new(u.y, *random)));
+                us.set(lane, *u);
+                randoms[lane] = *random;
+                roughness[lane] = (lane + block) as f32 / (LANES + 32) as f32;
+            }
+            let lanes = ActiveLanes::first(LANES).filtered(|lane| lane != block % LANES);
+            for level in [Level::fallback(), Level::new()] {
+                let mut found = Vec3Lanes::default();
+                let lobes = LookupLanes { level, directions: &axes, lanes };
+                directions.glossy_lanes(&lobes, &roughness, (&us, &randoms), &mut found);
+                for lane in lanes {
+                    let sampled = (us.get(lane), randoms[lane]);
+                    let expected = directions.glossy(axes.get(lane), roughness[lane], sampled);
+                    assert_eq!(found.get(lane), expected, "{block} {lane}");
+                }
+                assert_eq!(found.get(block % LANES), Vec3::ZERO);
+            }
+        }
+    }
 }

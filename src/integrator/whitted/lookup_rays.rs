@@ -7,6 +7,7 @@ use super::WhittedBuffers;
 use super::environment_lookup::LookupLobe;
 use super::environment_shadows::number_of;
 use super::opaque_block::{BLOCK_LOOKUPS, OpaqueBlock};
+use super::sampled_lookups::LobeLanes;
 use crate::geometry::{ActiveLanes, LANES, Vec3Lanes};
 use crate::integrator::surface_hit::SurfaceHit;
 use crate::integrator::tracing::Tracer;
@@ -46,20 +47,17 @@ impl Tracer<'_, '_> {
         }
         for together in queued.chunks(LANES) {
             let sampled = &mut self.whitted.sampled_lookups;
-            let (mut normals, mut diffuse) = (Vec3Lanes::default(), ActiveLanes::default());
+            let mut lobes = LobeLanes::default();
             for (lane, queued) in together.iter().enumerate() {
                 let slot = hits[queued.surface].slot;
                 let sequence = &self.sequences[wavefront.ray(slot).1.sample as usize];
                 let number = number_of(slot.signature, queued.index);
                 let [keys, _] = self.whitted.lookup_keys.get(sequence.seed(), number, 0);
                 sampled.sequences.set(lane, sequence, &keys);
-                if let LookupLobe::Diffuse { normal } = queued.lobe {
-                    normals.set(lane, normal);
-                    diffuse = diffuse.with(lane);
-                }
+                lobes.set(lane, &queued.lobe);
             }
             let lanes = ActiveLanes::first(together.len());
-            sampled.sample(self.context, directions, lanes, (&normals, diffuse));
+            sampled.sample(self.context, directions, lanes, &lobes);
             for (lane, BlockLookup { surface, lookup, lobe, .. }) in together.iter().enumerate() {
                 found[*surface][*lookup] = sampled.direction(lane, directions, lobe);
             }
@@ -87,6 +85,7 @@ impl Tracer<'_, '_> {
             sampled.sequences.set(lane, sequence, &keys);
         }
         let lanes = ActiveLanes::first(hits.len());
-        sampled.sample(self.context, directions, lanes, (normals, block_lookups.diffuse()));
+        let lobes = LobeLanes { middles: *normals, diffuse: block_lookups.diffuse(), ..LobeLanes::default() };
+        sampled.sample(self.context, directions, lanes, &lobes);
     }
 }

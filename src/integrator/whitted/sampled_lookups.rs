@@ -19,20 +19,47 @@ pub(super) struct SampledLookups {
     pub(super) lanes: ActiveLanes,
     /// Those that send rays.
     traced: ActiveLanes,
-    /// Directions of diffuse lobes.
+    /// Directions of the lobes that were given in lanes.
     directions: Vec3Lanes,
-    /// Those that have one.
+    /// Those of diffuse lobes.
     diffuse: ActiveLanes,
+    /// Those of glossy lobes.
+    glossy: ActiveLanes,
+}
+
+/// Lobes of lookups.
+#[derive(Debug, Default)]
+pub(super) struct LobeLanes {
+    /// The normals of diffuse lobes, the axes of glossy ones.
+    pub(super) middles: Vec3Lanes,
+    /// That of glossy lobes.
+    pub(super) roughness: F32Lanes,
+    pub(super) diffuse: ActiveLanes,
+    pub(super) glossy: ActiveLanes,
+}
+
+impl LobeLanes {
+    /// Replaces the lobe of a lane.
+    pub(super) fn set(&mut self, lane: usize, lobe: &LookupLobe) {
+        self.middles.set(lane, lobe.middle());
+        match lobe {
+            LookupLobe::Diffuse { .. } => self.diffuse = self.diffuse.with(lane),
+            LookupLobe::Glossy(lobe) => {
+                self.roughness[lane] = lobe.roughness;
+                self.glossy = self.glossy.with(lane);
+            }
+        }
+    }
 }
 
 impl SampledLookups {
-    /// Samples lookups whose sequences are set. Those in `diffuse` may be of the diffuse lobe around their normal.
+    /// Samples lookups whose sequences are set. Those that have other lobes than the expected `lobes` get directions one by one.
     pub(super) fn sample(
         &mut self,
         context: &IntegratorContext<'_>,
         directions: &EnvironmentDirections,
         lanes: ActiveLanes,
-        (normals, diffuse): (&Vec3Lanes, ActiveLanes),
+        lobes: &LobeLanes,
     ) {
         let Self { sequences, points, randoms, .. } = self;
         let level = context.view.bvh.simd_level();
@@ -45,10 +72,16 @@ impl SampledLookups {
         });
         self.lanes = lanes;
         self.traced = lanes.filtered(|lane| points.get(lane).x < 1.0);
-        self.diffuse = self.traced.filtered(|lane| diffuse.contains(lane));
+        [self.diffuse, self.glossy] =
+            [lobes.diffuse, lobes.glossy].map(|of_kind| self.traced.filtered(|lane| of_kind.contains(lane)));
+        let middles = |lanes| LookupLanes { level, directions: &lobes.middles, lanes };
         if !self.diffuse.is_empty() {
-            let normals = LookupLanes { level, directions: normals, lanes: self.diffuse };
-            directions.diffuse_lanes(&normals, (points, randoms), &mut self.directions);
+            directions.diffuse_lanes(&middles(self.diffuse), (points, randoms), &mut self.directions);
+        }
+        // Keeps other lanes.
+        if !self.glossy.is_empty() {
+            let sampled = (&*points, &*randoms);
+            directions.glossy_lanes(&middles(self.glossy), &lobes.roughness, sampled, &mut self.directions);
         }
     }
 
@@ -64,9 +97,17 @@ impl SampledLookups {
         directions: &EnvironmentDirections,
         lobe: &LookupLobe,
     ) -> Option<Vec3> {
-        self.traced.contains(lane).then(|| match lobe {
-            LookupLobe::Diffuse { .. } if self.diffuse.contains(lane) => self.directions.get(lane),
-            _ => lobe.sample(directions, (self.points.get(lane), self.randoms[lane])),
+        self.traced.contains(lane).then(|| {
+            // The lobe may be another one than was expected.
+            let in_lanes = match lobe {
+                LookupLobe::Diffuse { .. } => self.diffuse,
+                LookupLobe::Glossy(_) => self.glossy,
+            };
+            if in_lanes.contains(lane) {
+                self.directions.get(lane)
+            } else {
+                lobe.sample(directions, (self.points.get(lane), self.randoms[lane]))
+            }
         })
     }
 }

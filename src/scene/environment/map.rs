@@ -257,7 +257,7 @@ impl EnvironmentMap {
         self.prefiltered_at(uv_from_direction(self.rotation.map_from_world(direction)), roughness)
     }
 
-    #[inline]
+    #[inline(always)]
     fn prefiltered_at(&self, uv: Vec2, roughness: f32) -> Vec3 {
         let step = roughness.clamp(0.0, 1.0) * STEPS as f32;
         let below = (step as usize).min(STEPS - 1);
@@ -272,9 +272,11 @@ impl EnvironmentMap {
     /// See [`super::Environment::irradiances`].
     pub(super) fn irradiances(&self, lookups: &LookupLanes<'_>, out: &mut Vec3Lanes) {
         let (_, uvs) = self.positions(lookups);
-        for lane in lookups.lanes {
-            out.set(lane, self.tables.irradiance.bilinear(uvs.get(lane)));
-        }
+        vectorized!(lookups.level, {
+            for lane in lookups.lanes {
+                out.set(lane, self.tables.irradiance.bilinear(uvs.get(lane)));
+            }
+        });
     }
 
     /// See [`super::Environment::prefiltered_lanes`].
@@ -285,9 +287,11 @@ impl EnvironmentMap {
         out: &mut Vec3Lanes,
     ) {
         let (_, uvs) = self.positions(lookups);
-        for lane in lookups.lanes {
-            out.set(lane, self.prefiltered_at(uvs.get(lane), roughness[lane]));
-        }
+        vectorized!(lookups.level, {
+            for lane in lookups.lanes {
+                out.set(lane, self.prefiltered_at(uvs.get(lane), roughness[lane]));
+            }
+        });
     }
 
     /// [`EnvironmentMap::radiance_over`] of several directions.

@@ -11,23 +11,26 @@ use exr::error::Result;
 use exr::meta::BlockDescription;
 use exr::meta::header::Header;
 use exr::prelude::Compression;
-use flate2::{Compress, FlushCompress, Status};
+use zlib_rs::{Deflate, DeflateFlush, Status};
 
 /// OpenEXR's default level of deflate.
-const DEFLATE_LEVEL: u32 = 4;
+const DEFLATE_LEVEL: i32 = 4;
+/// Binary logarithm of the largest distance that deflate refers back to.
+const WINDOW_BITS: u8 = 15;
 
 /// Compresses chunks one after the other, and keeps the memory for it.
 pub(super) struct ChunkCompressor {
-    deflate: Compress,
+    deflate: Deflate,
     /// The bytes of a chunk in the order in which they are compressed.
     separated: Vec<u8>,
     differences: Vec<u8>,
+    packed: Vec<u8>,
 }
 
 impl ChunkCompressor {
     pub(super) fn new() -> Self {
-        let deflate = Compress::new(flate2::Compression::new(DEFLATE_LEVEL), true);
-        Self { deflate, separated: Vec::new(), differences: Vec::new() }
+        let deflate = Deflate::new(DEFLATE_LEVEL, true, WINDOW_BITS);
+        Self { deflate, separated: Vec::new(), differences: Vec::new(), packed: Vec::new() }
     }
 
     /// Compresses a block of a part by the method in that part's header.
@@ -60,10 +63,10 @@ impl ChunkCompressor {
         separate_bytes(data, &mut self.separated);
         take_differences(&self.separated, &mut self.differences);
         self.deflate.reset();
-        let mut packed = Vec::with_capacity(data.len());
-        let status = self.deflate.compress_vec(&self.differences, &mut packed, FlushCompress::Finish);
-        packed.shrink_to_fit();
-        matches!(status, Ok(Status::StreamEnd)).then_some(packed)
+        self.packed.resize(data.len(), 0);
+        let status = self.deflate.compress(&self.differences, &mut self.packed, DeflateFlush::Finish);
+        let length = self.deflate.total_out() as usize;
+        matches!(status, Ok(Status::StreamEnd)).then(|| self.packed[..length].to_vec())
     }
 }
 

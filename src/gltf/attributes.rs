@@ -26,7 +26,7 @@ pub(super) struct Attributes {
 
 /// Prefixes of attribute names that carry a set number, and how many sets of each are supported.
 const NUMBERED: [(&str, usize); 4] =
-    [("TEXCOORD_", usize::MAX), ("JOINTS_", usize::MAX), ("WEIGHTS_", usize::MAX), ("COLOR_", 1)];
+    [("TEXCOORD_", usize::MAX), ("JOINTS_", usize::MAX), ("WEIGHTS_", usize::MAX), ("COLOR_", usize::MAX)];
 
 impl Attributes {
     /// Reads a JSON object that maps attribute names to accessor indices.

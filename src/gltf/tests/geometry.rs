@@ -123,9 +123,9 @@ fn tangents_without_normals_are_ignored_and_unknown_attributes_warned_about() {
     let primitive = &scene.meshes[0].primitives[0];
     assert_eq!((&primitive.normals, &primitive.tangents), (&None, &None));
     assert_eq!(primitive.colors, Some(vec![Vec4::ONE; 3]));
-    // The values of COLOR_0 beyond 1 are named too.
-    assert_eq!(scene.warnings.len(), 2);
-    assert!(scene.warnings.iter().any(|warning| warning.message.contains("COLOR_1")));
+    // The values of COLOR_0 beyond 1 are named, and COLOR_1 is not: glTF gives it no meaning, and Blender writes what a material does not use.
+    let messages: Vec<_> = scene.warnings.iter().map(|warning| &warning.message).collect();
+    assert!(matches!(messages[..], [message] if message.contains("COLOR_0")), "{messages:?}");
 }
 
 /// Adds a normal map on `TEXCOORD_0`.

@@ -22,6 +22,8 @@ pub enum ToneCurve {
     /// Khronos PBR Neutral: reproduces base colours unchanged.
     #[default]
     Neutral,
+    /// None: light up to 1 is shown as it is, and more as white.
+    None,
 }
 
 impl ToneCurve {
@@ -32,6 +34,7 @@ impl ToneCurve {
             Self::Agx => "agx",
             Self::Aces => "aces",
             Self::Neutral => "neutral",
+            Self::None => "none",
         }
     }
 
@@ -43,6 +46,7 @@ impl ToneCurve {
             Self::Agx => agx::apply(light),
             Self::Aces => aces::apply(light),
             Self::Neutral => neutral::apply(light),
+            Self::None => light,
         };
         shown.map(|channel| if channel < 1.0 { positive(channel) } else { 1.0 })
     }
@@ -53,7 +57,8 @@ mod tests {
     use super::*;
     use crate::color::exposure_scale;
 
-    const CURVES: [ToneCurve; 4] = [ToneCurve::Standard, ToneCurve::Agx, ToneCurve::Aces, ToneCurve::Neutral];
+    const CURVES: [ToneCurve; 5] =
+        [ToneCurve::Standard, ToneCurve::Agx, ToneCurve::Aces, ToneCurve::Neutral, ToneCurve::None];
 
     #[test]
     fn curves_increase_with_grey_up_to_white() {
@@ -77,6 +82,12 @@ mod tests {
             let blinding = curve.apply(light * 1e5);
             assert!(blinding.min_element() > 0.9, "{curve:?}: {blinding}");
         }
+    }
+
+    #[test]
+    fn without_a_curve_light_keeps_its_value_up_to_white() {
+        let light = Vec3::new(0.002, 0.5, 3.0);
+        assert_eq!(ToneCurve::None.apply(light), Vec3::new(0.002, 0.5, 1.0));
     }
 
     #[test]

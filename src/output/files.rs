@@ -204,8 +204,9 @@ mod tests {
 
     #[test]
     fn display_backgrounds_are_exact_under_every_curve_and_exposure() {
-        let curves = [ToneCurve::Standard, ToneCurve::Agx, ToneCurve::Aces, ToneCurve::Neutral];
-        for (tone, exposure_ev) in curves.into_iter().zip([-7.5, 0.0, 1.0, 16.0]) {
+        let curves =
+            [ToneCurve::Standard, ToneCurve::Agx, ToneCurve::Aces, ToneCurve::Neutral, ToneCurve::None];
+        for (tone, exposure_ev) in curves.into_iter().zip([-7.5, 0.0, 1.0, 16.0, -1.0]) {
             for code in 0..=255 {
                 let look = PreviewLook { exposure_ev, tone, background: Some([code, 255, 255 - code]) };
                 assert_eq!(display_pixels(&[[0.0; 4]], look), [[code, 255, 255 - code, 255]]);

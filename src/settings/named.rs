@@ -71,8 +71,9 @@ named! {
     ToneCurve {
         Neutral = "neutral", "Khronos PBR Neutral: base colours keep their values";
         Standard = "standard", "Natural contrast; middle grey keeps its value, bright colours turn pale";
-        Agx = "agx", "Low contrast, with headroom for bright and coloured light, as in Blender";
+        Agx = "agx", "Low contrast, with headroom for bright and coloured light";
         Aces = "aces", "High contrast, as films made with ACES 1.0";
+        None = "none", "No curve: unlit materials and textures keep their values, brighter light than white is cut off";
     }
     NamedView {
         Front = "front", "From +Z";

@@ -12,7 +12,7 @@ const REFLECTANCE: f64 = 0.04;
 
 /// Lower bound of a pixel's value as a share of the mean. Black pixels tell nothing about the light.
 const DARKEST_SHARE: f64 = 0.25;
-/// Share of the surfaces that are brightest, and how many times their base colours they may reach.
+/// Share of the lit surfaces that are brightest, and how many times their base colours they may reach.
 const BRIGHTEST: (f64, f64) = (0.05, 1.5);
 /// Coverage by surfaces above which the background is ignored.
 const LEAST_COVERAGE: f64 = 0.01;
@@ -35,7 +35,7 @@ pub fn covers_enough(films: &[Film]) -> bool {
 /// Both enter by their geometric means, so a dark asset stays dark and a white one white: what is measured is the light on
 /// them. Pixels that emit more light than they reflect are left out where the film has light passes. The others are weighted by
 /// coverage. Values have a lower bound, or a few black pixels would lower the geometric mean without limit. Where base colours are
-/// known, all but the brightest twentieth stay below 1.5 times their own, so that a pool of light in the dark is not blown out.
+/// known, all but the brightest twentieth of what is lit stay below 1.5 times their own, so that a pool of light in the dark is not blown out.
 /// Without any light the exposure is 0. The value stays within [`AUTO_EXPOSURE_BOUNDS`] and is rounded to hundredths, so that the
 /// printed value can be passed as an option.
 pub fn auto_exposure_ev(films: &[Film]) -> f32 {
@@ -49,6 +49,11 @@ pub fn auto_exposure_ev(films: &[Film]) -> f32 {
     let [least, most] = AUTO_EXPOSURE_BOUNDS;
     // The sum with zero turns −0 into 0.
     ((libm::round(ev * 100.0) / 100.0) as f32).clamp(least, most) + 0.0
+}
+
+/// The sum of the luminance that is measured for [`auto_exposure_ev`].
+pub fn reflected_light(films: &[Film]) -> f64 {
+    films.iter().flat_map(metered_pixels).map(|pixel| pixel.luminance * pixel.cover).sum()
 }
 
 /// A pixel that is at least partly covered, and not mainly by what emits light.
@@ -75,9 +80,12 @@ fn metered_pixels(film: &Film) -> impl Iterator<Item = MeteredPixel> {
     })
 }
 
-/// Exposure that brings the darkest of the brightest pixels to a multiple of its target.
+/// Exposure that brings the darkest of the brightest lit pixels to a multiple of its target.
 fn highlight_limit_ev(mut pixels: Vec<MeteredPixel>) -> f64 {
     let (share, multiple) = BRIGHTEST;
+    // What is darker is not lit.
+    let darkest = DARKEST_SHARE * mean(&pixels, |pixel| pixel.luminance);
+    pixels.retain(|pixel| pixel.luminance >= darkest);
     let brightness = |pixel: &MeteredPixel| pixel.luminance / pixel.target;
     pixels.sort_by(|a, b| brightness(b).total_cmp(&brightness(a)));
     let mut rest = share * pixels.iter().map(|pixel| pixel.cover).sum::<f64>();
@@ -91,10 +99,16 @@ fn highlight_limit_ev(mut pixels: Vec<MeteredPixel>) -> f64 {
     }
 }
 
+/// Mean of a value of the pixels; not a number without coverage.
+fn mean(pixels: &[MeteredPixel], value: fn(&MeteredPixel) -> f64) -> f64 {
+    let cover: f64 = pixels.iter().map(|pixel| pixel.cover).sum();
+    pixels.iter().map(|pixel| value(pixel) * pixel.cover).sum::<f64>() / cover
+}
+
 /// Mean of the binary logarithm of a value of the pixels; `None` without any light or coverage.
 fn mean_stops(pixels: &[MeteredPixel], value: fn(&MeteredPixel) -> f64) -> Option<f64> {
     let cover: f64 = pixels.iter().map(|pixel| pixel.cover).sum();
-    let mean = pixels.iter().map(|pixel| value(pixel) * pixel.cover).sum::<f64>() / cover;
+    let mean = mean(pixels, value);
     if cover <= 0.0 || mean <= 0.0 {
         return None;
     }
@@ -182,6 +196,9 @@ mod tests {
         let pool = [[shown, shown, shown, 1.0]];
         let pixels = [&pool[..], &[[dark, dark, dark, 1.0]; 4]].concat();
         assert_eq!(auto_exposure_ev(&[film_of_surfaces(&pixels, &[0.18; 5])]), -2.42);
+        // A fiftieth in the dark is a pool, too.
+        let pixels = [&pool[..], &[[0.0, 0.0, 0.0, 1.0]; 49]].concat();
+        assert_eq!(auto_exposure_ev(&[film_of_surfaces(&pixels, &[0.18; 50])]), -2.42);
         // A highlight of a thirtieth does not decide.
         let pixels = [&pool[..], &[[0.22, 0.22, 0.22, 1.0]; 29]].concat();
         assert!(auto_exposure_ev(&[film_of_surfaces(&pixels, &[0.18; 30])]) > -0.2);

@@ -5,6 +5,7 @@ use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::Film;
 use crate::frame::Frame;
 use crate::render::{RenderSettings, RenderStatistics, SceneView, render_frame};
+use crate::scene::Environment;
 
 use super::SequenceJob;
 
@@ -19,7 +20,20 @@ pub fn render_single_frame(
     settings: &RenderSettings,
     cancel: &CancelFlag,
 ) -> Result<(Film, RenderStatistics), Cancelled> {
+    render_single_frame_in(job, &job.environment, (frame, settings), cancel)
+}
+
+/// [`render_single_frame`] in another environment.
+///
+/// # Errors
+/// [`Cancelled`] when `cancel` is raised.
+pub(super) fn render_single_frame_in(
+    job: &SequenceJob,
+    environment: &Environment,
+    (frame, settings): (&Frame, &RenderSettings),
+    cancel: &CancelFlag,
+) -> Result<(Film, RenderStatistics), Cancelled> {
     let bvh = Builder::default().build(&frame.triangles, &frame.flags, &job.build, cancel, None)?;
-    let view = SceneView { scene: &job.scene, frame, bvh: &bvh, environment: &job.environment };
+    let view = SceneView { scene: &job.scene, frame, bvh: &bvh, environment };
     render_frame(&view, settings, cancel, &|_| ())
 }

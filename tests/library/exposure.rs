@@ -1,14 +1,22 @@
-//! The automatic exposure of moving scenes.
+//! The automatic exposure of moving scenes, and of those that emissive surfaces light.
 
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{Mat4, Vec3};
 use rayframe::cancel::CancelFlag;
+use rayframe::film::AovFlags;
+use rayframe::frame::Frame;
 use rayframe::framing::resolve_camera;
-use rayframe::scene::{AnimationTarget, LightIndex, LightKind, LightProperty, SelectedCamera, ViewRequest};
-use rayframe::sequence::exposure_ev;
+use rayframe::integrator::Integrator;
+use rayframe::output::auto_exposure_ev;
+use rayframe::render::RenderSettings;
+use rayframe::scene::{
+    AnimationTarget, BuiltInLight, Environment, LightIndex, LightKind, LightProperty, Material, Projection,
+    SelectedCamera, ViewRequest,
+};
+use rayframe::sequence::{SequenceJob, exposure_ev, render_single_frame};
 
-use crate::stage::{Stage, animate_by_keys, lambert, rectangle, select_all, sequence_job};
+use crate::stage::{Stage, animate_by_keys, cuboid, lambert, rectangle, select_all, sequence_job};
 
 /// The exposure of a floor below a lamp that pulses once a second for some whole seconds and is dark between them.
 #[expect(clippy::unwrap_used, reason = "nothing raises the cancel flag")]
@@ -37,4 +45,67 @@ fn the_length_of_a_clip_does_not_decide_about_a_pulsing_lamp() {
         let exposure = exposure_of_pulses(seconds);
         assert!((exposure - expected).abs() < 0.7, "{seconds} s: {exposure}, 30 s: {expected}");
     }
+}
+
+/// A camera at eye level that looks along −Z over a floor with a panel above it, which emits `radiance`; with walls around both where it is closed.
+fn beside_panel(
+    radiance: f32,
+    is_closed: bool,
+    environment: Environment,
+    integrator: Integrator,
+) -> SequenceJob {
+    let mut stage = Stage::new();
+    let walls = Material { double_sided: true, ..lambert(Vec3::splat(0.5)) };
+    if is_closed {
+        stage.add(cuboid(Vec3::ZERO, Vec3::splat(2.0)), walls);
+    } else {
+        stage.add(rectangle(Vec3::Y * -2.0, Vec3::Z * 9.0, Vec3::X * 9.0), walls);
+    }
+    let emissive = Vec3::splat(radiance);
+    let panel = Material { emissive, emissive_factor: emissive, ..lambert(Vec3::ZERO) };
+    stage.add(rectangle(Vec3::Y * 1.9, Vec3::X * 0.5, Vec3::Z * 0.5), panel);
+    let projection =
+        Projection::Perspective { fov_y_radians: 1.2, aspect_ratio: None, z_near: 0.0, z_far: None };
+    let world_from_camera = Mat4::from_translation(Vec3::Z * 1.8);
+    let camera = SelectedCamera::Fixed { world_from_camera, projection };
+    let mut job = sequence_job(stage.scene, camera, (16, 9), Path::new("unused.png"));
+    job.environment = environment;
+    job.render.integrator = integrator;
+    job
+}
+
+#[expect(clippy::unwrap_used, reason = "nothing raises the cancel flag")]
+fn exposure_of(job: &SequenceJob) -> f32 {
+    exposure_ev(job, &CancelFlag::new()).unwrap()
+}
+
+#[test]
+fn emissive_surfaces_that_light_a_scene_decide_instead_of_the_studio() {
+    let studio = || Environment::BuiltIn(BuiltInLight::Studio);
+    let closed =
+        |radiance, environment| exposure_of(&beside_panel(radiance, true, environment, Integrator::Path));
+    let (dim, bright) = (closed(20.0, studio()), closed(2000.0, studio()));
+    // A factor of 100 is 6.64 stops.
+    assert!((dim - bright - 6.64).abs() < 0.02, "{dim} {bright}");
+    let alone = closed(2000.0, Environment::None);
+    assert!((bright - alone).abs() < 0.02, "{bright} {alone}");
+    // A lamp that brings less light than the studio does not, and Whitted's tree has no such lamps.
+    assert_eq!(exposure_of(&beside_panel(0.5, false, studio(), Integrator::Path)), 0.0);
+    assert_eq!(exposure_of(&beside_panel(200.0, true, studio(), Integrator::Whitted)), 0.0);
+}
+
+#[test]
+fn noise_of_paths_hardly_darkens_the_exposure() {
+    let job = beside_panel(20.0, true, Environment::None, Integrator::Path);
+    let settings = RenderSettings {
+        resolution: (64, 36),
+        window: rayframe::film::PixelWindow::full(64, 36),
+        samples: 1024,
+        aovs: AovFlags { centers: true, light: true, ..AovFlags::NONE },
+        ..job.render.clone()
+    };
+    let frame = Frame::at(&job.scene, &job.selection, 0.0);
+    let (film, _) = render_single_frame(&job, &frame, &settings, &CancelFlag::new()).unwrap();
+    let (found, expected) = (exposure_of(&job), auto_exposure_ev(&[film]));
+    assert!((found - expected).abs() < 0.15, "{found} for {expected}");
 }

@@ -38,7 +38,8 @@ use super::warnings::report_warnings;
 use common_sheets::{CommonSheets, SheetRun};
 use sequence::replacing_text;
 pub(super) use sequence::{check_others, other_files, perform, prepare};
-use written_files::{WrittenFiles, frame_files};
+pub(super) use written_files::WrittenFiles;
+use written_files::frame_files;
 
 /// Renders all named scenes and shot files.
 pub(super) fn run(options: &RenderOptions) -> ExitStatus {
@@ -192,8 +193,7 @@ impl Session {
     /// Adds the files of a checked scene to those of the scenes before it.
     fn add_files(&mut self, named: &NamedShot, shot: &ShotSettings, outline: &ShotOutline) -> Result<()> {
         self.part.total += outline.sequences.iter().map(|sequence| sequence.frames.len()).sum::<usize>();
-        let path = if named.path.as_os_str().is_empty() { &shot.scene } else { &named.path };
-        let added = self.files.add(path, shot, outline);
+        let added = self.files.add(&named.path, shot, outline);
         added.map_err(|error| shot.settings.locate(error))
     }
 

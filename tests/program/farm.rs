@@ -1,6 +1,7 @@
 //! `rayframe farm`: the job files, what they may replace, and what is refused.
 
 mod memory;
+mod outputs;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -238,21 +239,15 @@ fn options_without_a_meaning_are_refused() {
 #[test]
 fn several_shots_have_a_folder_each() {
     let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("out/{scene}.####.exr");
-    let wrote = rayframe(&[
-        "farm",
-        "k8s",
-        SCENE,
-        SCENE,
-        "-f",
-        "0-3",
-        "-o",
-        text(&out),
-        "--out-dir",
-        text(&folder.path().join("job")),
-    ]);
+    let shots = ["one", "two"].map(|name| folder.path().join(name).join("shot.toml"));
+    for shot in &shots {
+        std::fs::create_dir(shot.parent().unwrap()).unwrap();
+        std::fs::write(shot, format!("scene = '{SCENE}'\noutput = 'a.####.exr'\nframes = '0-3'\n")).unwrap();
+    }
+    let [one, two] = shots.each_ref().map(|shot| text(shot));
+    let wrote = rayframe(&["farm", "k8s", one, two, "--out-dir", text(&folder.path().join("job"))]);
     assert_eq!(wrote.status.code(), Some(0), "{}", stderr(&wrote));
-    assert_eq!(names(&folder.path().join("job")), ["whitted_1980", "whitted_1980-2"]);
+    assert_eq!(names(&folder.path().join("job")), ["shot", "shot-2"]);
 }
 
 #[cfg(unix)]

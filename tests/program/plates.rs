@@ -173,6 +173,33 @@ fn plates_of_light_are_exposed_with_the_scene() {
 }
 
 #[test]
+fn shots_never_write_what_an_earlier_or_later_one_reads() {
+    let run = Run::new();
+    run.render("sky.exr", &["--env", "studio"]);
+    let scene = Path::new(ROOT).join("scenes/environment/shadow_catcher.gltf");
+    let shot = |name: &str, lines: &str| {
+        let text = format!("scene = '{}'\nresolution = '8x8'\nsamples = 1\n{lines}\n", scene.display());
+        std::fs::write(run.path(name), text).unwrap();
+    };
+    for (setting, input) in [("background", "plate.png"), ("env", "sky.exr")] {
+        let before = std::fs::read(run.path(input)).unwrap();
+        shot("writer.toml", &format!("output = '{input}'"));
+        shot("reader.toml", &format!("output = 'b.png'\n{setting} = '{input}'"));
+        for shots in [["reader.toml", "writer.toml"], ["writer.toml", "reader.toml"]] {
+            let refused = Command::new(env!("CARGO_BIN_EXE_rayframe"))
+                .args(["render", shots[0], shots[1], "--overwrite"])
+                .current_dir(run.folder.path())
+                .output()
+                .unwrap();
+            let message = String::from_utf8_lossy(&refused.stderr);
+            assert_eq!(refused.status.code(), Some(65), "{shots:?} {message}");
+            assert!(message.contains("is an input"), "{message}");
+            assert!(std::fs::read(run.path(input)).unwrap() == before, "{shots:?}");
+        }
+    }
+}
+
+#[test]
 fn missing_damaged_and_overwritten_plates_are_errors_before_the_first_frame() {
     let run = Run::new();
     let told = |options: &[&str]| {

@@ -36,6 +36,8 @@ pub(super) struct JobPlan {
     pub(super) tasks: Vec<Task>,
     /// Files of all tasks, in the output folder, to be merged; empty where tasks render whole frames.
     pub(super) parts: Vec<String>,
+    /// Whether there is an older frame in the place of the merged one.
+    pub(super) replaces_output: bool,
     /// What each task needs.
     pub(super) resources: Resources,
     /// How often a task is repeated after a failure that may pass.

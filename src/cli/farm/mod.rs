@@ -29,6 +29,7 @@ use rayon::ThreadPoolBuilder;
 use crate::progress::print_note;
 use rayframe::error::{Error, Result};
 
+use super::render::WrittenFiles;
 use super::render_options::NamedShot;
 use super::summary::counted;
 use job_files::{check_files, write_files};
@@ -41,13 +42,18 @@ pub(super) fn run(args: &FarmArgs) -> Result<()> {
     let shots = args.render.shots();
     let folders = folders(&args.out_dir, &shots);
     let mut jobs = Vec::new();
+    let mut written = WrittenFiles::default();
     for (named, folder) in shots.into_iter().zip(folders) {
         let shot = named.settings?;
         // The estimate of the memory counts the threads of the worker.
         let threads = shot.values.threads.unwrap_or(DEFAULT_THREADS);
         let pool = ThreadPoolBuilder::new().num_threads(threads.into()).build().map_err(Error::no_threads)?;
         let plan = pool.install(|| planning::plan(&shot, args, &folder));
-        let plan = plan.map_err(|error| shot.settings.locate(error))?;
+        let added = plan.and_then(|(plan, outline)| {
+            written.add(&named.path, &shot, &outline)?;
+            Ok(plan)
+        });
+        let plan = added.map_err(|error| shot.settings.locate(error))?;
         let files = args.engine.files(&plan)?;
         check_files(&folder, &files, shot.values.overwrite)?;
         jobs.push((plan, files, folder, shot.values.quiet));

@@ -5,9 +5,10 @@ use std::path::Path;
 use rayframe::error::Result;
 use rayframe::gltf::ImageLoading;
 use rayframe::output::SOFTWARE;
-use rayframe::sequence::{Plan, canonical, estimated_bytes, frames_text, render_hash};
-use rayframe::shot::{RenderJob, ShotSettings, resolve};
+use rayframe::sequence::{ExistingFiles, Plan, canonical, estimated_bytes, frames_text, render_hash};
+use rayframe::shot::{RenderJob, ShotOutline, ShotSettings, resolve};
 
+use super::super::render::other_files;
 use super::super::warnings::report_warnings;
 use super::chunks::{ChunkRule, chunks};
 use super::engine::Engine;
@@ -24,11 +25,11 @@ const TASK_SECONDS: f64 = 300.0;
 /// Memory of a task besides half more than the estimate, which is itself uncertain: splits make use of it.
 const SPARE_BYTES: u64 = 128 << 20;
 
-/// Plans the job of a shot, with its files in `folder`.
+/// Plans the job of a shot, with its files in `folder`. Returns the files that it writes and reads, too.
 ///
 /// # Errors
 /// Those of `rayframe render --dry-run`, wrong options, and names that are not Unicode.
-pub(super) fn plan(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Result<JobPlan> {
+pub(super) fn plan(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Result<(JobPlan, ShotOutline)> {
     check_shared_files(shot)?;
     // The lower limit counts, and errors name its option.
     let own_limit = shot.values.max_memory.unwrap_or(u64::MAX);
@@ -41,11 +42,13 @@ pub(super) fn plan(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Resul
 }
 
 /// Plans the job of a shot that has the settings of its tasks.
-fn plan_tasks(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Result<JobPlan> {
+fn plan_tasks(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Result<(JobPlan, ShotOutline)> {
     // Resolve the shot as `render` does.
-    let job = resolve(&of_first_part(shot, args.division())?, ImageLoading::Budget)?;
+    let mut job = resolve(&of_first_part(shot, args.division())?, ImageLoading::Budget)?;
     report_warnings(&job.sequence.scene.path, &job.warnings, job.sequence.strict)?;
-    Plan::check(&job.sequence)?;
+    job.sequence.existing = ExistingFiles::Resume;
+    let frames = Plan::new(&job.sequence)?;
+    frames.check_collisions(&other_files(&job), &job.inputs)?;
 
     // Divide it.
     let folder = absolute(folder)?;
@@ -68,6 +71,7 @@ fn plan_tasks(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Result<Job
         pin: pin(&job),
         tasks: Vec::new(),
         parts: Vec::new(),
+        replaces_output: !frames.replaced.is_empty(),
         resources,
         retries: args.retries,
         at_most: args.at_most,
@@ -89,7 +93,8 @@ fn plan_tasks(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Result<Job
             plan.tasks.push(Task { name, options: vec![format!("--frames={frame}"), option], output_name });
         }
     }
-    Ok(plan)
+    let outline = ShotOutline { sequences: vec![job.outline], choices: Vec::new(), inputs: job.inputs };
+    Ok((plan, outline))
 }
 
 /// The tasks of a sequence.

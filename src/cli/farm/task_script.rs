@@ -119,8 +119,10 @@ fn variables(plan: &JobPlan) -> String {
 fn merge_command(plan: &JobPlan) -> String {
     let parts: Vec<String> =
         plan.parts.iter().map(|part| format!("\"$output\"/{}", shell_quoted(part))).collect();
+    // Tasks of whole frames replace older ones, too.
+    let overwrite = if plan.replaces_output { " --overwrite" } else { "" };
     format!(
-        "exec \"$rayframe\" merge {} -o \"$pattern\"/{} --threads \"$threads\" --max-memory {}",
+        "exec \"$rayframe\" merge {} -o \"$pattern\"/{}{overwrite} --threads \"$threads\" --max-memory {}",
         parts.join(" "),
         shell_quoted(&plan.output_name),
         plan.resources.merge_limit_bytes()

@@ -25,6 +25,7 @@ pub(super) fn plan() -> JobPlan {
         pin: Pin { frame: 1, render_hash: "00ff".to_owned() },
         tasks: vec![task("1-2"), task("3")],
         parts: Vec::new(),
+        replaces_output: false,
         resources: Resources { threads: 4, memory_bytes: 300 << 20, limit_bytes: 240 << 20 },
         retries: 3,
         at_most: Some(7),

@@ -14,7 +14,7 @@ use rayframe::shot::{SequenceOutline, ShotOutline, ShotSettings};
 ///
 /// Names that differ only in case are the same, because they are on many file systems.
 #[derive(Debug, Default)]
-pub(super) struct WrittenFiles {
+pub(in crate::cli) struct WrittenFiles {
     sequences: Vec<Owner>,
     /// Number of shots so far.
     shot_count: usize,
@@ -48,17 +48,35 @@ impl Owner {
 }
 
 impl WrittenFiles {
-    /// Adds the files of a shot, which was named `path`.
+    /// Adds the files of a shot, which was named `path`; an empty path is that of its scene.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a file that an added sequence writes, too, or that is an input or a plate of any shot so far.
-    pub(super) fn add(&mut self, path: &Path, settings: &ShotSettings, shot: &ShotOutline) -> Result<()> {
+    /// [`Error::Setting`] for a file that an added sequence writes, too, or that is an input or a plate of any shot, earlier or later.
+    pub(in crate::cli) fn add(
+        &mut self,
+        path: &Path,
+        settings: &ShotSettings,
+        shot: &ShotOutline,
+    ) -> Result<()> {
         let args = &settings.values;
+        let path = if path.as_os_str().is_empty() { &settings.scene } else { path };
         self.shot_count += 1;
-        self.inputs.extend(shot.inputs.iter().map(|input| canonical(input)));
+        for input in &shot.inputs {
+            let input = canonical(input);
+            if let Some((owner, setting, file)) = self.files.get(&key(&input))
+                && canonical(file) == input
+            {
+                return Err(self.is_read_later((*owner, setting, file), path));
+            }
+            self.inputs.insert(input);
+        }
         if let BackgroundSource::Plate(plates) = &args.background
             && !self.plates.contains(plates)
         {
+            let written = self.files.values().find(|(.., file)| is_plate(plates, &canonical(file)));
+            if let Some((owner, setting, file)) = written {
+                return Err(self.is_read_later((*owner, setting, file), path));
+            }
             self.plates.push(plates.clone());
         }
         for sequence in &shot.sequences {
@@ -106,7 +124,7 @@ impl WrittenFiles {
             return Err(Error::setting(setting, why));
         }
         let index = self.sequences.len() - 1;
-        let key = canonical.display().to_string().to_lowercase();
+        let key = key(&canonical);
         match self.files.get(&key) {
             // One sheet shows several sequences.
             Some((_, "contact_sheet", _)) if setting == "contact_sheet" => Ok(()),
@@ -123,6 +141,17 @@ impl WrittenFiles {
         }
     }
 
+    /// That a file of an added sequence is an input of the shot `reader`.
+    fn is_read_later(&self, (owner, setting, file): (usize, &'static str, &Path), reader: &Path) -> Error {
+        let why = format!(
+            "\"{}\" is an input of {} and cannot be written to by {} as well; choose another name",
+            file.display(),
+            reader.display(),
+            self.sequences[owner].label
+        );
+        Error::setting(setting, why)
+    }
+
     fn canonical(&mut self, file: &Path) -> PathBuf {
         let (Some(folder), Some(name)) = (file.parent(), file.file_name()) else { return canonical(file) };
         if let Some(folder) = self.folders.get(folder) {
@@ -134,6 +163,11 @@ impl WrittenFiles {
         }
         whole
     }
+}
+
+/// The key of a file by its canonical name.
+fn key(canonical: &Path) -> String {
+    canonical.display().to_string().to_lowercase()
 }
 
 /// The frames' main files, those of split AOVs, and previews.

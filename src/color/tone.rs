@@ -22,8 +22,8 @@ pub enum ToneCurve {
     /// Khronos PBR Neutral: reproduces base colours unchanged.
     #[default]
     Neutral,
-    /// None: light up to 1 is shown as it is, and more as white.
-    None,
+    /// No curve: light up to 1 is shown as it is, and more as white.
+    Linear,
 }
 
 impl ToneCurve {
@@ -34,7 +34,7 @@ impl ToneCurve {
             Self::Agx => "agx",
             Self::Aces => "aces",
             Self::Neutral => "neutral",
-            Self::None => "none",
+            Self::Linear => "none",
         }
     }
 
@@ -46,7 +46,7 @@ impl ToneCurve {
             Self::Agx => agx::apply(light),
             Self::Aces => aces::apply(light),
             Self::Neutral => neutral::apply(light),
-            Self::None => light,
+            Self::Linear => light,
         };
         shown.map(|channel| if channel < 1.0 { positive(channel) } else { 1.0 })
     }
@@ -58,7 +58,7 @@ mod tests {
     use crate::color::exposure_scale;
 
     const CURVES: [ToneCurve; 5] =
-        [ToneCurve::Standard, ToneCurve::Agx, ToneCurve::Aces, ToneCurve::Neutral, ToneCurve::None];
+        [ToneCurve::Standard, ToneCurve::Agx, ToneCurve::Aces, ToneCurve::Neutral, ToneCurve::Linear];
 
     #[test]
     fn curves_increase_with_grey_up_to_white() {
@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn without_a_curve_light_keeps_its_value_up_to_white() {
         let light = Vec3::new(0.002, 0.5, 3.0);
-        assert_eq!(ToneCurve::None.apply(light), Vec3::new(0.002, 0.5, 1.0));
+        assert_eq!(ToneCurve::Linear.apply(light), Vec3::new(0.002, 0.5, 1.0));
     }
 
     #[test]

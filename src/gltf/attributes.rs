@@ -24,9 +24,8 @@ pub(super) struct Attributes {
     references: Vec<Reference>,
 }
 
-/// Prefixes of attribute names that carry a set number, and how many sets of each are supported.
-const NUMBERED: [(&str, usize); 4] =
-    [("TEXCOORD_", usize::MAX), ("JOINTS_", usize::MAX), ("WEIGHTS_", usize::MAX), ("COLOR_", usize::MAX)];
+/// Prefixes of attribute names that carry a set number. Colours beyond the first set have no meaning.
+const NUMBERED: [&str; 4] = ["TEXCOORD_", "JOINTS_", "WEIGHTS_", "COLOR_"];
 
 impl Attributes {
     /// Reads a JSON object that maps attribute names to accessor indices.
@@ -105,9 +104,12 @@ impl Attributes {
     pub(super) fn warn_unused(&self, context: &mut Context) {
         for Reference { name, pointer, .. } in &self.references {
             let plain = matches!(name.as_str(), "POSITION" | "NORMAL" | "TANGENT");
-            let numbered =
-                NUMBERED.iter().any(|(prefix, used)| set_number(name, prefix).is_some_and(|set| set < *used));
-            if !(plain || numbered || name.starts_with('_')) {
+            let numbered = NUMBERED.iter().any(|prefix| set_number(name, prefix).is_some());
+            let is_after_a_gap = set_number(name, "COLOR_").is_some() && self.find("COLOR_0").is_none();
+            if is_after_a_gap {
+                let why = missing_set("COLOR_", 0);
+                context.warn(pointer, format!("{why}; the attribute {name} is ignored"));
+            } else if !(plain || numbered || name.starts_with('_')) {
                 context.warn(pointer, format!("the attribute {name} is not supported; it is ignored"));
             }
         }

@@ -36,7 +36,7 @@ impl ChunkCompressor {
     /// Compresses a block of a part by the method in that part's header.
     ///
     /// # Errors
-    /// Those of [`UncompressedBlock::compress_to_chunk`].
+    /// Those of [`UncompressedBlock::compress_to_chunk`], for other methods than deflate.
     pub(super) fn compress(&mut self, block: UncompressedBlock, headers: &[Header]) -> Result<Chunk> {
         let is_deflated = |header: &&Header| {
             matches!(header.compression, Compression::ZIP1 | Compression::ZIP16)
@@ -66,7 +66,9 @@ impl ChunkCompressor {
         self.packed.resize(data.len(), 0);
         let status = self.deflate.compress(&self.differences, &mut self.packed, DeflateFlush::Finish);
         let length = self.deflate.total_out() as usize;
-        matches!(status, Ok(Status::StreamEnd)).then(|| self.packed[..length].to_vec())
+        // The library takes up to 4 GiB.
+        let is_whole = self.deflate.total_in() == self.differences.len() as u64;
+        (is_whole && matches!(status, Ok(Status::StreamEnd))).then(|| self.packed[..length].to_vec())
     }
 }
 
@@ -155,6 +157,16 @@ mod tests {
                     let read = UncompressedBlock::decompress_chunk(chunk, &meta, true).unwrap();
                     assert_eq!(read.data, block.data, "{compression:?} {index:?}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn a_chunk_does_not_depend_on_those_before_it() {
+        let mut compressor = ChunkCompressor::new();
+        for count in (0..100).flat_map(|index| [index * 37 + 5, 4000 - index * 31]) {
+            for data in kinds_of_bytes(count) {
+                assert_eq!(compressor.deflated(&data), ChunkCompressor::new().deflated(&data), "{count}");
             }
         }
     }

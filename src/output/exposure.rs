@@ -14,6 +14,8 @@ const REFLECTANCE: f64 = 0.04;
 const DARKEST_SHARE: f64 = 0.25;
 /// Share of the lit surfaces that are brightest, and how many times their base colours they may reach.
 const BRIGHTEST: (f64, f64) = (0.05, 1.5);
+/// Share of its target from which on a surface counts as lit.
+const LIT_SHARE: f64 = 1.0 / 16.0;
 /// Coverage by surfaces above which the background is ignored.
 const LEAST_COVERAGE: f64 = 0.01;
 
@@ -44,16 +46,18 @@ pub fn auto_exposure_ev(films: &[Film]) -> f32 {
     let target = mean_stops(&pixels, |pixel| pixel.target);
     let (Some(light), Some(target)) = (light, target) else { return 0.0 };
     let has_base_colors = films.iter().any(|film| film.aovs.centers.is_some());
-    let most_for_highlights = if has_base_colors { highlight_limit_ev(pixels) } else { f64::INFINITY };
-    let ev = most_for_highlights.min(target - light);
     let [least, most] = AUTO_EXPOSURE_BOUNDS;
+    let ev = (target - light).min(f64::from(most));
+    let most_for_highlights = if has_base_colors { highlight_limit_ev(pixels, ev) } else { f64::INFINITY };
+    let ev = most_for_highlights.min(ev);
     // The sum with zero turns −0 into 0.
     ((libm::round(ev * 100.0) / 100.0) as f32).clamp(least, most) + 0.0
 }
 
-/// The sum of the luminance that is measured for [`auto_exposure_ev`].
-pub fn reflected_light(films: &[Film]) -> f64 {
-    films.iter().flat_map(metered_pixels).map(|pixel| pixel.luminance * pixel.cover).sum()
+/// The geometric mean of the luminance that [`auto_exposure_ev`] measures, in stops; `None` without any light.
+pub fn measured_light_stops(films: &[Film]) -> Option<f64> {
+    let pixels: Vec<MeteredPixel> = films.iter().flat_map(metered_pixels).collect();
+    mean_stops(&pixels, |pixel| pixel.luminance)
 }
 
 /// A pixel that is at least partly covered, and not mainly by what emits light.
@@ -80,15 +84,15 @@ fn metered_pixels(film: &Film) -> impl Iterator<Item = MeteredPixel> {
     })
 }
 
-/// Exposure that brings the darkest of the brightest lit pixels to a multiple of its target.
-fn highlight_limit_ev(mut pixels: Vec<MeteredPixel>) -> f64 {
+/// Exposure that brings the darkest of the brightest pixels to a multiple of its target. Pixels that are black at the exposure `ev` count less
+/// among all: as far as they are darker than [`LIT_SHARE`] of their targets.
+fn highlight_limit_ev(mut pixels: Vec<MeteredPixel>, ev: f64) -> f64 {
     let (share, multiple) = BRIGHTEST;
-    // What is darker is not lit.
-    let darkest = DARKEST_SHARE * mean(&pixels, |pixel| pixel.luminance);
-    pixels.retain(|pixel| pixel.luminance >= darkest);
+    let scale = libm::exp2(ev);
+    let lit = |pixel: &MeteredPixel| (pixel.luminance * scale / (LIT_SHARE * pixel.target)).min(1.0);
     let brightness = |pixel: &MeteredPixel| pixel.luminance / pixel.target;
     pixels.sort_by(|a, b| brightness(b).total_cmp(&brightness(a)));
-    let mut rest = share * pixels.iter().map(|pixel| pixel.cover).sum::<f64>();
+    let mut rest = share * pixels.iter().map(|pixel| pixel.cover * lit(pixel)).sum::<f64>();
     let reached = pixels.iter().find(|pixel| {
         rest -= pixel.cover;
         rest <= 0.0
@@ -99,16 +103,10 @@ fn highlight_limit_ev(mut pixels: Vec<MeteredPixel>) -> f64 {
     }
 }
 
-/// Mean of a value of the pixels; not a number without coverage.
-fn mean(pixels: &[MeteredPixel], value: fn(&MeteredPixel) -> f64) -> f64 {
-    let cover: f64 = pixels.iter().map(|pixel| pixel.cover).sum();
-    pixels.iter().map(|pixel| value(pixel) * pixel.cover).sum::<f64>() / cover
-}
-
 /// Mean of the binary logarithm of a value of the pixels; `None` without any light or coverage.
 fn mean_stops(pixels: &[MeteredPixel], value: fn(&MeteredPixel) -> f64) -> Option<f64> {
     let cover: f64 = pixels.iter().map(|pixel| pixel.cover).sum();
-    let mean = mean(pixels, value);
+    let mean = pixels.iter().map(|pixel| value(pixel) * pixel.cover).sum::<f64>() / cover;
     if cover <= 0.0 || mean <= 0.0 {
         return None;
     }
@@ -199,6 +197,15 @@ mod tests {
         // A fiftieth in the dark is a pool, too.
         let pixels = [&pool[..], &[[0.0, 0.0, 0.0, 1.0]; 49]].concat();
         assert_eq!(auto_exposure_ev(&[film_of_surfaces(&pixels, &[0.18; 50])]), -2.42);
+        // Highlights over what is lit do not decide, however bright they are.
+        for (count, brightness) in [(40, 100.0), (30, 150.0), (10, 400.0), (2, 1600.0)] {
+            let shown = 0.22 * brightness;
+            let pixels =
+                [vec![[shown, shown, shown, 1.0]; count], vec![[0.22, 0.22, 0.22, 1.0]; 1000 - count]]
+                    .concat();
+            let ev = auto_exposure_ev(&[film_of_surfaces(&pixels, &[0.18; 1000])]);
+            assert!((-0.7..=0.0).contains(&ev), "{count} {brightness}: {ev}");
+        }
         // A highlight of a thirtieth does not decide.
         let pixels = [&pool[..], &[[0.22, 0.22, 0.22, 1.0]; 29]].concat();
         assert!(auto_exposure_ev(&[film_of_surfaces(&pixels, &[0.18; 30])]) > -0.2);

@@ -5,7 +5,7 @@ use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::{AovFlags, Film, PixelWindow};
 use crate::frame::Frame;
 use crate::integrator::Integrator;
-use crate::output::{auto_exposure_ev, covers_enough, reflected_light};
+use crate::output::{auto_exposure_ev, covers_enough, measured_light_stops};
 use crate::render::{PathSettings, RenderSettings};
 use crate::scene::{AnimationTarget, Channel, Environment, Material, MaterialProperty, Scene, Selection};
 use crate::uneven::uneven_shares;
@@ -22,12 +22,12 @@ const TIMES: [usize; 2] = [5, 17];
 const POSED_TRIANGLES: usize = 4_000_000;
 /// Samples a pixel of Whitted's tree, which has next to no noise.
 const WHITTED_SAMPLES: u32 = 1;
-/// Fewest and most samples a pixel of paths, whose noise counts as highlights. Between them, many times share [`PATH_SAMPLES_OF_ALL`].
-const PATH_SAMPLES: [u32; 2] = [16, 64];
-/// Samples of paths at all times, a pixel.
-const PATH_SAMPLES_OF_ALL: usize = 512;
-/// Share of the light above which emissive surfaces decide instead of an environment that was made for an exposure.
-const EMITTED_SHARE: f64 = 0.5;
+/// Fewest and most samples a pixel of paths, whose noise counts as highlights.
+const PATH_SAMPLES: [u32; 2] = [4, 64];
+/// Samples a pixel that many times of paths share, as far as each has the fewest.
+const SHARED_PATH_SAMPLES: usize = 256;
+/// Shares of the light up to which emissive surfaces leave the exposure to an environment that was made for one, and from which on it is measured.
+const EMITTED_SHARES: [f64; 2] = [0.4, 0.8];
 /// Times of all clips that share an exposure.
 const SHARED_TIMES: usize = 16 * TIMES[1];
 
@@ -47,32 +47,48 @@ pub fn exposure_ev(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32, Cancel
 }
 
 /// Measures the light on the scene's surfaces; where these cover next to nothing, that of the background. An environment that
-/// was made for an exposure decides instead where it lights the scene alone, or where what shines besides are emissive surfaces that bring
-/// less light.
+/// was made for an exposure decides instead where it lights the scene alone, and less the more of the light comes from emissive surfaces.
 fn auto_exposure(job: &SequenceJob, selections: &[Selection], cancel: &CancelFlag) -> Result<f32, Cancelled> {
     let has_lamps = job.render.light_scale > 0.0 && job.selection.has_lights(&job.scene);
-    let known = job.environment.exposure_ev().filter(|_| !has_lamps);
-    if let Some(ev) = known.filter(|_| !may_be_lit_by_surfaces(job)) {
-        return Ok(ev);
-    }
-    let measure = |environment: &Environment, show_background| {
-        small_renders(job, (selections, environment), show_background, cancel)
+    let Some(built_in_ev) = job.environment.exposure_ev().filter(|_| !has_lamps) else {
+        return measured_ev(job, selections, cancel);
     };
-    let surfaces = measure(&job.environment, false)?;
-    if let Some(ev) = known {
-        let emitted = reflected_light(&measure(&Environment::None, false)?);
-        if emitted <= EMITTED_SHARE * reflected_light(&surfaces) {
-            return Ok(ev);
-        }
+    let share = if may_have_emissive_lamps(job) { emitted_share(job, selections, cancel)? } else { 0.0 };
+    let [least, most] = EMITTED_SHARES;
+    let blend = ((share - least) / (most - least)).clamp(0.0, 1.0);
+    if blend == 0.0 {
+        return Ok(built_in_ev);
     }
+    let measured = measured_ev(job, selections, cancel)?;
+    let ev = built_in_ev + (measured - built_in_ev) * (blend * blend * (3.0 - 2.0 * blend)) as f32;
+    Ok((ev * 100.0).round() / 100.0 + 0.0)
+}
+
+fn measured_ev(job: &SequenceJob, selections: &[Selection], cancel: &CancelFlag) -> Result<f32, Cancelled> {
+    let measure = |show_background| {
+        let measured = Measured { selections, environment: &job.environment, most_times: TIMES[1] };
+        small_renders(job, &measured, show_background, cancel)
+    };
+    let surfaces = measure(false)?;
     if covers_enough(&surfaces) || !job.render.show_background {
         return Ok(auto_exposure_ev(&surfaces));
     }
-    Ok(auto_exposure_ev(&measure(&job.environment, true)?))
+    Ok(auto_exposure_ev(&measure(true)?))
+}
+
+/// The share of emissive surfaces in the light on the others, by the first selection at few times.
+fn emitted_share(job: &SequenceJob, selections: &[Selection], cancel: &CancelFlag) -> Result<f64, Cancelled> {
+    let selections = selections.get(..1).unwrap_or_default();
+    let measure = |environment| {
+        let measured = Measured { selections, environment, most_times: TIMES[0] };
+        Ok(measured_light_stops(&small_renders(job, &measured, false, cancel)?))
+    };
+    let [all, emitted] = [measure(&job.environment)?, measure(&Environment::None)?];
+    Ok(all.zip(emitted).map_or(0.0, |(all, emitted)| libm::exp2(emitted - all)))
 }
 
 /// Whether emissive surfaces are lamps and there may be some.
-fn may_be_lit_by_surfaces(job: &SequenceJob) -> bool {
+fn may_have_emissive_lamps(job: &SequenceJob) -> bool {
     let emits = |material: &Material| !material.unlit && material.emissive.max_element() > 0.0;
     let animated = |channel: &Channel| {
         matches!(
@@ -89,9 +105,17 @@ fn may_be_lit_by_surfaces(job: &SequenceJob) -> bool {
             || animations.iter().flat_map(|animation| &animation.channels).any(animated))
 }
 
+/// What small renders show.
+struct Measured<'m> {
+    selections: &'m [Selection],
+    environment: &'m Environment,
+    /// Most times of an animation.
+    most_times: usize,
+}
+
 fn small_renders(
     job: &SequenceJob,
-    (selections, environment): (&[Selection], &Environment),
+    &Measured { selections, environment, most_times }: &Measured<'_>,
     show_background: bool,
     cancel: &CancelFlag,
 ) -> Result<Vec<Film>, Cancelled> {
@@ -113,7 +137,8 @@ fn small_renders(
     for selection in selections {
         let duration = f64::from(duration_seconds(&job.scene, selection));
         let first = Frame::at(&job.scene, selection, 0.0);
-        let count = if duration > 0.0 { times_of(first.triangles.len(), selections.len()) } else { 1 };
+        let most = times_of(first.triangles.len(), selections.len()).min(most_times);
+        let count = if duration > 0.0 { most } else { 1 };
         let settings = RenderSettings { samples: samples(job, count * selections.len()), ..settings.clone() };
         let mut measure = |mut frame: Frame| {
             hide_shadow_catchers(&mut frame);
@@ -144,7 +169,7 @@ fn samples(job: &SequenceJob, times: usize) -> u32 {
         Integrator::Whitted => WHITTED_SAMPLES,
         Integrator::Path => {
             let [fewest, most] = PATH_SAMPLES;
-            ((PATH_SAMPLES_OF_ALL / times.max(1)) as u32).next_power_of_two().clamp(fewest, most)
+            ((SHARED_PATH_SAMPLES / times.max(1)) as u32).clamp(fewest, most)
         }
     }
 }

@@ -21,6 +21,9 @@ use crate::sha256::hex;
 
 use super::{Exposure, OutputFormat, SequenceJob, Shutter};
 
+/// Number of the rule of automatic exposure: frames by two rules never belong to one sequence.
+const METERING: u32 = 2;
+
 /// The hash of `frame`, 64 hexadecimal digits.
 ///
 /// Every struct of settings is destructured in full, so that a new field is either hashed or left out on purpose.
@@ -313,7 +316,7 @@ fn exr_key(exr: &ExrOutput) -> serde_json::Value {
 
 fn exposure_key(exposure: Exposure) -> serde_json::Value {
     match exposure {
-        Exposure::Auto => json!("auto"),
+        Exposure::Auto => json!(["auto", METERING]),
         Exposure::Ev(ev) => json!(ev.to_bits()),
     }
 }

@@ -46,12 +46,14 @@ impl FrameRate {
 
     /// The last frame whose time lies within an animation of this duration.
     ///
-    /// Exporters round key times, or add up the durations of frames in 32 bits, which loses up to 0.005 frames in the first thousand. So a frame
-    /// less than 0.006 frames after the end counts as on it, and so does one whose time a file would store as the end.
+    /// Exporters round key times, or add up the durations of frames in 32 bits, which loses up to 0.005 frames in the first thousand and 0.02 in two
+    /// thousand. So a frame less than 0.006 frames after the end counts as on it, of long animations 0.025, and so does one whose time a file would
+    /// store as the end.
     pub fn last_frame(self, duration_seconds: f32) -> i64 {
         let frames = |seconds: f64| seconds * f64::from(self.numerator) / f64::from(self.denominator);
         let [stored, next] = [duration_seconds, duration_seconds.next_up()].map(f64::from);
-        let last = (frames(stored) + 6e-3).max(frames(f64::midpoint(stored, next)));
+        let rounding = (frames(stored) * 12e-6).clamp(6e-3, 0.025);
+        let last = (frames(stored) + rounding).max(frames(f64::midpoint(stored, next)));
         last.floor() as i64
     }
 
@@ -145,7 +147,7 @@ mod tests {
         for numerator in [24_u32, 25, 30, 60] {
             let rate = FrameRate::parse(&numerator.to_string()).unwrap();
             let mut sum = 0.0_f32;
-            for frame in 1..=1000 {
+            for frame in 1..=2000 {
                 sum += 1.0 / numerator as f32;
                 assert_eq!(rate.last_frame(sum), frame, "{numerator}");
             }

@@ -73,7 +73,7 @@ named! {
         Standard = "standard", "Natural contrast; middle grey keeps its value, bright colours turn pale";
         Agx = "agx", "Low contrast, with headroom for bright and coloured light";
         Aces = "aces", "High contrast, as films made with ACES 1.0";
-        None = "none", "No curve: unlit materials and textures keep their values, brighter light than white is cut off";
+        Linear = "none", "No curve: unlit materials and textures keep their values, brighter light than white is cut off";
     }
     NamedView {
         Front = "front", "From +Z";

@@ -33,7 +33,7 @@ fn base_colours_keep_their_values_under_the_bright_built_in_lights() {
 
 #[test]
 fn display_backgrounds_are_exact_whatever_exposure_and_curve() {
-    for tone in ["neutral", "standard", "agx", "aces"] {
+    for tone in ["neutral", "standard", "agx", "aces", "none"] {
         for exposure in ["auto", "-3", "4"] {
             for (background, expected) in [("white", [255; 4]), ("#0a80ff", [10, 128, 255, 255])] {
                 let settings = [("tone", tone), ("exposure", exposure), ("background", background)];

@@ -126,6 +126,10 @@ fn tangents_without_normals_are_ignored_and_unknown_attributes_warned_about() {
     // The values of COLOR_0 beyond 1 are named, and COLOR_1 is not: glTF gives it no meaning, and Blender writes what a material does not use.
     let messages: Vec<_> = scene.warnings.iter().map(|warning| &warning.message).collect();
     assert!(matches!(messages[..], [message] if message.contains("COLOR_0")), "{messages:?}");
+    let mut document = Document::triangle();
+    document.attribute("COLOR_1", "VEC4", &[1.0; 12]);
+    let warnings = document.import().unwrap().warnings;
+    assert!(matches!(&warnings[..], [gap] if gap.message.contains("COLOR_0 is missing")), "{warnings:?}");
 }
 
 /// Adds a normal map on `TEXCOORD_0`.

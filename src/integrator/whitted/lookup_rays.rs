@@ -85,7 +85,7 @@ impl Tracer<'_, '_> {
             sampled.sequences.set(lane, sequence, &keys);
         }
         let lanes = ActiveLanes::first(hits.len());
-        let lobes = LobeLanes { middles: *normals, diffuse: block_lookups.diffuse(), ..LobeLanes::default() };
+        let lobes = LobeLanes { axes: *normals, diffuse: block_lookups.diffuse(), ..LobeLanes::default() };
         sampled.sample(self.context, directions, lanes, &lobes);
     }
 }

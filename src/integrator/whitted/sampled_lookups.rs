@@ -30,18 +30,18 @@ pub(super) struct SampledLookups {
 /// Lobes of lookups.
 #[derive(Debug, Default)]
 pub(super) struct LobeLanes {
-    /// The normals of diffuse lobes, the axes of glossy ones.
-    pub(super) middles: Vec3Lanes,
-    /// That of glossy lobes.
+    /// Normals of diffuse lobes, too.
+    pub(super) axes: Vec3Lanes,
+    /// Roughness of glossy lobes.
     pub(super) roughness: F32Lanes,
     pub(super) diffuse: ActiveLanes,
     pub(super) glossy: ActiveLanes,
 }
 
 impl LobeLanes {
-    /// Replaces the lobe of a lane.
+    /// Adds the lobe of a lane that has none.
     pub(super) fn set(&mut self, lane: usize, lobe: &LookupLobe) {
-        self.middles.set(lane, lobe.middle());
+        self.axes.set(lane, lobe.middle());
         match lobe {
             LookupLobe::Diffuse { .. } => self.diffuse = self.diffuse.with(lane),
             LookupLobe::Glossy(lobe) => {
@@ -74,14 +74,14 @@ impl SampledLookups {
         self.traced = lanes.filtered(|lane| points.get(lane).x < 1.0);
         [self.diffuse, self.glossy] =
             [lobes.diffuse, lobes.glossy].map(|of_kind| self.traced.filtered(|lane| of_kind.contains(lane)));
-        let middles = |lanes| LookupLanes { level, directions: &lobes.middles, lanes };
+        let axes = |lanes| LookupLanes { level, directions: &lobes.axes, lanes };
         if !self.diffuse.is_empty() {
-            directions.diffuse_lanes(&middles(self.diffuse), (points, randoms), &mut self.directions);
+            directions.diffuse_lanes(&axes(self.diffuse), (points, randoms), &mut self.directions);
         }
         // Keeps other lanes.
         if !self.glossy.is_empty() {
             let sampled = (&*points, &*randoms);
-            directions.glossy_lanes(&middles(self.glossy), &lobes.roughness, sampled, &mut self.directions);
+            directions.glossy_lanes(&axes(self.glossy), &lobes.roughness, sampled, &mut self.directions);
         }
     }
 

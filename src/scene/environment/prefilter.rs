@@ -81,9 +81,8 @@ pub(super) fn prefiltered_images(pyramid: &Pyramid) -> Vec<EquirectImage> {
     // Large images have levels that are finer than any lobe needs.
     let samples = lobes.iter().flat_map(|lobe| &lobe.samples);
     let finest = samples.map(|sample| sample.level as usize).min().unwrap_or_default();
-    let level = |(index, image)| (index >= finest).then(|| LobeLevel::new(image));
-    let levels: Vec<_> = pyramid.levels.iter().enumerate().map(level).collect();
-    lobes.iter().map(|lobe| lobe_image(&levels, lobe)).collect()
+    let levels: Vec<LobeLevel> = pyramid.levels[finest..].iter().map(LobeLevel::new).collect();
+    lobes.iter().map(|lobe| lobe_image((&levels, finest), lobe, Level::new())).collect()
 }
 
 fn lobe_samples(pyramid: &Pyramid, alpha: f32, count: u32) -> Vec<LobeSample> {
@@ -122,9 +121,9 @@ fn radical_inverse(index: u32) -> f32 {
     (index.reverse_bits() >> 8) as f32 / (1_u32 << 24) as f32
 }
 
-/// The means under a lobe around every direction. `levels` has those that its samples read.
-fn lobe_image(levels: &[Option<LobeLevel>], lobe: &Lobe) -> EquirectImage {
-    let (width, simd) = (lobe.width, Level::new());
+/// The means under a lobe around every direction. `levels` begin with the one of the number behind them.
+fn lobe_image(levels: (&[LobeLevel], usize), lobe: &Lobe, simd: Level) -> EquirectImage {
+    let width = lobe.width;
     let mut image = EquirectImage { width, height: width / 2, pixels: Vec::new() };
     image.pixels = (0..width / 2)
         .into_par_iter()
@@ -140,7 +139,7 @@ fn lobe_image(levels: &[Option<LobeLevel>], lobe: &Lobe) -> EquirectImage {
 
 /// Adds the means under the lobes of a row, the first of which looks along `direction`.
 fn add_lobe(
-    levels: &[Option<LobeLevel>],
+    (levels, finest): (&[LobeLevel], usize),
     direction: Vec3,
     samples: &[LobeSample],
     simd: Level,
@@ -160,11 +159,10 @@ fn add_lobe(
             for (lane, sample) in samples.iter().enumerate() {
                 let finer = sample.level as usize;
                 let share = sample.level - finer as f32;
-                if let Some(Some(level)) = levels.get(finer) {
-                    level.add(uvs.get(lane), sample.weight * (1.0 - share), sums);
-                }
+                let levels = &levels[finer - finest..];
+                levels[0].add(uvs.get(lane), sample.weight * (1.0 - share), sums);
                 if share > 0.0
-                    && let Some(Some(level)) = levels.get(finer + 1)
+                    && let Some(level) = levels.get(1)
                 {
                     level.add(uvs.get(lane), sample.weight * share, sums);
                 }
@@ -199,6 +197,18 @@ mod tests {
             }
         }
         (sum / total).as_vec3()
+    }
+
+    #[test]
+    fn images_do_not_depend_on_the_instruction_set() {
+        let pyramid = Pyramid::new(&EquirectImage::of(128, |d| Vec3::new(1.0 + d.x, 1.0 + d.y * d.z, 2.0)));
+        let levels: Vec<LobeLevel> = pyramid.levels.iter().map(LobeLevel::new).collect();
+        for (width, samples) in [(64, 100), (256, 40)] {
+            let lobe = Lobe { width, samples: lobe_samples(&pyramid, 0.2, samples) };
+            let [plain, widest] =
+                [Level::fallback(), Level::new()].map(|simd| lobe_image((&levels, 0), &lobe, simd).pixels);
+            assert!(plain == widest, "{width}");
+        }
     }
 
     #[test]

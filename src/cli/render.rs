@@ -21,6 +21,7 @@ use rayframe::cancel::CancelFlag;
 use rayframe::error::exit_code::permanence;
 use rayframe::error::{Error, Provenance, Result, SettingError};
 use rayframe::gltf::ImageLoading;
+use rayframe::image_file::check_name;
 use rayframe::scene::{AssetCacheUse, CameraRequest, ClipSelection, Scene, VariantRequest};
 use rayframe::sequence::{Plan, triangle_count};
 use rayframe::settings::{ProgressStyle, SettingValues};
@@ -179,10 +180,15 @@ impl Session {
             self.sheets.check(sequence, &shot.values)?;
             check_others(sequence.sidecar_files(), &shot.values)?;
         }
-        // Existing files are compared with what would be rendered.
+        // What is there is compared with what would be rendered. Folders and links that lead nowhere are in the way, too.
         let args = &shot.values;
-        let mut files = outline.sequences.iter().flat_map(|sequence| frame_files(sequence, args));
-        if !args.overwrite && !args.resume && files.any(|file| file.is_file()) {
+        let files = outline.sequences.iter().flat_map(|sequence| frame_files(sequence, args));
+        let mut may_be_in_the_way = args.checkpoint;
+        for file in files.filter(|file| file.symlink_metadata().is_ok()) {
+            check_name(&file)?;
+            may_be_in_the_way = true;
+        }
+        if !args.overwrite && may_be_in_the_way {
             for job in resolve_each(shot, ImageLoading::Budget, &mut self.environments)? {
                 Plan::new(&job.sequence).map_err(|error| shot.settings.locate(error))?;
             }

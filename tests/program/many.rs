@@ -127,8 +127,19 @@ fn files_of_one_name_are_refused_before_the_first_frame() {
     }
     // Files of something else are found before the first frame, too.
     std::fs::write(folder.join("B.exr"), "something").unwrap();
-    let told = assert_code(&rayframe(folder, &["a.gltf", "B.gltf"]), 73);
-    assert!(told.contains("B.exr") && !folder.join("a.exr").exists(), "{told}");
+    let is_found = |options: &[&str]| {
+        let told = assert_code(&rayframe(folder, &[&["a.gltf", "B.gltf"], options].concat()), 73);
+        assert!(told.contains("B.exr") && !folder.join("a.exr").exists(), "{options:?}: {told}");
+    };
+    is_found(&[]);
+    is_found(&["--resume"]);
+    std::fs::remove_file(folder.join("B.exr")).unwrap();
+    std::fs::create_dir(folder.join("B.exr")).unwrap();
+    is_found(&[]);
+    is_found(&["--resume"]);
+    std::fs::remove_dir(folder.join("B.exr")).unwrap();
+    std::fs::write(folder.join("B.exr.checkpoint"), "something").unwrap();
+    is_found(&["--integrator", "path", "--checkpoint"]);
 }
 
 #[test]

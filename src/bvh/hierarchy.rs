@@ -38,7 +38,7 @@ impl Bvh {
     }
 
     /// Closest visible hit of `ray` after `after`. Back faces of single-sided triangles are ignored. `filter` accepts or
-    /// rejects hits with filtered triangles and is not called for others.
+    /// rejects hits with filtered triangles and is not called for others, transmissive ones included.
     pub fn closest_hit(
         &self,
         ray: &Ray,
@@ -50,7 +50,7 @@ impl Bvh {
     }
 
     /// Closest hit of `ray` after `after`, with either side of any triangle. `filter` accepts or rejects hits with filtered
-    /// triangles and is not called for others.
+    /// and transmissive triangles and is not called for others.
     pub fn closest_hit_of_any_side(
         &self,
         ray: &Ray,
@@ -61,7 +61,8 @@ impl Bvh {
         self.closest(ray, ClosestHit::<false>::new(ray, after, &filter), counters)
     }
 
-    /// Whether `ray` hits any triangle from either side. Filtered triangles count where `filter` accepts the hit.
+    /// Whether `ray` hits any triangle from either side. Filtered and transmissive triangles count where `filter` accepts the
+    /// hit.
     ///
     /// The order of the calls of `filter` is not defined.
     pub fn occluded(

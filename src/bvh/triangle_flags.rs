@@ -12,11 +12,19 @@ impl TriangleFlags {
     pub const FILTERED: Self = Self(2);
     /// The triangle is left out of the hierarchy (hidden, or of zero area); its index stays taken.
     pub const HIDDEN: Self = Self(4);
+    /// Lets light through but is seen all over: [`crate::bvh::Bvh::closest_hit`] counts every hit, while the other queries
+    /// ask their filters as for [`TriangleFlags::FILTERED`].
+    pub const TRANSMISSIVE: Self = Self(8);
 
     /// Union of both sets.
     #[must_use]
     pub const fn with(self, other: Self) -> Self {
         Self(self.0 | other.0)
+    }
+
+    /// Whether queries that see either side ask their filters.
+    pub(super) const fn is_filtered_from_any_side(self) -> bool {
+        self.0 & (Self::FILTERED.0 | Self::TRANSMISSIVE.0) != 0
     }
 
     /// Whether all flags of `other` are set.

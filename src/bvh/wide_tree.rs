@@ -33,6 +33,9 @@ const SLOT_BITS: u32 = 28;
 const SLOT_MASK: u32 = (1 << SLOT_BITS) - 1;
 /// Bit set in all tags, so that tags read as coordinates beyond a leaf are not denormal numbers.
 const TAG: u32 = 1 << 30;
+/// Flags of a triangle that its tag keeps, in the other bits beyond the index.
+const TAG_FLAGS: u8 =
+    TriangleFlags::SINGLE_SIDED.with(TriangleFlags::FILTERED).with(TriangleFlags::TRANSMISSIVE).0;
 
 /// Inner node: boxes of up to eight children, by plane (min x, y, z, max x, y, z), and their words.
 #[derive(Clone, Debug)]
@@ -133,8 +136,7 @@ impl Tag {
     /// Packs a triangle index below 2²⁸ with its flags.
     pub(super) fn new(triangle_id: u32, flags: TriangleFlags) -> Self {
         debug_assert!(triangle_id <= SLOT_MASK);
-        let kept = u32::from(flags.0 & (TriangleFlags::SINGLE_SIDED.0 | TriangleFlags::FILTERED.0));
-        Self(TAG | kept << SLOT_BITS | triangle_id)
+        Self(TAG | u32::from(flags.0 & TAG_FLAGS) << SLOT_BITS | triangle_id)
     }
 
     /// Tag stored in this word of a leaf.
@@ -157,7 +159,7 @@ impl Tag {
     /// Flags of the triangle that traversal reads.
     #[inline(always)]
     pub(super) fn flags(self) -> TriangleFlags {
-        TriangleFlags((self.0 >> SLOT_BITS) as u8 & 3)
+        TriangleFlags((self.0 >> SLOT_BITS) as u8 & TAG_FLAGS)
     }
 }
 

@@ -5,15 +5,18 @@ use crate::scene::{AlphaMode, Material};
 
 /// The traversal flags of triangles with `material`.
 ///
-/// Volumes and double-sided surfaces are hit from both sides. Traversal asks the hit filter about every surface that lets light
-/// through or only catches shadows.
+/// Volumes and double-sided surfaces are hit from both sides. Every query asks its filter about surfaces with holes and about those
+/// that only catch shadows. Glass hides what is behind it from rays that look for a surface, but not from shadow rays.
 pub(super) fn material_flags(material: &Material) -> TriangleFlags {
     let mut flags = TriangleFlags::default();
     if !material.double_sided && !material.is_volume() {
         flags = flags.with(TriangleFlags::SINGLE_SIDED);
     }
-    if material.alpha_mode != AlphaMode::Opaque || material.transmits() || material.is_shadow_catcher {
+    if material.alpha_mode != AlphaMode::Opaque || material.is_shadow_catcher {
         flags = flags.with(TriangleFlags::FILTERED);
+    }
+    if material.transmits() {
+        flags = flags.with(TriangleFlags::TRANSMISSIVE);
     }
     flags
 }
@@ -30,7 +33,9 @@ mod tests {
         let solid = Material::default();
         assert_eq!(material_flags(&solid), TriangleFlags::SINGLE_SIDED);
         let glass = Material { transmission, volume, ..Material::default() };
-        assert_eq!(material_flags(&glass), TriangleFlags::FILTERED);
+        assert_eq!(material_flags(&glass), TriangleFlags::TRANSMISSIVE);
+        let holes = Material { alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, ..glass };
+        assert_eq!(material_flags(&holes), TriangleFlags::FILTERED.with(TriangleFlags::TRANSMISSIVE));
         // A volume without transmission has no effect.
         let inert = Material { volume, ..Material::default() };
         assert_eq!(material_flags(&inert), TriangleFlags::SINGLE_SIDED);

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use super::watertight::is_within;
+
 /// Ray `origin + t · direction` for `t` in the open interval (`t_min`, `t_max`).
 ///
 /// The direction need not have unit length. `t` is measured in multiples of its length.
@@ -21,6 +23,12 @@ impl Ray {
     /// An infinite ray from `origin`.
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         Self { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
+    }
+
+    /// Whether a hit at `t` counts; subnormal distances are zero.
+    #[inline(always)]
+    pub(crate) fn contains(&self, t: f32) -> bool {
+        is_within(t, self.t_min, self.t_max)
     }
 
     /// The point at parameter `t`.

@@ -104,13 +104,13 @@ impl ShearedRay {
             }
         }
 
-        // Reject edge-on and overflowing triangles; subnormal distances count as zero
+        // Reject edge-on and overflowing triangles
         let det = u + v + w;
         if det == 0.0 || !det.is_finite() {
             return None;
         }
         let hit = self.hit([a, b, c], [u, v, w]);
-        (hit.t > self.t_min && hit.t < self.t_max && hit.t >= f32::MIN_POSITIVE).then_some(hit)
+        is_within(hit.t, self.t_min, self.t_max).then_some(hit)
     }
 
     /// Axis order of the corners for [`ShearedRay::intersect_known`]: two lateral axes and the depth.
@@ -147,6 +147,12 @@ impl ShearedRay {
         let z = point[2] - self.origin[2];
         [f64::from(x - self.shear[0] * z), f64::from(y - self.shear[1] * z), f64::from(z)]
     }
+}
+
+/// Whether a hit at `t` counts; subnormal distances are zero.
+#[inline(always)]
+pub(super) fn is_within(t: f32, t_min: f32, t_max: f32) -> bool {
+    t > t_min && t < t_max && t >= f32::MIN_POSITIVE
 }
 
 /// Edge functions of sheared corners. The corners are `f32` numbers, so the signs are exact.

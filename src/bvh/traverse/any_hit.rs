@@ -43,7 +43,7 @@ impl Visitor for AnyHit<'_> {
         let flags = candidate.tag.flags();
         if candidate.is_certain {
             let is_within = candidate.near > self.lower && candidate.far < self.upper;
-            if is_within && !flags.has(TriangleFlags::FILTERED) {
+            if is_within && !flags.is_filtered_from_any_side() {
                 self.found = true;
                 return true;
             }
@@ -52,7 +52,7 @@ impl Visitor for AnyHit<'_> {
     }
 
     fn accept(&mut self, hit: &Hit, flags: TriangleFlags) -> bool {
-        self.found = !flags.has(TriangleFlags::FILTERED) || (self.filter)(hit);
+        self.found = !flags.is_filtered_from_any_side() || (self.filter)(hit);
         self.found
     }
 }

@@ -73,6 +73,12 @@ impl<'a, const CULL: bool> ClosestHit<'a, CULL> {
         }
     }
 
+    /// Whether a hit with a triangle of these flags counts only where the filter accepts it.
+    #[inline(always)]
+    fn is_filtered(flags: TriangleFlags) -> bool {
+        if CULL { flags.has(TriangleFlags::FILTERED) } else { flags.is_filtered_from_any_side() }
+    }
+
     fn set(&mut self, hit: &Hit) {
         self.best = Best::Exact(*hit);
         (self.near, self.far) = (hit.t, hit.t);
@@ -105,7 +111,7 @@ impl<const CULL: bool> Visitor for ClosestHit<'_, CULL> {
                 return false;
             }
             let is_closer = candidate.near > self.lower && candidate.far < self.near;
-            if is_closer && !flags.has(TriangleFlags::FILTERED) {
+            if is_closer && !Self::is_filtered(flags) {
                 self.best = Best::Bounded(candidate.slot);
                 (self.near, self.far) = (candidate.near, candidate.far);
                 return false;
@@ -127,7 +133,7 @@ impl<const CULL: bool> Visitor for ClosestHit<'_, CULL> {
         if CULL && flags.has(TriangleFlags::SINGLE_SIDED) && hit.facing == Facing::Back {
             return false;
         }
-        if flags.has(TriangleFlags::FILTERED) && !(self.filter)(hit) {
+        if Self::is_filtered(flags) && !(self.filter)(hit) {
             return false;
         }
         self.set(hit);

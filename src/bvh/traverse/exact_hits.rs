@@ -5,6 +5,7 @@
 use fearless_simd::{Simd, f32x16, f64x8, mask64x8, prelude::*, u32x16};
 
 use super::packet::{LANES, Packet};
+use super::visitor::TriangleSlot;
 use crate::bvh::hit::Hit;
 use crate::bvh::wide_tree::WideTree;
 use crate::geometry::Facing;
@@ -50,8 +51,7 @@ impl ExactHits {
         let leaves = u32x16::load_array_ref(simd, &packet.leaf[vector]);
         let lanes = u32x16::load_array_ref(simd, &packet.lane[vector]);
         let hit = leaves.simd_ne(0).to_bitmask() as u32;
-        let mut hits =
-            Self { triangle: [0; LANES], t: [0.0; LANES], u: [0.0; LANES], v: [0.0; LANES], front: 0, hit };
+        let mut hits = Self::none(hit);
         if hit == 0 {
             return hits;
         }
@@ -73,9 +73,7 @@ impl ExactHits {
             let triangles = tree.triangles(slot.leaf);
             let id = u32x16::splat(simd, triangles.tag(slot.lane as usize).triangle());
             is_same.select(id, u32x16::load_array_ref(simd, ids)).store_array(ids);
-            let [a, b, c] = triangles.corners_in_order(slot.lane as usize, packet.axes);
-            let corners = [splat(simd, a), splat(simd, b), splat(simd, c)];
-            sums = select(simd, same, rays.intersect(corners), sums);
+            sums = select(simd, same, rays.intersect(shared_corners(simd, tree, packet, slot)), sums);
         }
 
         // The others, one triangle per lane.
@@ -85,14 +83,41 @@ impl ExactHits {
             sums = select(simd, rest, rays.intersect(corners), sums);
         }
 
-        let [low, high] = &sums;
+        hits.divide(simd, packet, vector, &sums);
+        hits
+    }
+
+    /// Computes the hits of one vector of rays with one triangle; those of rays beside it are unspecified.
+    #[inline(always)]
+    pub(super) fn with_triangle<S: Simd>(
+        simd: S,
+        tree: &WideTree,
+        packet: &Packet,
+        vector: usize,
+        slot: TriangleSlot,
+    ) -> Self {
+        let mut hits = Self::none(u32::MAX);
+        hits.triangle = [tree.triangles(slot.leaf).tag(slot.lane as usize).triangle(); LANES];
+        let rays = ShearedRays::new(simd, packet, vector);
+        hits.divide(simd, packet, vector, &rays.intersect(shared_corners(simd, tree, packet, slot)));
+        hits
+    }
+
+    /// Lanes whose hits are not computed yet.
+    #[inline(always)]
+    fn none(hit: u32) -> Self {
+        Self { triangle: [0; LANES], t: [0.0; LANES], u: [0.0; LANES], v: [0.0; LANES], front: 0, hit }
+    }
+
+    /// Sets all but the triangles.
+    #[inline(always)]
+    fn divide<S: Simd>(&mut self, simd: S, packet: &Packet, vector: usize, [low, high]: &[EdgeSums<S>; 2]) {
         let direction_z = f32x16::load_array_ref(simd, &packet.direction[packet.axes[2]][vector]);
         let (z_low, z_high) = direction_z.widen();
-        low.t(z_low).narrow(high.t(z_high)).store_array(&mut hits.t);
-        (low.v / low.det).narrow(high.v / high.det).store_array(&mut hits.u);
-        (low.w / low.det).narrow(high.w / high.det).store_array(&mut hits.v);
-        hits.front = low.front() | high.front() << (LANES / 2);
-        hits
+        low.t(z_low).narrow(high.t(z_high)).store_array(&mut self.t);
+        (low.v / low.det).narrow(high.v / high.det).store_array(&mut self.u);
+        (low.w / low.det).narrow(high.w / high.det).store_array(&mut self.v);
+        self.front = low.front() | high.front() << (LANES / 2);
     }
 
     /// Hit of one lane.
@@ -107,6 +132,18 @@ impl ExactHits {
             facing,
         })
     }
+}
+
+/// Corners of a triangle, the same for all rays.
+#[inline(always)]
+fn shared_corners<S: Simd>(
+    simd: S,
+    tree: &WideTree,
+    packet: &Packet,
+    slot: TriangleSlot,
+) -> [[f32x16<S>; 3]; 3] {
+    let [a, b, c] = tree.triangles(slot.leaf).corners_in_order(slot.lane as usize, packet.axes);
+    [splat(simd, a), splat(simd, b), splat(simd, c)]
 }
 
 /// Corners of the closest triangles of `lanes`; writes their indices to `ids`.

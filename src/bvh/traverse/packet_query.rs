@@ -11,6 +11,9 @@ use crate::bvh::triangle_flags::TriangleFlags;
 use crate::bvh::wide_tree::{Tag, WideTree};
 use crate::geometry::{Facing, Ray};
 
+/// Exact hits of at least so many rays with one triangle are computed together.
+const MIN_TOGETHER: u32 = 2;
+
 /// Rays of a packet with their tree and filter.
 #[derive(Clone, Copy)]
 pub(super) struct PacketRays<'a> {
@@ -41,10 +44,10 @@ impl<'a> PacketRays<'a> {
         LeafIntersector { tree: self.tree, ray: &self.rays[ray] }
     }
 
-    /// Whether a hit with a triangle of these flags counts for the filter.
-    fn passes_filter(&self, ray: usize, hit: &Hit, flags: TriangleFlags) -> bool {
+    /// Whether the filter accepts a hit.
+    fn passes_filter(&self, ray: usize, hit: &Hit) -> bool {
         let index = self.indices.map_or(ray, |indices| usize::from(indices[ray]));
-        !flags.has(TriangleFlags::FILTERED) || (self.filter)(index, hit)
+        (self.filter)(index, hit)
     }
 }
 
@@ -73,7 +76,7 @@ impl PacketClosestHit<'_> {
         if flags.has(TriangleFlags::SINGLE_SIDED) && hit.facing == Facing::Back {
             return false;
         }
-        if !self.0.passes_filter(ray, &hit, flags) {
+        if flags.has(TriangleFlags::FILTERED) && !self.0.passes_filter(ray, &hit) {
             return false;
         }
         (packet.leaf[v][i], packet.lane[v][i]) = (slot.leaf.word(), slot.lane);
@@ -145,11 +148,39 @@ impl<'a> PacketAnyHit<'a> {
         self.found[ray / LANES] >> (ray % LANES) & 1 != 0
     }
 
+    /// Those of some rays of a vector, whose lines hit a triangle, for which the exact hit counts.
+    #[inline(always)]
+    fn hit_exactly_together<S: Simd>(
+        &self,
+        simd: S,
+        packet: &Packet,
+        vector: usize,
+        (slot, tag): (TriangleSlot, Tag),
+        lines: u32,
+    ) -> u32 {
+        let exact = ExactHits::with_triangle(simd, self.rays.tree, packet, vector, slot);
+        let (mut found, mut rest) = (0, lines);
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize & (LANES - 1);
+            rest &= rest - 1;
+            let ray = vector * LANES + lane;
+            let counts = |hit: Hit| self.rays.rays[ray].contains(hit.t) && self.accepts(ray, &hit, tag);
+            found |= u32::from(exact.hit(lane).is_some_and(counts)) << lane;
+        }
+        found
+    }
+
     /// Whether the exact hit of a ray with a triangle counts.
     #[inline(never)]
     fn hits_exactly(&self, ray: usize, slot: TriangleSlot, tag: Tag) -> bool {
         let hit = self.rays.leaves(ray).intersect(slot);
-        hit.is_some_and(|hit| self.rays.passes_filter(ray, &hit, tag.flags()))
+        hit.is_some_and(|hit| self.accepts(ray, &hit, tag))
+    }
+
+    /// Whether a hit counts for the filter.
+    #[inline(always)]
+    fn accepts(&self, ray: usize, hit: &Hit, tag: Tag) -> bool {
+        !tag.flags().is_filtered_from_any_side() || self.rays.passes_filter(ray, hit)
     }
 }
 
@@ -165,13 +196,18 @@ impl PacketVisitor for PacketAnyHit<'_> {
         let is_beyond = (near.simd_gt(upper) | far.simd_lt(lower)).to_bitmask() as u32;
         let is_within = (near.simd_gt(lower) & far.simd_lt(upper)).to_bitmask() as u32;
         let open = candidate.possible & !self.found[v] & !(is_beyond & candidate.certain);
-        let mut found = open & candidate.certain & is_within;
-        if tag.flags().has(TriangleFlags::FILTERED) {
-            found = 0;
+        let is_filtered = tag.flags().is_filtered_from_any_side();
+        let mut found = if is_filtered { 0 } else { open & candidate.certain & is_within };
+
+        // Filtered, or too close to call: together, where the lines of several rays hit the triangle.
+        let mut rest = open & !found;
+        let together = rest & candidate.certain;
+        if together.count_ones() >= MIN_TOGETHER {
+            found |= self.hit_exactly_together(simd, packet, v, (slot, tag), together);
+            rest &= !together;
         }
 
-        // Too close to call.
-        let mut rest = open & !found;
+        // One by one.
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize & (LANES - 1);
             rest &= rest - 1;

@@ -18,6 +18,7 @@ fn flags(n: usize) -> Vec<TriangleFlags> {
             1 => TriangleFlags::FILTERED,
             2 => TriangleFlags::FILTERED.with(TriangleFlags::SINGLE_SIDED),
             3 if i % 12 == 3 => TriangleFlags::HIDDEN,
+            4 => TriangleFlags::TRANSMISSIVE,
             _ => TriangleFlags::default(),
         })
         .collect()

@@ -183,6 +183,27 @@ fn single_sided_back_faces_are_seen_by_two_queries_only() {
 }
 
 #[test]
+fn transmissive_triangles_are_seen_by_two_queries_whatever_the_filter() {
+    // Seventeen stacked triangles are in leaves below a node, so that packets are used.
+    let triangles = stacked(17);
+    let bvh = build(&triangles, &[TriangleFlags::TRANSMISSIVE; 17], &BuildSettings::default());
+    let counters = &mut TraversalCounters::default();
+    let ray = Ray::new(Vec3::new(0.01, -0.1, -1.0), Vec3::Z);
+    let first = bvh.closest_hit(&ray, None, |_| false, counters);
+    assert_eq!(first.unwrap().t, 1.0);
+    assert_eq!(bvh.closest_hit_of_any_side(&ray, None, |_| false, counters), None);
+    assert_eq!(bvh.closest_hit_of_any_side(&ray, None, |_| true, counters), first);
+    assert!(!bvh.occluded(&ray, |_| false, counters));
+    assert!(bvh.occluded(&ray, |hit| hit.triangle == 16, counters));
+    let rays = [ray; 64];
+    let (mut hits, mut occluded) = ([None; 64], [false; 64]);
+    bvh.closest_hits(&rays, |_, _| false, &mut hits, counters);
+    assert_eq!(hits, [first; 64]);
+    bvh.occluded_rays(&rays, |ray, hit| ray == 5 && hit.triangle == 16, &mut occluded, counters);
+    assert_eq!(occluded, std::array::from_fn(|ray| ray == 5));
+}
+
+#[test]
 fn no_ray_escapes_from_a_sphere() {
     let mut random = Random(3);
     for (scale, offset) in [(1.0, Vec3::ZERO), (1.0e6, Vec3::ZERO), (1.0e-3, Vec3::new(10.0, -3.0, 1.0))] {

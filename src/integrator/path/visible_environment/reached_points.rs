@@ -4,13 +4,13 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::bsdf::cosine_direction;
-use crate::bvh::{Hit, TraversalCounters};
+use crate::bvh::TraversalCounters;
 use crate::geometry::Ray;
 use crate::integrator::local_frame::local_frame;
 use crate::integrator::random::hash;
 use crate::integrator::unit_interval;
 use crate::integrator::walls::is_wall;
-use crate::integrator::{CameraRays, Seed};
+use crate::integrator::{CameraRays, Seed, TRANSPARENCY_LIMIT};
 use crate::interaction::SurfacePoint;
 use crate::scene_view::SceneView;
 
@@ -48,11 +48,18 @@ pub(super) fn reached_points(view: SceneView<'_>) -> Vec<ReachedPoint> {
     paths.collect::<Vec<_>>().concat()
 }
 
+/// The first surface that no light passes, behind [`TRANSPARENCY_LIMIT`] others at most.
 fn first_wall(view: SceneView<'_>, ray: &Ray) -> Option<ReachedPoint> {
-    let hides = |hit: &Hit| is_wall(view, hit, |_| true);
-    let hit = view.bvh.closest_hit(ray, None, hides, &mut TraversalCounters::default())?;
-    let point = SurfacePoint::flat(view, ray, &hit);
-    Some(ReachedPoint { position: point.origin_outside(), normal: point.geometric_normal })
+    let mut after = None;
+    for _ in 0..TRANSPARENCY_LIMIT {
+        let hit = view.bvh.closest_hit(ray, after, |_| true, &mut TraversalCounters::default())?;
+        if is_wall(view, &hit, |_| true) {
+            let point = SurfacePoint::flat(view, ray, &hit);
+            return Some(ReachedPoint { position: point.origin_outside(), normal: point.geometric_normal });
+        }
+        after = Some(hit.order());
+    }
+    None
 }
 
 /// A random point of the unit square.

@@ -82,6 +82,7 @@ fn subject(input: &mut Input<'_>) -> Subject {
     let flags_of = |index: usize| match flag_bits >> (2 * (index % 16)) & 3 {
         0 => TriangleFlags::default(),
         1 => TriangleFlags::SINGLE_SIDED,
+        2 if index.is_multiple_of(3) => TriangleFlags::TRANSMISSIVE,
         2 => TriangleFlags::FILTERED,
         _ => {
             if index.is_multiple_of(2) {

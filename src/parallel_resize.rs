@@ -14,6 +14,17 @@ pub(crate) fn resize_with<T: Send>(list: &mut Vec<T>, count: usize, value: impl 
     list.par_extend((0..missing).into_par_iter().with_min_len(VALUES_PER_TASK).map(|_| value()));
 }
 
+/// Resizes `list` to `count` values, where new ones are `zero`, all of whose bits are clear. A new list comes zeroed from the operating
+/// system, so that only what is written to costs anything.
+pub(crate) fn resize_zeroed<T: Copy>(list: &mut Vec<T>, count: usize, zero: T) {
+    if list.capacity() < count {
+        *list = Vec::new();
+        *list = vec![zero; count];
+    } else {
+        list.resize(count, zero);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

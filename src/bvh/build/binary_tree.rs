@@ -1,17 +1,18 @@
 //! Binary tree: output of the builders and input of [`super::collapse`].
 
+use glam::Vec3;
+
 use crate::bvh::wide_tree::WIDTH;
 use crate::geometry::Aabb;
-use crate::parallel_resize::resize_with;
+use crate::parallel_resize::resize_zeroed;
 
 /// Bit that marks child words of leaves: a range of positions, named by its first.
 pub(crate) const LEAF_RANGE: u32 = 1 << 31;
 /// Subtrees of at most this many references become one leaf of the wide tree.
 pub(crate) const LEAF_SIZE: u32 = WIDTH as u32;
 
-/// Inner node: boxes, words and reference counts of both children. One cache line.
+/// Inner node: boxes, words and reference counts of both children.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(C, align(64))]
 pub(crate) struct Pair {
     /// Boxes of the children.
     pub(crate) bounds: [Aabb; 2],
@@ -20,6 +21,9 @@ pub(crate) struct Pair {
     /// Number of references below each child.
     pub(crate) counts: [u32; 2],
 }
+
+/// [`Pair`] as words. Memory for lists of words comes zeroed from the operating system, and what is never used is never touched.
+pub(crate) type PackedPair = [u32; 16];
 
 /// Finished subtree, not yet linked to a parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,8 +41,8 @@ pub(crate) struct Subtree {
 /// Binary tree over references.
 #[derive(Debug, Default)]
 pub(crate) struct BinaryTree {
-    /// Inner nodes; some entries may be unused.
-    pub(crate) nodes: Vec<Pair>,
+    /// Inner nodes; most entries may be unused.
+    pub(crate) nodes: Vec<PackedPair>,
     /// Triangle index at each position.
     pub(crate) triangle_ids: Vec<u32>,
     /// Root; `None` without references.
@@ -48,9 +52,6 @@ pub(crate) struct BinaryTree {
 }
 
 impl Pair {
-    /// Placeholder of an unfilled entry.
-    pub(crate) const NONE: Self = Self { bounds: [Aabb::EMPTY; 2], children: [u32::MAX; 2], counts: [0; 2] };
-
     /// Node with two children.
     #[inline(always)]
     pub(crate) fn of(left: &Subtree, right: &Subtree) -> Self {
@@ -59,6 +60,26 @@ impl Pair {
             children: [left.child, right.child],
             counts: [left.count, right.count],
         }
+    }
+
+    /// The node as words.
+    #[inline(always)]
+    pub(crate) fn packed(&self) -> PackedPair {
+        let [[a, b, c], [d, e, f]] = self.bounds.map(|bounds| bounds.min.to_array());
+        let [[g, h, i], [j, k, l]] = self.bounds.map(|bounds| bounds.max.to_array());
+        let [a, b, c, d, e, f] = [a, b, c, d, e, f].map(f32::to_bits);
+        let [g, h, i, j, k, l] = [g, h, i, j, k, l].map(f32::to_bits);
+        let ([m, n], [o, p]) = (self.children, self.counts);
+        [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p]
+    }
+
+    /// The node of these words.
+    #[inline(always)]
+    pub(crate) fn unpacked(&[a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p]: &PackedPair) -> Self {
+        let point = |x, y, z| Vec3::new(f32::from_bits(x), f32::from_bits(y), f32::from_bits(z));
+        let left = Aabb { min: point(a, b, c), max: point(g, h, i) };
+        let right = Aabb { min: point(d, e, f), max: point(j, k, l) };
+        Self { bounds: [left, right], children: [m, n], counts: [o, p] }
     }
 }
 
@@ -84,9 +105,15 @@ impl Subtree {
 impl BinaryTree {
     /// Discards the last tree and resizes to `nodes` nodes and `positions` positions.
     pub(crate) fn reset(&mut self, nodes: usize, positions: usize) {
-        resize_with(&mut self.nodes, nodes, || Pair::NONE);
-        resize_with(&mut self.triangle_ids, positions, || u32::MAX);
+        resize_zeroed(&mut self.nodes, nodes, [0; _]);
+        resize_zeroed(&mut self.triangle_ids, positions, 0);
         (self.root, self.area_sum) = (None, 0.0);
+    }
+
+    /// Node of a child word.
+    #[inline(always)]
+    pub(crate) fn node(&self, child: u32) -> Pair {
+        Pair::unpacked(&self.nodes[child as usize])
     }
 
     /// Levels below the root; zero for a single reference.

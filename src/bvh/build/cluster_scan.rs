@@ -106,7 +106,7 @@ impl Join for TaskSink<'_> {
             let children = [self.word(left), self.word(right)];
             let node = self.nodes;
             self.nodes += 1;
-            self.output.nodes[node] = Pair { children, ..Pair::of(left, right) };
+            self.output.nodes[node] = Pair { children, ..Pair::of(left, right) }.packed();
             (self.output.first + node) as u32
         };
         let joined = left.joined(right, child);

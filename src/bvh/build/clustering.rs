@@ -1,6 +1,6 @@
 //! Clustering of the radix tree: its setting, and what a task of [`super::hploc`] gets and gives.
 
-use super::binary_tree::{Pair, Subtree};
+use super::binary_tree::{PackedPair, Subtree};
 use super::clusters::{Clusters, Join, Search};
 use super::morton::MortonOrder;
 use crate::bvh::references::Reference;
@@ -39,7 +39,7 @@ pub(crate) struct Output<'a> {
     /// First position.
     pub(crate) first: usize,
     /// Nodes; a range needs one less than it has positions, and uses the first ones.
-    pub(crate) nodes: &'a mut [Pair],
+    pub(crate) nodes: &'a mut [PackedPair],
     /// Triangle indices in the order of leaves.
     pub(crate) triangle_ids: &'a mut [u32],
 }

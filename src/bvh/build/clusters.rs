@@ -13,7 +13,7 @@
 use fearless_simd::{Fallback, Level, Simd, f32x16, mask32x16, prelude::*, u32x16};
 use glam::Vec3;
 
-use super::binary_tree::{Pair, Subtree};
+use super::binary_tree::{PackedPair, Pair, Subtree};
 use crate::bvh::box_area::scaled_half_area;
 use crate::bvh::simd::dispatch_lanes;
 use crate::geometry::Aabb;
@@ -63,7 +63,7 @@ pub(crate) struct Search {
 /// Output of the nodes of merged clusters.
 pub(crate) struct NodeSink<'a> {
     /// Unfilled nodes.
-    pub(crate) nodes: &'a mut [Pair],
+    pub(crate) nodes: &'a mut [PackedPair],
     /// Index of the first unfilled node.
     pub(crate) first: usize,
     /// Sum of the areas of all nodes so far.
@@ -78,7 +78,7 @@ impl NodeSink<'_> {
     pub(crate) fn join(&mut self, left: &Subtree, right: &Subtree) -> Subtree {
         let joined = left.joined(right, self.first as u32);
         if let Some((node, rest)) = std::mem::take(&mut self.nodes).split_first_mut() {
-            *node = Pair::of(left, right);
+            *node = Pair::of(left, right).packed();
             self.nodes = rest;
         }
         self.first += 1;

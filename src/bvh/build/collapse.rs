@@ -18,7 +18,7 @@ use crate::bvh::wide_tree::{
 };
 use crate::cancel::Cancelled;
 use crate::geometry::Aabb;
-use crate::parallel_resize::resize_with;
+use crate::parallel_resize::{resize_with, resize_zeroed};
 
 /// Smallest number of references per task.
 const MIN_TASK: u32 = 2048;
@@ -91,7 +91,7 @@ impl WideTree {
         self.root = NO_CHILD;
         scratch.top.clear();
         let words = source.tree.triangle_ids.len() * WORDS_PER_SLOT + BLOCK;
-        resize_with(&mut self.words, words, || 0.0);
+        resize_zeroed(&mut self.words, words, 0.0);
         let Some(root) = source.tree.root else {
             self.nodes.clear();
             return Ok(());
@@ -190,7 +190,7 @@ impl CollapseInput<'_> {
         if branch.child & LEAF_RANGE == 0 {
             let last = branch.child as usize;
             let first = last.saturating_sub(branch.count as usize / 5);
-            let sum = self.tree.nodes[first..=last].iter().fold(0, |sum, pair| sum ^ pair.counts[0]);
+            let sum = self.tree.nodes[first..=last].iter().fold(0, |sum, pair| sum ^ pair[0]);
             black_box(sum);
         }
     }
@@ -210,9 +210,9 @@ impl CollapseInput<'_> {
         let mut count = 1;
         let mut slot = 0;
         loop {
-            let pair = &self.tree.nodes[children[slot].child as usize];
-            children[slot] = self.branch(pair, 0);
-            children[count] = self.branch(pair, 1);
+            let pair = self.tree.node(children[slot].child);
+            children[slot] = self.branch(&pair, 0);
+            children[count] = self.branch(&pair, 1);
             count += 1;
             if count == WIDTH {
                 break;
@@ -260,7 +260,7 @@ impl CollapseInput<'_> {
             pending -= 1;
             let (child, references) = todo[pending];
             if child & LEAF_RANGE == 0 {
-                let pair = &self.tree.nodes[child as usize];
+                let pair = self.tree.node(child);
                 todo[pending] = (pair.children[1], pair.counts[1]);
                 todo[pending + 1] = (pair.children[0], pair.counts[0]);
                 pending += 2;

@@ -144,7 +144,7 @@ mod tests {
             let first = (child & !LEAF_RANGE) as usize;
             tree.triangle_ids[first..first + count as usize].to_vec()
         } else {
-            let pair = &tree.nodes[child as usize];
+            let pair = tree.node(child);
             [0, 1].map(|side| triangles_of(tree, pair.children[side], pair.counts[side])).concat()
         };
         found.sort_unstable();
@@ -157,7 +157,7 @@ mod tests {
             assert_eq!(triangles_of(tree, child, count), expected.triangle_ids);
             return;
         }
-        let pair = &tree.nodes[child as usize];
+        let pair = tree.node(child);
         for (side, expected) in expected.children.iter().flat_map(|pair| pair.iter()).enumerate() {
             assert_eq!(pair.bounds[side], expected.bounds);
             assert_equal(tree, pair.children[side], pair.counts[side], expected);
@@ -169,7 +169,7 @@ mod tests {
         let tree = built(codes, references, clustering);
         let keys: Vec<MortonKey> = (0..).zip(codes).map(|(index, &code)| MortonKey { code, index }).collect();
         let expected = clusters(&keys, references, &clustering, 1.0).unwrap();
-        let mut nodes = vec![Pair::NONE; expected.len()];
+        let mut nodes = vec![[0; _]; expected.len()];
         let mut sink = NodeSink { nodes: &mut nodes, first: 0, area_sum: 0.0, scale: 1.0 };
         let subtrees = expected.iter().enumerate().map(|(index, cluster)| Subtree {
             count: cluster.triangle_ids.len() as u32,
@@ -185,7 +185,7 @@ mod tests {
             if expected_child & LEAF_RANGE != 0 {
                 assert_equal(&tree, child, count, &expected[(expected_child & !LEAF_RANGE) as usize]);
             } else {
-                let (pair, expected) = (&tree.nodes[child as usize], &nodes[expected_child as usize]);
+                let (pair, expected) = (tree.node(child), Pair::unpacked(&nodes[expected_child as usize]));
                 assert_eq!((pair.bounds, pair.counts), (expected.bounds, expected.counts));
                 todo.extend(
                     [0, 1].map(|side| (pair.children[side], pair.counts[side], expected.children[side])),

@@ -3,7 +3,7 @@
 //! The pass of [`super::ranges`] keeps the one subtree of each range on its stack, so it needs neither clusters nor a search.
 //! Ranges of at most [`LEAF_SIZE`] references become leaves and get no node.
 
-use super::binary_tree::{LEAF_RANGE, LEAF_SIZE, Pair, Subtree};
+use super::binary_tree::{LEAF_RANGE, LEAF_SIZE, PackedPair, Pair, Subtree};
 use super::clustering::{Built, Input, Output};
 use super::ranges::MAX_STACK;
 use crate::bvh::box_area::scaled_half_area;
@@ -64,14 +64,14 @@ fn join<'a>(
     left: &Subtree,
     right: &Subtree,
     last: usize,
-    nodes: &mut impl Iterator<Item = (u32, &'a mut Pair)>,
+    nodes: &mut impl Iterator<Item = (u32, &'a mut PackedPair)>,
 ) -> Subtree {
     let count = left.count + right.count;
     let mut child = (last + 1 - count as usize) as u32 | LEAF_RANGE;
     if count > LEAF_SIZE
         && let Some((index, node)) = nodes.next()
     {
-        *node = Pair::of(left, right);
+        *node = Pair::of(left, right).packed();
         child = index;
     }
     left.joined(right, child)

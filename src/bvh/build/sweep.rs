@@ -149,11 +149,11 @@ mod tests {
 
     /// Tree over boxes at given corners, and its nodes.
     fn built(corners: &[Vec3], size: f32) -> (Option<Subtree>, Vec<Pair>) {
-        let mut nodes = vec![Pair::NONE; corners.len()];
+        let mut nodes = vec![[0; _]; corners.len()];
         let mut sink = NodeSink { nodes: &mut nodes, first: 0, area_sum: 0.0, scale: 1.0 };
         let leaf = |(position, &min)| Subtree::leaf(Aabb { min, max: min + Vec3::splat(size) }, position);
         let root = Sweep::default().build(corners.iter().enumerate().map(leaf), &mut sink);
-        (root, nodes)
+        (root, nodes.iter().map(Pair::unpacked).collect())
     }
 
     #[test]

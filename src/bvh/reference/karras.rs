@@ -61,6 +61,7 @@ pub(crate) fn build(
             children: node.children.map(word),
             counts: node.children.map(count),
         })
+        .map(|pair| pair.packed())
         .collect_into_vec(&mut tree.nodes);
 
     keys.par_iter()

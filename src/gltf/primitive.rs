@@ -2,10 +2,13 @@
 //!
 //! Source: glTF 2.0 specification, section 3.7.2 (geometry).
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json;
 use gltf::json::mesh::Mode;
 use gltf::json::validation::Checked;
+use rayon::prelude::*;
 
 use super::accessor::Data;
 use super::attributes::{Attributes, Reference, missing_set};
@@ -16,6 +19,9 @@ use super::tangents::{gather_vertices, generate};
 use super::{draco, formats, influences, morph, normals, topology, variants};
 use crate::error::Result;
 use crate::scene::{Material, MaterialIndex, Primitive};
+
+/// Triangles of one parallel task.
+const TRIANGLES_PER_TASK: usize = 16_384;
 
 /// Imports one primitive. `None` for a primitive without triangles, after a warning.
 pub(super) fn import_primitive(
@@ -234,17 +240,22 @@ pub(super) fn read_colors(
 
 /// Drops vertices that no triangle uses. Files often share one vertex list among many primitives.
 fn drop_unused_vertices(primitive: &mut Primitive) {
-    let mut used = vec![false; primitive.positions.len()];
-    for &vertex in primitive.triangles.iter().flatten() {
-        if let Some(flag) = used.get_mut(vertex as usize) {
-            *flag = true;
+    let used: Vec<AtomicBool> = primitive.positions.iter().map(|_| AtomicBool::new(false)).collect();
+    primitive.triangles.par_iter().with_min_len(TRIANGLES_PER_TASK).flatten_iter().for_each(|&vertex| {
+        // Most vertices are named several times, and a store takes the cache line from other threads.
+        if let Some(flag) = used.get(vertex as usize)
+            && !flag.load(Ordering::Relaxed)
+        {
+            flag.store(true, Ordering::Relaxed);
         }
-    }
-    if used.iter().all(|&flag| flag) {
+    });
+    if used.iter().all(|flag| flag.load(Ordering::Relaxed)) {
         return;
     }
-    let sources: Vec<u32> =
-        (0_u32..).zip(&used).filter_map(|(vertex, &flag)| flag.then_some(vertex)).collect();
+    let sources: Vec<u32> = (0_u32..)
+        .zip(&used)
+        .filter_map(|(vertex, flag)| flag.load(Ordering::Relaxed).then_some(vertex))
+        .collect();
     let mut renamed = vec![0_u32; used.len()];
     for (new, &old) in (0_u32..).zip(&sources) {
         if let Some(name) = renamed.get_mut(old as usize) {

@@ -73,6 +73,11 @@ impl PosedFrames {
         let bvh = self.builder.build(triangles, flags, &settings, cancel, recycled)?;
         *seconds = Phases::of_build(seconds.pose, &bvh.statistics());
         self.bvh = Some(bvh);
+        if job.selection.clips.is_empty() {
+            // Nothing moves, so that this tree is the last one. Its builder may hold more memory than the tree.
+            let builder = std::mem::take(&mut self.builder);
+            rayon::spawn(move || drop(builder));
+        }
         Ok(false)
     }
 

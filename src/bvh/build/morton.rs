@@ -17,7 +17,7 @@ use crate::bvh::references::Reference;
 use crate::bvh::simd::dispatch_lanes;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Aabb;
-use crate::parallel_resize::resize_with;
+use crate::parallel_resize::{resize_with, resize_zeroed};
 
 const CHUNK: usize = 1 << 11;
 const BITS_PER_AXIS: u32 = 21;
@@ -42,8 +42,8 @@ pub(crate) struct Grid {
 #[derive(Debug, Default)]
 pub(crate) struct MortonOrder {
     keys: Vec<Key>,
-    /// Code of each reference, in the order of the references.
-    codes: Vec<u64>,
+    /// Lower bits of the code of each reference, in the order of the references.
+    lower: Vec<u32>,
     scratch: radix_sort::Scratch,
 }
 
@@ -57,12 +57,12 @@ impl MortonOrder {
     ) -> Result<(), Cancelled> {
         let grid = Grid::around(centers);
         resize_with(&mut self.keys, references.len(), Key::default);
-        resize_with(&mut self.codes, references.len(), || 0);
+        resize_zeroed(&mut self.lower, references.len(), 0);
         let level = Level::new();
-        let chunks = self.keys.par_chunks_mut(CHUNK).zip(self.codes.par_chunks_mut(CHUNK));
+        let chunks = self.keys.par_chunks_mut(CHUNK).zip(self.lower.par_chunks_mut(CHUNK));
         chunks.zip(references.par_chunks(CHUNK)).enumerate().for_each(
-            |(chunk, ((keys, codes), references))| {
-                dispatch_lanes!(level, simd => grid.fill(simd, references, chunk * CHUNK, keys, codes));
+            |(chunk, ((keys, lower), references))| {
+                dispatch_lanes!(level, simd => grid.fill(simd, references, chunk * CHUNK, keys, lower));
             },
         );
         radix_sort::sort(&mut self.keys, INDEX_BITS..u64::BITS, &mut self.scratch, cancel)?;
@@ -83,7 +83,13 @@ impl MortonOrder {
     /// Code of the reference at a position.
     #[inline(always)]
     pub(crate) fn code(&self, position: usize) -> u64 {
-        self.codes[self.index(position) as usize]
+        load(&self.keys[position]) >> INDEX_BITS << LOWER_BITS | self.lower(position)
+    }
+
+    /// Lower bits of the code of the reference at a position.
+    #[inline(always)]
+    fn lower(&self, position: usize) -> u64 {
+        u64::from(self.lower[self.index(position) as usize])
     }
 
     /// Difference of the keys at `position` and the next one. Differences compare like the highest bit in which the codes differ.
@@ -95,7 +101,7 @@ impl MortonOrder {
         if upper != 0 {
             return upper << LOWER_BITS | CODES;
         }
-        match self.code(position) ^ self.code(position + 1) {
+        match self.lower(position) ^ self.lower(position + 1) {
             0 => (position ^ (position + 1)) as u64,
             lower => lower | CODES,
         }
@@ -103,7 +109,7 @@ impl MortonOrder {
 
     /// Sorts runs of keys with equal upper bits by the lower bits.
     fn sort_runs(&mut self, cancel: &CancelFlag) -> Result<(), Cancelled> {
-        let Self { keys, codes, .. } = self;
+        let Self { keys, lower, .. } = self;
         let keys = keys.as_slice();
         (0..keys.len().div_ceil(CHUNK)).into_par_iter().try_for_each(|chunk| {
             cancel.check()?;
@@ -117,7 +123,7 @@ impl MortonOrder {
             while position < end {
                 let run = keys[position..].windows(2).take_while(|pair| are_in_one_run(pair)).count() + 1;
                 if run > 1 {
-                    sort_run(&keys[position..position + run], codes);
+                    sort_run(&keys[position..position + run], lower);
                 }
                 position += run;
             }
@@ -131,11 +137,11 @@ fn are_in_one_run(pair: &[Key]) -> bool {
 }
 
 /// Sorts a run by the lower bits of its codes, then by index.
-fn sort_run(run: &[Key], codes: &[u64]) {
+fn sort_run(run: &[Key], lower: &[u32]) {
     let upper = load(&run[0]) & !INDEX_MASK;
     let lower_first = |key: &Key| {
         let index = load(key) & INDEX_MASK;
-        (codes[index as usize] & LOWER_MASK) << INDEX_BITS | index
+        u64::from(lower[index as usize]) << INDEX_BITS | index
     };
     let put =
         |position: usize, sorted: u64| run[position].store(upper | sorted & INDEX_MASK, Ordering::Relaxed);
@@ -170,7 +176,7 @@ impl Grid {
         }
     }
 
-    /// Computes the codes and keys of references, of which the first has the index `first`.
+    /// Computes the keys of references, of which the first has the index `first`, and the lower bits of their codes.
     #[inline(always)]
     fn fill<S: Simd>(
         &self,
@@ -178,13 +184,15 @@ impl Grid {
         references: &[Reference],
         first: usize,
         keys: &mut [Key],
-        codes: &mut [u64],
+        lower: &mut [u32],
     ) {
-        for (code, reference) in codes.iter_mut().zip(references) {
-            *code = self.code(reference.bounds.center());
+        for (key, reference) in keys.iter_mut().zip(references) {
+            *key.get_mut() = self.code(reference.bounds.center());
         }
-        for (index, (key, code)) in (first..).zip(keys.iter_mut().zip(codes)) {
-            *key.get_mut() = *code >> LOWER_BITS << INDEX_BITS | index as u64;
+        for (index, (key, lower)) in (first as u64..).zip(keys.iter_mut().zip(lower)) {
+            let code = *key.get_mut();
+            *key.get_mut() = code >> LOWER_BITS << INDEX_BITS | index;
+            *lower = (code & LOWER_MASK) as u32;
         }
     }
 
@@ -234,7 +242,7 @@ pub(crate) mod tests {
         let key = |(i, code): (usize, &u64)| Key::new(code >> LOWER_BITS << INDEX_BITS | i as u64);
         MortonOrder {
             keys: codes.iter().enumerate().map(key).collect(),
-            codes: codes.to_vec(),
+            lower: codes.iter().map(|code| (code & LOWER_MASK) as u32).collect(),
             scratch: radix_sort::Scratch::default(),
         }
     }

@@ -13,9 +13,9 @@ const BYTES_A_TAG: u128 = (size_of::<TriangleFlags>() + size_of::<u32>()) as u12
 const BYTES_A_NODE: u128 =
     (size_of::<LocalTransform>() + size_of::<Mat4>() + size_of::<bool>() + size_of::<Option<Vec<f32>>>())
         as u128;
-/// A reference: its box (32), keys and scratch of the sort (24), a node and an index of the binary tree (68), a slot (40), its share
+/// A reference: its box (28), keys and scratch of the sort (20), a third of a node and an index of the binary tree (26), a slot (40), its share
 /// of wide nodes before and after they are joined (40), lists of leaves (6).
-const BYTES_A_REFERENCE: u128 = 210;
+const BYTES_A_REFERENCE: u128 = 160;
 /// A reference that splitting adds: as above, and its box in the lists of parts (64).
 pub(super) const BYTES_A_SPLIT_REFERENCE: u128 = BYTES_A_REFERENCE + 64;
 /// A leaf's data for refitting, for each reference.

@@ -2,8 +2,6 @@
 
 use glam::Vec3;
 
-use super::watertight::is_within;
-
 /// Ray `origin + t · direction` for `t` in the open interval (`t_min`, `t_max`).
 ///
 /// The direction need not have unit length. `t` is measured in multiples of its length.
@@ -35,4 +33,10 @@ impl Ray {
     pub fn at(&self, t: f32) -> Vec3 {
         self.origin + self.direction * t
     }
+}
+
+/// Whether a hit at `t` counts; subnormal distances are zero.
+#[inline(always)]
+pub(super) fn is_within(t: f32, t_min: f32, t_max: f32) -> bool {
+    t > t_min && t < t_max && t >= f32::MIN_POSITIVE
 }

@@ -33,8 +33,8 @@
 
 use glam::Vec3;
 
-use super::Ray;
 use super::hit::{Facing, TriangleHit};
+use super::ray::{Ray, is_within};
 
 /// Growth of bounding boxes that makes the slab test conservative, relative to the largest coordinate.
 pub(crate) const BOX_PADDING: f32 = 1.0 / (1 << 21) as f32;
@@ -147,12 +147,6 @@ impl ShearedRay {
         let z = point[2] - self.origin[2];
         [f64::from(x - self.shear[0] * z), f64::from(y - self.shear[1] * z), f64::from(z)]
     }
-}
-
-/// Whether a hit at `t` counts; subnormal distances are zero.
-#[inline(always)]
-pub(super) fn is_within(t: f32, t_min: f32, t_max: f32) -> bool {
-    t > t_min && t < t_max && t >= f32::MIN_POSITIVE
 }
 
 /// Edge functions of sheared corners. The corners are `f32` numbers, so the signs are exact.

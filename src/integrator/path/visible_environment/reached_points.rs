@@ -10,7 +10,7 @@ use crate::integrator::local_frame::local_frame;
 use crate::integrator::random::hash;
 use crate::integrator::unit_interval;
 use crate::integrator::walls::is_wall;
-use crate::integrator::{CameraRays, Seed, TRANSPARENCY_LIMIT};
+use crate::integrator::{CameraRays, Seed};
 use crate::interaction::SurfacePoint;
 use crate::scene_view::SceneView;
 
@@ -18,6 +18,8 @@ use crate::scene_view::SceneView;
 const CAMERA_RAYS: u32 = 2048;
 /// Surfaces along the path of each.
 const SURFACES: u32 = 3;
+/// Surfaces at which a ray looks for a wall.
+const SURFACES_PASSED: u32 = 256;
 /// The image that they cover, whatever the size of the one that is rendered: crops and tiles share the points. What only a taller image shows may have
 /// no entry, and is lit by samples of the radiance alone.
 const IMAGE: (u32, u32) = (1600, 900);
@@ -48,10 +50,10 @@ pub(super) fn reached_points(view: SceneView<'_>) -> Vec<ReachedPoint> {
     paths.collect::<Vec<_>>().concat()
 }
 
-/// The first surface that no light passes, behind [`TRANSPARENCY_LIMIT`] others at most.
+/// The first surface that no light passes, behind fewer than [`SURFACES_PASSED`] others.
 fn first_wall(view: SceneView<'_>, ray: &Ray) -> Option<ReachedPoint> {
     let mut after = None;
-    for _ in 0..TRANSPARENCY_LIMIT {
+    for _ in 0..SURFACES_PASSED {
         let hit = view.bvh.closest_hit(ray, after, |_| true, &mut TraversalCounters::default())?;
         if is_wall(view, &hit, |_| true) {
             let point = SurfacePoint::flat(view, ray, &hit);

@@ -85,9 +85,9 @@ mod tests {
         let pose = 10 * (36 + 1 + 4) + 7 * 40;
         assert_eq!(counts.pose_bytes(), pose);
         let bytes = |moves, is_recorded| counts.frame_bytes(Motion { moves, is_recorded });
-        assert_eq!(bytes(false, false), pose + 10 * 210);
-        assert_eq!(bytes(true, false), 2 * pose + 10 * 240);
-        assert_eq!(bytes(true, true), 4 * pose + 10 * 240);
+        assert_eq!(bytes(false, false), pose + 10 * 160);
+        assert_eq!(bytes(true, false), 2 * pose + 10 * 190);
+        assert_eq!(bytes(true, true), 4 * pose + 10 * 190);
         let nodes = PosedCounts { nodes: 3, ..PosedCounts::default() };
         assert_eq!(nodes.frame_bytes(Motion::default()), 3 * BYTES_A_NODE);
         let moves = Motion { moves: true, is_recorded: false };

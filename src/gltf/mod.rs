@@ -8,7 +8,7 @@
 //! Each step has its own file:
 //!
 //! - Reading: `container` splits the file, `document` parses and repairs the JSON, `extensions` checks the extensions (with `extension_names`),
-//!   `resources` and `uri` load external files.
+//!   `resources` and `uri` load external files, and `named_files` lists them.
 //! - Data: `bounds` checks accessors, `accessor` reads them, `meshopt` and `draco` decompress.
 //! - Scene: `mesh`, `material`, `variants`, `image` (with `encoded_image` and `image_budget`), `mip_maps`, `node`, `skin`,
 //!   `instancing`, `camera`, `light`, `image_light` and `animation` (with `pointer`, `keyframe_checks` and `animated_order`).
@@ -54,6 +54,7 @@ mod mesh;
 mod meshopt;
 mod mip_maps;
 mod morph;
+mod named_files;
 mod node;
 mod normals;
 mod options;
@@ -79,6 +80,7 @@ use crate::error::{Error, Result, Warning};
 use crate::scene::Scene;
 
 pub use extensions::{ExtensionSupport, extension_support};
+pub use named_files::named_files;
 pub use options::{ImageLoading, ImportOptions};
 
 use accessor::{Data, DecodedAccessors};

@@ -139,6 +139,22 @@ fn changes_of_the_scene_and_its_buffer_are_rendered_and_errors_are_reported() {
 }
 
 #[test]
+fn a_buffer_that_was_truncated_at_first_is_watched() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_scene(folder, "1, 0, 0");
+    write_corners(folder, 1.0);
+    let whole = std::fs::read(folder.join("corners.bin")).unwrap();
+    std::fs::write(folder.join("corners.bin"), &whole[..20]).unwrap();
+    let mut watching = watch(folder, &[&["a.gltf", "-o", "look.png"], &SIZE[..]].concat());
+    wait_until(folder, "the error", || told(folder).contains("truncated"));
+    write_corners(folder, 1.0);
+    let expected = rendered(folder, &[&["a.gltf"], &SIZE[..]].concat());
+    wait_for(folder, "the image of the whole buffer", &expected);
+    assert_eq!(terminate(&mut watching), Some(15));
+}
+
+#[test]
 fn changes_of_the_shot_file_are_rendered() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

@@ -27,7 +27,7 @@ use super::signals;
 use super::summary::summary;
 use super::warnings::report_warnings;
 use rayframe::error::{Provenance, SettingError};
-use rayframe::gltf::ImageLoading;
+use rayframe::gltf::{ImageLoading, named_files};
 use rayframe::sequence::FrameSpec;
 use rayframe::settings::{ProgressStyle, SettingValues};
 use rayframe::shot::{RenderJob, ShotSettings, resolve};
@@ -94,7 +94,12 @@ impl Watch<'_> {
         let mut shot = self.options.settings()?;
         self.files.add([shot.scene.clone()]);
         settle_for_one(&mut shot);
-        self.render_shot(&shot).map_err(|error| shot.settings.locate(error))
+        let rendered = self.render_shot(&shot);
+        if rendered.as_ref().is_err_and(|error| error.exit_code() == exit_code::INVALID) {
+            // The error names the scene, and what repairs it may be a file that the scene names.
+            self.files.add(named_files(&shot.scene));
+        }
+        rendered.map_err(|error| shot.settings.locate(error))
     }
 
     fn render_shot(&mut self, shot: &ShotSettings) -> Result<()> {

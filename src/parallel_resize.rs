@@ -14,8 +14,8 @@ pub(crate) fn resize_with<T: Send>(list: &mut Vec<T>, count: usize, value: impl 
     list.par_extend((0..missing).into_par_iter().with_min_len(VALUES_PER_TASK).map(|_| value()));
 }
 
-/// Resizes `list` to `count` values, where new ones are `zero`, all of whose bits are clear. A new list comes zeroed from the operating
-/// system, so that only what is written to costs anything.
+/// Resizes `list` to `count` values, where new ones are `zero`, all of whose bits are clear. Old ones are kept where the list's memory suffices, and
+/// are `zero`, too, where it does not. Large lists come zeroed from the operating system, so that only what is written to costs anything.
 pub(crate) fn resize_zeroed<T: Copy>(list: &mut Vec<T>, count: usize, zero: T) {
     if list.capacity() < count {
         *list = Vec::new();
@@ -28,6 +28,18 @@ pub(crate) fn resize_zeroed<T: Copy>(list: &mut Vec<T>, count: usize, zero: T) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn new_values_are_zero_and_old_ones_zero_or_kept() {
+        let mut list = vec![7_u32; 3];
+        resize_zeroed(&mut list, 70_000, 0);
+        assert_eq!(list, vec![0; 70_000]);
+        list[1] = 5;
+        resize_zeroed(&mut list, 2, 0);
+        assert_eq!(list, [0, 5]);
+        resize_zeroed(&mut list, 4, 0);
+        assert_eq!(list, [0, 5, 0, 0]);
+    }
 
     #[test]
     fn lists_are_as_after_a_serial_resize() {

@@ -38,7 +38,7 @@ impl Bvh {
     }
 
     /// Closest visible hit of `ray` after `after`. Back faces of single-sided triangles are ignored. `filter` accepts or
-    /// rejects hits with filtered triangles and is not called for others, transmissive ones included.
+    /// rejects hits with filtered triangles and is not called for others; being transmissive does not matter here.
     pub fn closest_hit(
         &self,
         ray: &Ray,

@@ -8,12 +8,12 @@ pub struct TriangleFlags(pub u8);
 impl TriangleFlags {
     /// The back face is invisible to [`crate::bvh::Bvh::closest_hit`]; the other queries see it.
     pub const SINGLE_SIDED: Self = Self(1);
-    /// A hit counts only where the query's filter accepts it.
+    /// A hit counts only where the filter of the query accepts it, whatever the query.
     pub const FILTERED: Self = Self(2);
     /// The triangle is left out of the hierarchy (hidden, or of zero area); its index stays taken.
     pub const HIDDEN: Self = Self(4);
-    /// Lets light through but is seen all over: [`crate::bvh::Bvh::closest_hit`] counts every hit, while the other queries
-    /// ask their filters as for [`TriangleFlags::FILTERED`].
+    /// Lets light through: the queries that see either side ask their filters, and [`crate::bvh::Bvh::closest_hit`] does not because
+    /// of this flag.
     pub const TRANSMISSIVE: Self = Self(8);
 
     /// Union of both sets.

@@ -266,3 +266,24 @@ impl WideNode {
         Aabb { min: Vec3::new(x0, y0, z0), max: Vec3::new(x1, y1, z1) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tags_keep_indices_and_all_flags_of_traversal() {
+        let all = TriangleFlags::SINGLE_SIDED
+            .with(TriangleFlags::FILTERED)
+            .with(TriangleFlags::TRANSMISSIVE)
+            .with(TriangleFlags::HIDDEN);
+        for triangle in [0, 1, SLOT_MASK] {
+            for bits in 0..=all.0 {
+                let tag = Tag::of(Tag::new(triangle, TriangleFlags(bits)).word());
+                assert_eq!(tag.triangle(), triangle);
+                assert_eq!(tag.flags(), TriangleFlags(bits & !TriangleFlags::HIDDEN.0));
+                assert!(!tag.word().is_subnormal());
+            }
+        }
+    }
+}

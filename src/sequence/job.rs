@@ -77,6 +77,11 @@ impl SequenceJob {
         PreviewLook { exposure_ev, tone: self.tone, background: self.display_background }
     }
 
+    /// Whether surfaces are posed at several times, besides those of pixel centres.
+    pub(super) fn poses_again(&self) -> bool {
+        !self.selection.clips.is_empty() && (self.frames.len() > 1 || self.shutter.time_samples > 1)
+    }
+
     /// Whether rendering needs the exposure: display values decide about samples, or are shown while a time limit runs.
     pub(super) fn renders_by_exposure(&self) -> bool {
         self.render.decides_by_display_values() || self.render.path.time_limit_seconds.is_some()

@@ -22,7 +22,7 @@ use crate::render::{PathFrame, tile_count};
 use crate::scene::{Material, Scene, SelectedCamera, Selection};
 
 pub use pixels::PixelMemory;
-use surfaces::{BYTES_A_SPLIT_REFERENCE, Motion, PosedCounts};
+use surfaces::{Motion, PosedCounts, bytes_a_part};
 
 use super::SequenceJob;
 use super::bands::{least_rows, rows_of, whole_frame_setting};
@@ -80,17 +80,18 @@ fn frame_bytes(job: &SequenceJob, window: PixelWindow, has_next: bool) -> u128 {
         stores_sums: job.checkpoint || job.render.path.sample_range.is_some(),
         is_denoised: job.denoiser.is_some(),
     };
-    let motion = Motion {
-        moves: !job.selection.clips.is_empty() && (job.frames.len() > 1 || job.shutter.time_samples > 1),
-        is_recorded: job.exr.aov_flags().centers,
-    };
     image.bytes(has_next)
         + preview
         + plate
         + tile_bytes(job, window, counts.lights.into())
         + environment_bytes(job)
         + photon_bytes(job)
-        + counts.frame_bytes(motion)
+        + counts.frame_bytes(job.build.builder, motion(job))
+}
+
+/// What poses the surfaces of a job anew.
+fn motion(job: &SequenceJob) -> Motion {
+    Motion { moves: job.poses_again(), is_recorded: job.exr.aov_flags().centers }
 }
 
 /// Bytes of the tiles that are traced at a time, of a scene with so many punctual lights.
@@ -154,7 +155,8 @@ pub(super) fn reference_budget(job: &SequenceJob) -> f32 {
     }
     let free = limit.saturating_sub(needed);
     let triangles = triangle_count(&job.scene, &job.selection.roots).max(1);
-    let affordable = 1.0 + free as f64 / (triangles as f64 * BYTES_A_SPLIT_REFERENCE as f64);
+    let bytes_a_part = bytes_a_part(job.build.builder, motion(job));
+    let affordable = 1.0 + free as f64 / (triangles as f64 * bytes_a_part as f64);
     f64::from(job.build.reference_budget).min(affordable) as f32
 }
 

@@ -73,12 +73,19 @@ impl PosedFrames {
         let bvh = self.builder.build(triangles, flags, &settings, cancel, recycled)?;
         *seconds = Phases::of_build(seconds.pose, &bvh.statistics());
         self.bvh = Some(bvh);
-        if job.selection.clips.is_empty() {
-            // Nothing moves, so that this tree is the last one. Its builder may hold more memory than the tree.
-            let builder = std::mem::take(&mut self.builder);
-            rayon::spawn(move || drop(builder));
+        if !job.poses_again() {
+            self.free_builder();
         }
         Ok(false)
+    }
+
+    /// Frees the memory of the builder after the last tree, of which it may hold several times the bytes.
+    fn free_builder(&mut self) {
+        let builder = std::mem::take(&mut self.builder);
+        // A pool of one thread would not start the task before the run ends.
+        if rayon::current_num_threads() > 1 {
+            rayon::spawn(move || drop(builder));
+        }
     }
 
     /// Records the pixel-centre samples at the frame's own time, with motion vectors.

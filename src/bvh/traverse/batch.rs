@@ -40,7 +40,7 @@ pub(crate) struct Batch<'a> {
     pub(crate) tree: &'a WideTree,
     /// The rays.
     pub(crate) rays: &'a [Ray],
-    /// Accepts or rejects hits with filtered triangles.
+    /// Accepts or rejects hits with filtered triangles, and of occlusion queries those with transmissive ones.
     pub(crate) filter: BatchFilter<'a>,
 }
 

@@ -1,4 +1,4 @@
-//! Exact hits of a packet's rays with their closest triangles, by the definition of a hit in lanes.
+//! Exact hits of a packet's rays with their closest triangles, or with one, by the definition of a hit in lanes.
 //!
 //! Performs the operations of [`crate::geometry::ShearedRay::intersect_known`] in the same order, so both give the same bits.
 
@@ -24,7 +24,7 @@ pub(super) struct ExactHits {
     v: [f32; LANES],
     /// Lanes that hit the front.
     front: u32,
-    /// Lanes that have a hit.
+    /// Lanes that have a hit; of one triangle alone, all.
     hit: u32,
 }
 

@@ -23,7 +23,7 @@ pub(super) struct PacketRays<'a> {
     pub(super) rays: &'a [Ray],
     /// Indices of binned rays, which the filter gets; otherwise it gets indices in `rays`.
     pub(super) indices: Option<&'a [u8]>,
-    /// Accepts or rejects hits with filtered triangles.
+    /// Accepts or rejects hits with filtered triangles, and of occlusion queries those with transmissive ones.
     pub(super) filter: BatchFilter<'a>,
 }
 

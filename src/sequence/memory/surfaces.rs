@@ -2,7 +2,7 @@
 
 use glam::Mat4;
 
-use crate::bvh::TriangleFlags;
+use crate::bvh::{BuilderKind, TriangleFlags};
 use crate::frame::{MeshInstance, PosedVertex};
 use crate::geometry::Triangle;
 use crate::scene::{LocalTransform, NodeIndex, Scene};
@@ -13,11 +13,13 @@ const BYTES_A_TAG: u128 = (size_of::<TriangleFlags>() + size_of::<u32>()) as u12
 const BYTES_A_NODE: u128 =
     (size_of::<LocalTransform>() + size_of::<Mat4>() + size_of::<bool>() + size_of::<Option<Vec<f32>>>())
         as u128;
-/// A reference: its box (28), keys and scratch of the sort (20), a third of a node and an index of the binary tree (26), a slot (40), its share
-/// of wide nodes before and after they are joined (40), lists of leaves (6).
-const BYTES_A_REFERENCE: u128 = 160;
-/// A reference that splitting adds: as above, and its box in the lists of parts (64).
-pub(super) const BYTES_A_SPLIT_REFERENCE: u128 = BYTES_A_REFERENCE + 64;
+/// A reference: its box (32), keys and scratch of the sort (20), an index and at most a third of a node of the binary tree (26), a slot (40), its
+/// share of wide nodes before and after they are joined (40), lists of leaves (6).
+const BYTES_A_REFERENCE: u128 = 164;
+/// Karras' tree of a reference: the rest of a node of the binary tree (43), a key (16), a node and its parent (24), and its box with a counter (44).
+const BYTES_A_RADIX_NODE: u128 = 127;
+/// A reference that splitting adds: its box in the lists of parts, besides the above.
+const BYTES_A_PART: u128 = 64;
 /// A leaf's data for refitting, for each reference.
 const BYTES_A_REFITTED_REFERENCE: u128 = 30;
 
@@ -39,6 +41,18 @@ pub(super) struct Motion {
     pub(super) moves: bool,
     /// The frames before and after are posed, for motion vectors.
     pub(super) is_recorded: bool,
+}
+
+/// Bytes of a reference in the build of a tree, and in the data for refitting where that is kept.
+fn bytes_a_reference(builder: BuilderKind, motion: Motion) -> u128 {
+    let radix_tree = if builder == BuilderKind::Karras { BYTES_A_RADIX_NODE } else { 0 };
+    let refitting = if motion.moves { BYTES_A_REFITTED_REFERENCE } else { 0 };
+    BYTES_A_REFERENCE + radix_tree + refitting
+}
+
+/// The same for a reference that splitting adds.
+pub(super) fn bytes_a_part(builder: BuilderKind, motion: Motion) -> u128 {
+    bytes_a_reference(builder, motion) + BYTES_A_PART
 }
 
 impl PosedCounts {
@@ -65,13 +79,12 @@ impl PosedCounts {
     }
 
     /// Bytes of the poses of a frame, and of its BVH without splits.
-    pub(super) fn frame_bytes(self, motion: Motion) -> u128 {
+    pub(super) fn frame_bytes(self, builder: BuilderKind, motion: Motion) -> u128 {
         let poses = 1 + u128::from(motion.moves) + if motion.is_recorded { 2 } else { 0 };
-        let refitting = if motion.moves { BYTES_A_REFITTED_REFERENCE } else { 0 };
         // Poses that are made again keep what the nodes were before.
         let nodes = u128::from(self.nodes) * (1 + u128::from(motion.moves));
         poses * (self.pose_bytes() + nodes * BYTES_A_NODE)
-            + u128::from(self.triangles) * (BYTES_A_REFERENCE + refitting)
+            + u128::from(self.triangles) * bytes_a_reference(builder, motion)
     }
 }
 
@@ -84,13 +97,15 @@ mod tests {
         let counts = PosedCounts { triangles: 10, vertices: 7, instances: 0, lights: 0, nodes: 0 };
         let pose = 10 * (36 + 1 + 4) + 7 * 40;
         assert_eq!(counts.pose_bytes(), pose);
-        let bytes = |moves, is_recorded| counts.frame_bytes(Motion { moves, is_recorded });
-        assert_eq!(bytes(false, false), pose + 10 * 160);
-        assert_eq!(bytes(true, false), 2 * pose + 10 * 190);
-        assert_eq!(bytes(true, true), 4 * pose + 10 * 190);
+        let builder = BuilderKind::Auto;
+        let bytes = |moves, is_recorded| counts.frame_bytes(builder, Motion { moves, is_recorded });
+        assert_eq!(bytes(false, false), pose + 10 * 164);
+        assert_eq!(bytes(true, false), 2 * pose + 10 * 194);
+        assert_eq!(bytes(true, true), 4 * pose + 10 * 194);
+        assert_eq!(counts.frame_bytes(BuilderKind::Karras, Motion::default()), pose + 10 * 291);
         let nodes = PosedCounts { nodes: 3, ..PosedCounts::default() };
-        assert_eq!(nodes.frame_bytes(Motion::default()), 3 * BYTES_A_NODE);
+        assert_eq!(nodes.frame_bytes(builder, Motion::default()), 3 * BYTES_A_NODE);
         let moves = Motion { moves: true, is_recorded: false };
-        assert_eq!(nodes.frame_bytes(moves), 2 * 2 * 3 * BYTES_A_NODE);
+        assert_eq!(nodes.frame_bytes(builder, moves), 2 * 2 * 3 * BYTES_A_NODE);
     }
 }

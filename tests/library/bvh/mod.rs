@@ -18,7 +18,11 @@ fn flags(n: usize) -> Vec<TriangleFlags> {
             1 => TriangleFlags::FILTERED,
             2 => TriangleFlags::FILTERED.with(TriangleFlags::SINGLE_SIDED),
             3 if i % 12 == 3 => TriangleFlags::HIDDEN,
-            4 => TriangleFlags::TRANSMISSIVE,
+            4 => [
+                TriangleFlags::TRANSMISSIVE,
+                TriangleFlags::TRANSMISSIVE.with(TriangleFlags::SINGLE_SIDED),
+                TriangleFlags::TRANSMISSIVE.with(TriangleFlags::FILTERED),
+            ][i / 6 % 3],
             _ => TriangleFlags::default(),
         })
         .collect()

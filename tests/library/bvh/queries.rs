@@ -113,13 +113,37 @@ fn batches(triangles: &[Triangle], random: &mut Random) -> Vec<Vec<Ray>> {
     batches
 }
 
+/// Rays that begin or end at the first hits of `rays`, a float before or behind them.
+fn limited(triangles: &[Triangle], rays: &[Ray]) -> Vec<Ray> {
+    let flags = vec![TriangleFlags::default(); triangles.len()];
+    let settings = settings(BuilderKind::BruteForce, Split::Off, SimdLevel::Scalar);
+    let brute_force = build(triangles, &flags, &settings);
+    let limited = |(i, ray): (usize, &Ray)| {
+        let any = |_: &Hit| true;
+        let hit = brute_force.closest_hit_of_any_side(ray, None, any, &mut TraversalCounters::default());
+        let t = hit.map_or(1.0, |hit| hit.t);
+        match i % 7 {
+            0 => Ray { t_max: t, ..*ray },
+            1 => Ray { t_max: t.next_up(), ..*ray },
+            2 => Ray { t_max: t.next_down(), ..*ray },
+            3 => Ray { t_min: t, ..*ray },
+            4 => Ray { t_min: t.next_up(), ..*ray },
+            5 => Ray { t_min: t.next_down(), ..*ray },
+            _ => Ray { t_min: -t, ..*ray },
+        }
+    };
+    rays.iter().enumerate().map(limited).collect()
+}
+
 #[test]
 fn batches_equal_single_rays() {
     let mut random = Random(6);
     let mut hits = 0;
     for (name, triangles) in inputs() {
         let flags = flags(triangles.len());
-        let batches = batches(&triangles, &mut random);
+        let mut batches = batches(&triangles, &mut random);
+        let at_limits: Vec<_> = batches.iter().map(|rays| limited(&triangles, rays)).collect();
+        batches.extend(at_limits);
         let brute_force =
             build(&triangles, &flags, &settings(BuilderKind::BruteForce, Split::Off, SimdLevel::Scalar));
         // The filter depends on the index of the ray: every third one sees other parts.

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::bsdf::cosine_direction;
-use crate::bvh::TraversalCounters;
+use crate::bvh::{Hit, TraversalCounters};
 use crate::geometry::Ray;
 use crate::integrator::local_frame::local_frame;
 use crate::integrator::random::hash;
@@ -18,8 +18,8 @@ use crate::scene_view::SceneView;
 const CAMERA_RAYS: u32 = 2048;
 /// Surfaces along the path of each.
 const SURFACES: u32 = 3;
-/// Surfaces at which a ray looks for a wall.
-const SURFACES_PASSED: u32 = 256;
+/// Surfaces of glass that a ray passes on its way to a wall.
+const PANES_PASSED: u32 = 256;
 /// The image that they cover, whatever the size of the one that is rendered: crops and tiles share the points. What only a taller image shows may have
 /// no entry, and is lit by samples of the radiance alone.
 const IMAGE: (u32, u32) = (1600, 900);
@@ -50,12 +50,14 @@ pub(super) fn reached_points(view: SceneView<'_>) -> Vec<ReachedPoint> {
     paths.collect::<Vec<_>>().concat()
 }
 
-/// The first surface that no light passes, behind fewer than [`SURFACES_PASSED`] others.
+/// The first surface that no light passes, behind fewer than [`PANES_PASSED`] of glass.
 fn first_wall(view: SceneView<'_>, ray: &Ray) -> Option<ReachedPoint> {
+    let hides = |hit: &Hit| is_wall(view, hit, |_| true);
     let mut after = None;
-    for _ in 0..SURFACES_PASSED {
-        let hit = view.bvh.closest_hit(ray, after, |_| true, &mut TraversalCounters::default())?;
-        if is_wall(view, &hit, |_| true) {
+    for _ in 0..PANES_PASSED {
+        let hit = view.bvh.closest_hit(ray, after, hides, &mut TraversalCounters::default())?;
+        // Glass is found without the filter.
+        if hides(&hit) {
             let point = SurfacePoint::flat(view, ray, &hit);
             return Some(ReachedPoint { position: point.origin_outside(), normal: point.geometric_normal });
         }

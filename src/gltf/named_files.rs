@@ -14,7 +14,7 @@ const PROPERTIES: [&str; 2] = ["buffers", "images"];
 
 /// The files of buffers and images that the scene at `path` names, whether they are there or not. Empty where the scene itself cannot be read.
 ///
-/// Unlike an import, this needs none of the files to be whole: a program that waits for a broken one to be repaired can watch them.
+/// Unlike an import, this needs none of the files to be whole: a program can watch them until a broken one is repaired.
 pub fn named_files(path: &Path) -> Vec<PathBuf> {
     let mut context = Context::new(path, ImportOptions::default().max_memory_bytes);
     let Ok(file) = container::read(&mut context) else { return Vec::new() };

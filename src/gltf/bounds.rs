@@ -14,7 +14,7 @@ use super::document::Document;
 use super::formats::Format;
 use crate::error::Result;
 
-/// AllowedFormats range of `byteStride`, bytes.
+/// Allowed range of `byteStride`, bytes.
 const STRIDE_BYTES: std::ops::RangeInclusive<usize> = 4..=252;
 
 /// Range of elements in a buffer view, as an accessor declares it.

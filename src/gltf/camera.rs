@@ -54,7 +54,8 @@ fn perspective(
         None => None,
     };
     let z_near = positive(context, perspective.znear, pointer, "znear")?;
-    let z_far = match perspective.zfar {
+    // Some programs write the largest 64-bit float for none.
+    let z_far = match perspective.zfar.filter(|far| *far != f32::INFINITY) {
         Some(far) => Some(positive(context, far, pointer, "zfar")?),
         None => None,
     };
@@ -73,7 +74,7 @@ fn orthographic(
         warn_of_negative_magnification(context, pointer);
     }
     let z_near = check_range(context, orthographic.znear, &NOT_NEGATIVE, &format!("{pointer}/znear"))?;
-    let z_far = positive(context, orthographic.zfar, pointer, "zfar")?;
+    let z_far = positive(context, orthographic.zfar.min(f32::MAX), pointer, "zfar")?;
     check_planes(context, z_near, z_far, pointer)?;
     Ok(Projection::Orthographic {
         x_mag: positive(context, orthographic.xmag.abs(), pointer, "xmag")?,

@@ -1,11 +1,13 @@
 //! Steps of world coordinates, which are 32-bit floats: far from the origin they round vertices, cameras and rays visibly.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use glam::{DMat4, DVec3, Mat4};
 use rayon::prelude::*;
 
 use crate::error::Warning;
 use crate::geometry::Aabb;
-use crate::scene::{Mesh, Node, NodeIndex, Scene, Skin};
+use crate::scene::{Mesh, MeshIndex, Node, NodeIndex, Scene, Skin, SkinIndex};
 
 /// Largest step over the width of a mesh that images do not show.
 const LARGEST_SHARE: f64 = 1e-3;
@@ -63,12 +65,9 @@ impl CenteredBox {
     }
 }
 
-/// The boxes of a mesh in world space: one for each instance, or one around all joints.
-fn world_boxes(of_mesh: CenteredBox, node: &Node, world: &Mat4, of_joints: &[Vec<Mat4>]) -> Vec<CenteredBox> {
+/// The boxes of a mesh in world space: one for each instance.
+fn world_boxes(of_mesh: CenteredBox, node: &Node, world: &Mat4) -> Vec<CenteredBox> {
     let transformed = |matrix: Mat4| of_mesh.transformed(&matrix.as_dmat4());
-    if let Some(joints) = node.skin.and_then(|skin| of_joints.get(skin.index())) {
-        return joints.iter().copied().map(transformed).reduce(CenteredBox::union).into_iter().collect();
-    }
     match &node.instances {
         Some(instances) => instances.iter().map(|instance| transformed(*world * *instance)).collect(),
         None => vec![transformed(*world)],
@@ -88,21 +87,34 @@ pub(super) fn coordinate_steps(scene: &Scene) -> Option<Warning> {
     let mut world = Vec::new();
     scene.world_matrices(&at_rest, &mut world);
     let of_joints: Vec<_> = scene.skins.iter().map(|skin| joint_matrices(skin, &world)).collect();
-    let boxes_of = |index: NodeIndex| {
+    // Many nodes may show a mesh by one skin: one box around all joints.
+    let mut of_skinned = BTreeMap::<(MeshIndex, SkinIndex), Option<CenteredBox>>::new();
+    let mut boxes_of = |index: NodeIndex| {
         let node = scene.nodes.get(index.index())?;
         let mesh = node.mesh?;
         let of_mesh = (*of_meshes.get(mesh.index())?)?;
-        let boxes = world_boxes(of_mesh, node, world.get(index.index())?, &of_joints);
-        Some(boxes.into_iter().map(move |world_box| (world_box, of_mesh, mesh, index)))
+        let boxes = match node.skin.and_then(|skin| Some((skin, of_joints.get(skin.index())?))) {
+            Some((skin, joints)) => {
+                let transformed = |matrix: &Mat4| of_mesh.transformed(&matrix.as_dmat4());
+                let around = || joints.iter().map(transformed).reduce(CenteredBox::union);
+                of_skinned.entry((mesh, skin)).or_insert_with(around).iter().copied().collect()
+            }
+            None => world_boxes(of_mesh, node, world.get(index.index())?),
+        };
+        Some(boxes.into_iter().map(|world_box| (world_box, of_mesh, mesh, index)).collect::<Vec<_>>())
     };
+    let of_nodes: Vec<_> = (0..scene.nodes.len() as u32).map(|index| boxes_of(NodeIndex(index))).collect();
     let of_scene = |roots: &[NodeIndex]| {
-        let boxes: Vec<_> = scene.nodes_below(roots).into_iter().filter_map(boxes_of).flatten().collect();
+        let nodes = scene.nodes_below(roots);
+        let boxes: Vec<_> =
+            nodes.iter().filter_map(|node| of_nodes.get(node.index())?.as_ref()).flatten().copied().collect();
         let whole = boxes.iter().map(|(world_box, ..)| *world_box).reduce(CenteredBox::union)?;
         let least_width = LEAST_WIDTH * whole.width();
         let shares = boxes.into_iter().map(|found| (found.0.share(least_width), found));
         shares.max_by(|(a, _), (b, _)| a.total_cmp(b))
     };
-    let of_scenes = scene.scenes.iter().filter_map(|shown| of_scene(&shown.roots));
+    let distinct: BTreeSet<_> = scene.scenes.iter().map(|shown| &shown.roots).collect();
+    let of_scenes = distinct.iter().filter_map(|roots| of_scene(roots));
     let (share, (worst, of_mesh, mesh, node)) = of_scenes.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
     let is_rounded_itself = of_mesh.share(0.0) > LARGEST_SHARE;
     let pointer =

@@ -9,7 +9,7 @@ use serde_path_to_error::Segment;
 
 use super::context::Context;
 use super::extension_names::is_supported;
-use super::raw::{Raw, escape};
+use super::raw::{Raw, escape, shortened};
 use crate::error::{Result, json_error_text};
 
 /// Placeholder for the missing node of an animation channel.
@@ -76,14 +76,17 @@ fn invalid_json_message(text: &str, error: &serde_json::Error) -> String {
 /// Estimated memory of JSON text once parsed and typed, bytes, rounded up. Small objects grow most.
 fn parsed_bytes(json: &[u8]) -> u64 {
     const OBJECT_BYTES: u64 = 1024;
+    const ARRAY_BYTES: u64 = 160;
     const VALUE_BYTES: u64 = 64;
-    let (mut objects, mut values) = (0_u64, 0_u64);
+    let (mut objects, mut arrays, mut values) = (0_u64, 0_u64, 0_u64);
     for byte in json {
         objects = objects.saturating_add(u64::from(*byte == b'{'));
+        arrays = arrays.saturating_add(u64::from(*byte == b'['));
         values = values.saturating_add(u64::from(*byte == b','));
     }
     objects
         .saturating_mul(OBJECT_BYTES)
+        .saturating_add(arrays.saturating_mul(ARRAY_BYTES))
         .saturating_add(values.saturating_mul(VALUE_BYTES))
         .saturating_add(json.len() as u64)
 }
@@ -112,7 +115,7 @@ fn normalize(context: &mut Context, value: &mut Value, pointer: &str) {
                 if holds_extensions && !is_supported(key) {
                     return true;
                 }
-                let pointer = || format!("{pointer}/{}", escape(key));
+                let pointer = || format!("{pointer}/{}", shortened(&escape(key)));
                 match member {
                     Value::Null => context.warn(pointer(), "is null; it counts as absent"),
                     Value::Array(_) | Value::Object(_) => normalize(context, member, &pointer()),

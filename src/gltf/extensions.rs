@@ -10,7 +10,7 @@ use super::extension_names::{
     ANIMATION_POINTER, DRACO, EXT_MESHOPT, IMAGE_LIGHTS, INSTANCING, KHR_MESHOPT, LIGHTS,
     MATERIAL_EXTENSIONS, TEXTURE_BASISU, TEXTURE_TRANSFORM, TEXTURE_WEBP, VARIANTS, VISIBILITY, is_supported,
 };
-use super::raw::escape;
+use super::raw::{escape, shortened};
 use crate::error::Result;
 
 /// Extensions that replace data. Without support for them only a fallback in the file can be read.
@@ -116,7 +116,7 @@ fn collect(
                     }
                     continue;
                 }
-                let inner = format!("{pointer}/{}", escape(key));
+                let inner = format!("{pointer}/{}", shortened(&escape(key)));
                 if key == "extensions" {
                     record_uses(context, member, pointer, first_use);
                     for (name, content) in member.as_object().into_iter().flatten() {

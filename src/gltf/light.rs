@@ -64,12 +64,12 @@ fn color_and_intensity(context: &mut Context, raw: &Raw) -> Result<(Vec3, f32)> 
     Ok((color, intensity))
 }
 
-/// Range of a light. Directional lights have none; a value in the file is ignored.
+/// Range of a light, `None` where it is infinite. Directional lights have none; a value in the file is ignored.
 fn range(context: &Context, raw: &Raw, kind: LightKind) -> Result<Option<f32>> {
-    if raw.field("range").is_none() || kind == LightKind::Directional {
+    if kind == LightKind::Directional {
         return Ok(None);
     }
-    raw.number(context, "range", 0.0, POSITIVE).map(Some)
+    Ok(raw.distance(context, "range", POSITIVE)?.filter(|range| range.is_finite()))
 }
 
 fn spot(context: &mut Context, raw: &Raw) -> Result<LightKind> {

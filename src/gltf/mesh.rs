@@ -10,7 +10,7 @@ use super::context::Context;
 use super::flat_volume;
 use super::primitive::{import_primitive, unsupported_topology};
 use super::raw::{ANY, Raw, check_range};
-use super::tangents::vertex_bytes;
+use super::vertex_lists::vertex_bytes;
 use crate::error::Result;
 use crate::scene::{Material, Mesh, Primitive};
 

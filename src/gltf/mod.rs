@@ -64,6 +64,7 @@ mod raw;
 mod resources;
 mod scan;
 mod skin;
+mod tangent_faces;
 mod tangents;
 #[cfg(test)]
 mod tests;
@@ -71,6 +72,7 @@ mod texture;
 mod topology;
 mod uri;
 mod variants;
+mod vertex_lists;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;

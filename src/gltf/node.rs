@@ -2,7 +2,7 @@
 //!
 //! Source: glTF 2.0 specification, sections 3.5 (scenes and nodes) and 3.7.3.2 (joint hierarchy).
 
-use glam::{Mat4, Quat, Vec3};
+use glam::{DQuat, Mat4, Quat, Vec3};
 use gltf::json;
 
 use super::accessor::Data;
@@ -145,18 +145,20 @@ fn check_all(context: &Context, values: &[f32], pointer: &str) -> Result<()> {
 }
 
 fn unit_rotation(context: &mut Context, rotation: [f32; 4], pointer: &str) -> Result<Quat> {
-    const TOLERANCE: f32 = 1e-2;
+    const TOLERANCE: f64 = 1e-2;
     check_all(context, &rotation, pointer)?;
-    let quaternion = Quat::from_array(rotation);
+    // Squares of floats neither overflow nor vanish as doubles.
+    let quaternion = DQuat::from_array(rotation.map(f64::from));
     let length = quaternion.length();
-    if !(length > 1e-12 && length.is_finite()) {
+    if length <= 1e-12 {
         let message = "is a quaternion of length zero, which is not a rotation";
         return Err(context.invalid(pointer, message));
     }
     if (length - 1.0).abs() > TOLERANCE {
         context.warn(pointer, "some rotations are not unit quaternions; they are normalized");
     }
-    Ok(quaternion.normalize())
+    // Ordinary ones as floats, as always.
+    Ok(if length > 1e15 { quaternion.normalize().as_quat() } else { quaternion.as_quat().normalize() })
 }
 
 /// Checks the morph weights of a node, which have no effect without a mesh.

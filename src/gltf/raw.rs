@@ -1,5 +1,7 @@
 //! Typed access to JSON values that the `gltf` crate does not model. Each value keeps its JSON pointer for messages.
 
+use std::borrow::Cow;
+
 use serde_json::Value;
 
 use super::context::Context;
@@ -126,6 +128,23 @@ impl<'a> Raw<'a> {
         check_range(context, value as f32, &range, &field.pointer)
     }
 
+    /// Returns a member that is a distance in `range`. Finite ones beyond 32-bit floats are infinite: some programs write the
+    /// largest 64-bit float for none.
+    pub(super) fn distance(
+        &self,
+        context: &Context,
+        key: &str,
+        range: std::ops::RangeInclusive<f32>,
+    ) -> Result<Option<f32>> {
+        let Some(field) = self.field(key) else {
+            return Ok(None);
+        };
+        match field.value.as_f64() {
+            Some(distance) if distance as f32 == f32::INFINITY => Ok(Some(f32::INFINITY)),
+            _ => self.number(context, key, 0.0, range).map(Some),
+        }
+    }
+
     /// Returns a member that is an array of `N` finite numbers in `range`.
     pub(super) fn numbers<const N: usize>(
         &self,
@@ -198,6 +217,9 @@ pub(super) fn check_range(
     if value > high && value <= high + TOLERANCE {
         return Ok(high);
     }
+    if value.is_infinite() {
+        return Err(context.invalid(pointer, "must be a number that 32-bit floats can hold"));
+    }
     let message = match (low == f32::MIN, high == f32::MAX) {
         (true, _) => format!("is {value}, but must be a finite number"),
         (false, true) if low == f32::MIN_POSITIVE => {
@@ -236,6 +258,17 @@ pub(super) const NOT_NEGATIVE: std::ops::RangeInclusive<f32> = 0.0..=f32::MAX;
 pub(super) const POSITIVE: std::ops::RangeInclusive<f32> = f32::MIN_POSITIVE..=f32::MAX;
 /// Range from zero to one.
 pub(super) const UNIT: std::ops::RangeInclusive<f32> = 0.0..=1.0;
+
+/// A token of a pointer that is only shown. The pointers of all objects below a long key would have it.
+pub(super) fn shortened(token: &str) -> Cow<'_, str> {
+    const MOST_BYTES: usize = 256;
+    if token.len() <= MOST_BYTES {
+        return Cow::Borrowed(token);
+    }
+    let ends = token.char_indices().map(|(start, _)| start);
+    let kept = ends.take_while(|end| *end <= MOST_BYTES).last().unwrap_or_default();
+    Cow::Owned(format!("{}…", token.get(..kept).unwrap_or_default()))
+}
 
 /// Escapes `key` as a JSON pointer token (RFC 6901, section 3).
 pub(super) fn escape(key: &str) -> String {

@@ -5,76 +5,14 @@
 
 use std::collections::BTreeMap;
 
-use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
 
 use super::context::Context;
 use super::normals::{face_normal, normalize_tangents};
+use super::tangent_faces::corner_tangents;
+use super::vertex_lists::{gather_vertices, vertex_bytes};
 use crate::error::Result;
-use crate::scene::{MorphTarget, Primitive, SkinInfluences};
-
-struct PortableOps;
-
-impl Ops for PortableOps {
-    fn sqrt(x: f32) -> f32 {
-        x.sqrt()
-    }
-
-    fn acos(x: f32) -> f32 {
-        libm::acos(f64::from(x)) as f32
-    }
-}
-
-struct Corners<'a> {
-    primitive: &'a Primitive,
-    uvs: &'a [Vec2],
-    tangents: Vec<[Vec4; 3]>,
-}
-
-impl Corners<'_> {
-    fn vertex(&self, face: usize, corner: usize) -> usize {
-        let triangle = self.primitive.triangles.get(face);
-        triangle.and_then(|triangle| triangle.get(corner)).map_or(0, |&vertex| vertex as usize)
-    }
-}
-
-impl Geometry<PortableOps> for Corners<'_> {
-    fn num_faces(&self) -> usize {
-        self.primitive.triangles.len()
-    }
-
-    fn num_vertices_of_face(&self, _face: usize) -> usize {
-        3
-    }
-
-    fn position(&self, face: usize, corner: usize) -> [f32; 3] {
-        let position = self.primitive.positions.get(self.vertex(face, corner));
-        position.copied().unwrap_or_default().to_array()
-    }
-
-    fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
-        let smooth = self.primitive.normals.as_ref();
-        let normal = match (smooth, self.primitive.triangles.get(face)) {
-            (Some(normals), _) => normals.get(self.vertex(face, corner)).copied(),
-            (None, Some(triangle)) => Some(face_normal(&self.primitive.positions, triangle)),
-            (None, None) => None,
-        };
-        normal.unwrap_or(Vec3::Z).to_array()
-    }
-
-    fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
-        let uv = self.uvs.get(self.vertex(face, corner)).copied().unwrap_or_default();
-        // glTF's v axis points down the image, the algorithm's points up.
-        [uv.x, -uv.y]
-    }
-
-    fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {
-        let tangent = space.map_or(Vec4::ZERO, |space| Vec4::from_array(space.tangent_encoded()));
-        if let Some(slot) = self.tangents.get_mut(face).and_then(|face| face.get_mut(corner)) {
-            *slot = tangent;
-        }
-    }
-}
+use crate::scene::{MorphTarget, Primitive};
 
 /// Computes MikkTSpace tangents of `primitive` from its texture coordinate set `uv_set`. Vertices are split where the
 /// tangents of their triangles differ. Without vertex normals the face normals are used. Morph targets without stored tangents
@@ -91,10 +29,8 @@ pub(super) fn generate(
     let corner_count = (primitive.triangles.len() as u64).saturating_mul(3);
     let corner_bytes = (vertex_bytes(primitive) as u64).saturating_add(size_of::<Vec4>() as u64);
     context.charge(corner_count.saturating_mul(corner_bytes), pointer)?;
-    let mut corners = Corners { primitive, uvs, tangents: vec![[Vec4::ZERO; 3]; primitive.triangles.len()] };
-    generate_tangents(&mut corners)
+    let corner_tangents = corner_tangents(primitive, uvs)
         .map_err(|error| context.invalid(pointer, format!("tangents cannot be computed: {error}")))?;
-    let corner_tangents = corners.tangents;
     split_vertices(primitive, &corner_tangents);
     add_morph_deltas(context, primitive, uv_set, pointer)
 }
@@ -183,52 +119,4 @@ fn split_vertices(primitive: &mut Primitive, corner_tangents: &[[Vec4; 3]]) {
     normalize_tangents(&mut tangents, &normals);
     gather_vertices(primitive, &sources);
     primitive.tangents = Some(tangents);
-}
-
-/// Replaces the vertices of `primitive` with the old vertices at the indices `sources`. Triangles are not changed.
-pub(super) fn gather_vertices(primitive: &mut Primitive, sources: &[u32]) {
-    gather(&mut primitive.positions, sources);
-    primitive.normals.iter_mut().for_each(|list| gather(list, sources));
-    primitive.tangents.iter_mut().for_each(|list| gather(list, sources));
-    primitive.colors.iter_mut().for_each(|list| gather(list, sources));
-    primitive.uvs.iter_mut().for_each(|list| gather(list, sources));
-    if let Some(SkinInfluences { per_vertex, joints, weights }) = &mut primitive.influences {
-        gather_groups(joints, *per_vertex, sources);
-        gather_groups(weights, *per_vertex, sources);
-    }
-    for target in &mut primitive.targets {
-        target.positions.iter_mut().for_each(|list| gather(list, sources));
-        target.normals.iter_mut().for_each(|list| gather(list, sources));
-        target.tangents.iter_mut().for_each(|list| gather(list, sources));
-        target.colors.iter_mut().for_each(|list| gather(list, sources));
-        target.uvs.iter_mut().for_each(|(_, list)| gather(list, sources));
-    }
-}
-
-fn gather<T: Copy>(list: &mut Vec<T>, sources: &[u32]) {
-    gather_groups(list, 1, sources);
-}
-
-fn gather_groups<T: Copy>(list: &mut Vec<T>, size: usize, sources: &[u32]) {
-    let group = |&source: &u32| {
-        let start = (source as usize).saturating_mul(size);
-        list.get(start..start.saturating_add(size)).unwrap_or_default()
-    };
-    *list = sources.iter().flat_map(group).copied().collect();
-}
-
-/// Bytes per vertex of `primitive`, rounded up.
-pub(super) fn vertex_bytes(primitive: &Primitive) -> usize {
-    let influences = primitive.influences.as_ref().map_or(0, |i| i.per_vertex);
-    let morphs = primitive.targets.iter().map(|target| {
-        let vectors = [&target.positions, &target.normals, &target.tangents];
-        let vector_bytes = vectors.iter().filter(|list| list.is_some()).count().saturating_mul(12);
-        let color_bytes = if target.colors.is_some() { 16 } else { 0 };
-        vector_bytes.saturating_add(color_bytes).saturating_add(target.uvs.len().saturating_mul(8))
-    });
-    morphs
-        .sum::<usize>()
-        .saturating_add(size_of::<[Vec4; 4]>())
-        .saturating_add(primitive.uvs.len().saturating_mul(size_of::<Vec2>()))
-        .saturating_add(influences.saturating_mul(8))
 }

@@ -116,12 +116,13 @@ fn left_out_warning(scene: &Scene, clips: &[usize]) -> Option<Warning> {
 /// The nodes below `roots`, the joints that deform them, and the ancestors of both.
 fn posing_nodes(scene: &Scene, roots: &[NodeIndex]) -> BTreeSet<NodeIndex> {
     let mut pending = scene.nodes_below(roots);
-    let mut nodes = BTreeSet::new();
+    let (mut nodes, mut skins) = (BTreeSet::new(), BTreeSet::new());
     while let Some(index) = pending.pop() {
         if nodes.insert(index) {
             let node = &scene.nodes[index.index()];
             pending.extend(node.parent);
-            let skin = node.skin.map(|skin| &scene.skins[skin.index()]);
+            // Many nodes may have one skin.
+            let skin = node.skin.filter(|skin| skins.insert(*skin)).map(|skin| &scene.skins[skin.index()]);
             pending.extend(skin.iter().flat_map(|skin| &skin.joints));
         }
     }

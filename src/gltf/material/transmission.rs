@@ -73,10 +73,10 @@ pub(in crate::gltf) fn distance_or_infinite(context: &mut Context, distance: f32
 fn volume(context: &mut Context, extension: &Raw) -> Result<Option<Volume>> {
     let thickness = extension.number(context, "thicknessFactor", 0.0, NOT_NEGATIVE)?;
     let color = extension.units(context, "attenuationColor", [1.0; 3])?;
-    let distance = match extension.field("attenuationDistance") {
-        Some(field) => {
-            let distance = extension.number(context, "attenuationDistance", 1.0, NOT_NEGATIVE)?;
-            distance_or_infinite(context, distance, &field.pointer)
+    let distance = match extension.distance(context, "attenuationDistance", NOT_NEGATIVE)? {
+        Some(distance) => {
+            let pointer = format!("{}/attenuationDistance", extension.pointer);
+            distance_or_infinite(context, distance, &pointer)
         }
         None => f32::INFINITY,
     };

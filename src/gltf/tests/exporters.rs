@@ -6,8 +6,8 @@ use super::materials::import_material;
 use super::{Document, error_text, import_bytes};
 use crate::gltf::ExtensionSupport::Ignored;
 use crate::gltf::extension_support;
-use crate::scene::Scene;
-use glam::{Vec2, Vec3, Vec4};
+use crate::scene::{LocalTransform, Projection, Scene};
+use glam::{Quat, Vec2, Vec3, Vec4};
 
 /// The pointer of the only warning, and whether its message has `text`.
 fn only_warning<'a>(scene: &'a Scene, text: &str) -> (&'a str, bool) {
@@ -38,6 +38,46 @@ fn an_attenuation_distance_of_0_is_infinite() {
     assert_eq!(scene.materials[0].volume.unwrap().attenuation_distance, f32::INFINITY);
     let pointer = "/materials/0/extensions/KHR_materials_volume/attenuationDistance";
     assert_eq!(only_warning(&scene, "taken for infinite"), (pointer, true));
+}
+
+#[test]
+fn distances_beyond_32_bit_floats_are_infinite() {
+    // Babylon.js writes the largest 64-bit float.
+    let largest = json!(f64::MAX);
+    let volume =
+        json!({"thicknessFactor": 0.5, "attenuationDistance": largest, "attenuationColor": [0.5, 1, 1]});
+    let scene = import_material(json!({"extensions": {"KHR_materials_volume": volume}})).unwrap();
+    assert_eq!(scene.materials[0].volume.unwrap().attenuation_distance, f32::INFINITY);
+    assert!(scene.warnings.is_empty());
+
+    let mut document = Document::triangle();
+    document.json["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+    document.json["extensions"] =
+        json!({"KHR_lights_punctual": {"lights": [{"type": "point", "range": largest}]}});
+    document.json["cameras"] = json!([
+        {"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1, "zfar": largest}},
+        {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "znear": 0, "zfar": largest}},
+    ]);
+    let scene = document.import().unwrap();
+    assert_eq!(scene.lights[0].range, None);
+    let far = |camera: usize| match scene.cameras[camera].projection {
+        Projection::Perspective { z_far, .. } => z_far,
+        Projection::Orthographic { z_far, .. } => Some(z_far),
+    };
+    assert_eq!([far(0), far(1)], [None, Some(f32::MAX)]);
+    // Other numbers have no such meaning.
+    let bright = json!({"emissiveFactor": [1e300, 0, 0]});
+    let error = error_text(import_material(bright), 65);
+    assert!(error.contains("/emissiveFactor: must be a number that 32-bit floats can hold"), "{error}");
+}
+
+#[test]
+fn long_quaternions_are_rotations() {
+    let mut document = Document::triangle();
+    document.json["nodes"][0]["rotation"] = json!([0, 3e30, 0, 4e30]);
+    let scene = document.import().unwrap();
+    let LocalTransform::Trs { rotation, .. } = scene.nodes[0].local else { panic!() };
+    assert!(rotation.abs_diff_eq(Quat::from_xyzw(0.0, 0.6, 0.0, 0.8), 1e-6), "{rotation}");
 }
 
 #[test]

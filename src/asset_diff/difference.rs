@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::facts::AssetFacts;
+use super::facts::nodes::IN_NO_SCENE;
 use super::group_kind::GroupKind;
 use super::item::{Item, Property};
 use super::matching::Matching;
@@ -85,6 +86,10 @@ impl AssetDifference {
 }
 
 impl Change {
+    fn leaves_all_scenes(&self) -> bool {
+        self.properties.iter().any(|change| change.property == IN_NO_SCENE && change.actual.is_some())
+    }
+
     /// The loss in words, such as `lost: clip "walk"`.
     pub fn loss_text(&self) -> String {
         let what = self.group.name().trim_end_matches('s');
@@ -94,6 +99,9 @@ impl Change {
             }
             (GroupKind::Meshes, _) => format!("lost: morph targets of the mesh \"{}\"", self.name),
             (GroupKind::Nodes, ChangeKind::Removed) => format!("lost: node \"{}\" with a mesh", self.name),
+            (GroupKind::Nodes, _) if self.leaves_all_scenes() => {
+                format!("lost: node \"{}\" with a mesh, which stands in no scene any more", self.name)
+            }
             (GroupKind::Nodes, _) => format!("lost: the mesh of the node \"{}\"", self.name),
             (_, ChangeKind::Changed) => {
                 format!("lost: {what} \"{}\", which nothing uses any more", self.name)

@@ -5,7 +5,7 @@ mod file;
 mod lights_and_cameras;
 mod materials;
 mod meshes;
-mod nodes;
+pub(super) mod nodes;
 mod texture_names;
 mod textures;
 

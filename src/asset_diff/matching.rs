@@ -17,7 +17,7 @@ pub(super) struct Matching {
 
 impl Matching {
     /// Pairs items by name, then by alias. Unnamed ones that are left have nothing but their order, in which they are paired where they
-    /// are equally many. Where one side has no names left, as programs drop them, so are all that are left.
+    /// are equally many. Where one side has no names at all, as programs drop them, so are all that are left.
     pub(super) fn new(actual: &[Item], reference: &[Item]) -> Self {
         let mut matching = Self {
             pairs: Vec::new(),
@@ -30,11 +30,11 @@ impl Matching {
             indices.iter().copied().filter(|&index| !items[index].is_named).collect()
         };
         let (ours, theirs) = (unnamed(actual, &matching.added), unnamed(reference, &matching.removed));
+        let one_side_has_no_names =
+            [actual, reference].iter().any(|side| side.iter().all(|item| !item.is_named));
         if ours.len() == theirs.len() {
             matching.pair_in_order(&ours, &theirs);
-        } else if matching.added.len() == matching.removed.len()
-            && (ours.len() == matching.added.len() || theirs.len() == matching.removed.len())
-        {
+        } else if one_side_has_no_names && matching.added.len() == matching.removed.len() {
             matching.pair_in_order(&matching.added.clone(), &matching.removed.clone());
         }
         matching.pairs.sort_by_key(|&(_, reference)| reference);
@@ -103,6 +103,9 @@ mod tests {
         // With one item less there is no telling which.
         let fewer = Matching::new(&items(&[None]), &reference);
         assert_eq!((fewer.pairs.len(), fewer.added.len(), fewer.removed.len()), (0, 1, 2));
+        // An item that alone has lost its name is not the one that it was.
+        let one = Matching::new(&items(&[Some("a"), None]), &reference);
+        assert_eq!((one.pairs, one.added, one.removed), (vec![(0, 0)], vec![1], vec![1]));
         // A renamed item is another one.
         let renamed = Matching::new(&items(&[Some("a"), Some("c")]), &reference);
         assert_eq!((renamed.pairs.len(), renamed.added, renamed.removed), (1, vec![1], vec![1]));
@@ -112,6 +115,6 @@ mod tests {
     fn aliases_pair_what_names_do_not() {
         let (mut actual, mut reference) = (items(&[Some("x"), None]), items(&[None, Some("y")]));
         (actual[0].alias, reference[0].alias) = (Some("holder".to_owned()), Some("holder".to_owned()));
-        assert_eq!(Matching::new(&actual, &reference).pairs, [(0, 0), (1, 1)]);
+        assert_eq!(Matching::new(&actual, &reference).pairs, [(0, 0)]);
     }
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use half::f16;
 
 use super::display::refuse_animated_png;
+use super::exr_color_names::unify_colors;
 use super::regular_file::{check_fetched, read_regular_file};
 use super::{
     ExrCompression, FrameAttributes, decode_exr, decode_png_values, encode_exr, read_environment,
@@ -88,6 +89,7 @@ fn from_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Image> {
         let samples = std::mem::replace(&mut channel.samples, Samples::Uint(Vec::new()));
         channel.samples = samples.widened();
     }
+    unify_colors(&mut image.channels);
     image.channels.sort_by(|a, b| a.name.cmp(&b.name));
     Ok(image)
 }

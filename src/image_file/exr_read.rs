@@ -54,8 +54,10 @@ fn decode(bytes: &[u8]) -> Result<Image, String> {
     let (width, height) = (size.0 as u32, size.1 as u32);
     let scene = rendered_scene(&first.attributes);
     let mut channels: Vec<Channel> = Vec::new();
+    let has_layers = parts.len() > 1;
     for part in parts {
-        let prefix = prefix_of(&part);
+        // The name of an only part tells nothing apart.
+        let prefix = prefix_of(&part).filter(|_| has_layers);
         for channel in part.channel_data.list {
             let channel = named_channel(channel, prefix.as_deref())?;
             if channels.iter().any(|other| other.name == channel.name) {

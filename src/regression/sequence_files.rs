@@ -186,7 +186,7 @@ fn files_of_folder(path: &Path, depth: Depth) -> Result<Vec<(Key, PathBuf)>> {
                 && file.is_file()
                 && !is_output(&file, OutputKind::Movie)
             {
-                let (name, frame) = numbered_name(name.to_str().unwrap_or_default());
+                let (name, frame) = numbered_name(&name.as_encoded_bytes().escape_ascii().to_string());
                 files.push(((below.clone(), name, frame), file));
             }
         }

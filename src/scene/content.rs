@@ -138,6 +138,12 @@ impl Scene {
         nodes
     }
 
+    /// The nodes that stand in a scene of the file, which scenes may share.
+    pub fn nodes_of_scenes(&self) -> BTreeSet<NodeIndex> {
+        let roots: Vec<_> = self.scenes.iter().flat_map(|scene| &scene.roots).copied().collect();
+        self.nodes_below(&roots).into_iter().collect()
+    }
+
     /// The cameras that stand below `roots`.
     pub fn cameras_below(&self, roots: &[NodeIndex]) -> BTreeSet<CameraIndex> {
         self.nodes_below(roots).iter().filter_map(|node| self.nodes.get(node.index())?.camera).collect()

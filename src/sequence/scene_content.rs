@@ -8,11 +8,9 @@ use crate::scene::{AnimationIndex, Scene};
 /// Names of the nodes with a mesh and of their morph targets, of the cameras that stand in a scene of the file, of its clips and which of these
 /// move, and of its variants.
 pub(super) fn scene_content(scene: &Scene) -> SceneContent {
-    let roots: Vec<_> = scene.scenes.iter().flat_map(|scene| &scene.roots).copied().collect();
-    // Scenes may share nodes.
-    let nodes: BTreeSet<_> = scene.nodes_below(&roots).into_iter().collect();
-    let nodes = nodes.iter().filter_map(|node| scene.nodes.get(node.index()));
-    let with_mesh: Vec<_> = nodes.filter(|node| node.mesh.is_some()).collect();
+    let standing = scene.nodes_of_scenes();
+    let nodes: Vec<_> = standing.iter().filter_map(|node| scene.nodes.get(node.index())).collect();
+    let with_mesh: Vec<_> = nodes.iter().filter(|node| node.mesh.is_some()).collect();
     // Names of meshes change with exporters; those of nodes are what animations and engines refer to.
     let targets = with_mesh.iter().filter_map(|node| {
         let mesh = scene.meshes.get(node.mesh?.index())?;
@@ -23,7 +21,8 @@ pub(super) fn scene_content(scene: &Scene) -> SceneContent {
     let clips = (0..scene.animations.len()).map(clip_label);
     let moving = scene.animations.iter().enumerate().filter(|(_, clip)| clip.moves());
     let moving_clips = moving.map(|(index, _)| clip_label(index)).collect();
-    let cameras = scene.cameras_below(&roots).into_iter().map(|camera| scene.camera_label(camera));
+    let cameras: BTreeSet<_> = nodes.iter().filter_map(|node| node.camera).collect();
+    let cameras = cameras.into_iter().map(|camera| scene.camera_label(camera));
     let variants = scene.variants.iter().map(|variant| variant.name.clone());
     SceneContent {
         nodes: ContentNames::new(with_mesh.iter().filter_map(|node| node.name.clone()).collect()),

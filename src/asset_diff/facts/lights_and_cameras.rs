@@ -1,16 +1,19 @@
 //! Cameras and lights.
 
+use std::collections::BTreeSet;
+
 use crate::asset_diff::item::Item;
 use crate::asset_diff::value::Value;
-use crate::scene::{Camera, CameraIndex, ImageLight, Light, LightIndex, LightKind, Projection, Scene};
+use crate::scene::{Camera, CameraIndex, ImageLight, Light, LightIndex, LightKind, Node, Projection, Scene};
 
-/// Cameras. Those without a name have that of their node. A camera that no node holds is no content.
+/// Cameras. Those without a name have that of their node. A camera that stands in no scene is no content.
 pub(super) fn cameras(scene: &Scene) -> Vec<Item> {
+    let shown: BTreeSet<_> = standing_nodes(scene).filter_map(|node| node.camera).collect();
     let item = |(index, camera): (usize, &Camera)| {
         let own = CameraIndex(index as u32);
         let mut item = Item::new(scene.camera_name(own), index);
         item.alias = scene.holder_name(|node| node.camera == Some(own)).map(ToOwned::to_owned);
-        item.is_content = scene.nodes.iter().any(|node| node.camera == Some(own));
+        item.is_content = shown.contains(&own);
         projection(&mut item, &camera.projection);
         item
     };
@@ -38,13 +41,19 @@ fn projection(item: &mut Item, projection: &Projection) {
     }
 }
 
-/// Punctual lights. Those without a name have that of their node. A light that no node holds is no content.
+/// The nodes that stand in a scene.
+fn standing_nodes(scene: &Scene) -> impl Iterator<Item = &Node> {
+    scene.nodes_of_scenes().into_iter().filter_map(|node| scene.nodes.get(node.index()))
+}
+
+/// Punctual lights. Those without a name have that of their node. A light that stands in no scene is no content.
 pub(super) fn lights(scene: &Scene) -> Vec<Item> {
+    let shown: BTreeSet<_> = standing_nodes(scene).filter_map(|node| node.light).collect();
     let item = |(index, light): (usize, &Light)| {
         let own = LightIndex(index as u32);
         let mut item = Item::new(scene.light_name(own), index);
         item.alias = scene.holder_name(|node| node.light == Some(own)).map(ToOwned::to_owned);
-        item.is_content = scene.nodes.iter().any(|node| node.light == Some(own));
+        item.is_content = shown.contains(&own);
         let unit = if light.kind == LightKind::Directional { "lx" } else { "cd" };
         item.set("kind", Value::Text(light.kind.name().to_owned()));
         item.set("color", Value::Vector(light.color.to_array().to_vec()));

@@ -9,25 +9,31 @@ use crate::scene::{
     CameraIndex, DecomposedMatrix, LightIndex, LocalTransform, MeshIndex, Node, NodeIndex, Scene,
 };
 
+/// The property of a node that stands in no scene of the file, so that nothing shows it.
+pub(in crate::asset_diff) const IN_NO_SCENE: &str = "in no scene";
 /// Bytes of a path to which no more names are added.
 const LONGEST_PATH: usize = 1024;
 
 /// Nodes in the order of the file. Their names are paths, such as `Robot/Arm`.
 pub(super) fn nodes(scene: &Scene) -> Vec<Item> {
-    let paths = paths(scene);
-    let item = |(node, path): (&Node, &String)| {
+    let (paths, standing) = (paths(scene), scene.nodes_of_scenes());
+    let item = |(index, (node, path)): (u32, (&Node, &String))| {
         let draws = node.mesh.is_some_and(|mesh| has_triangles(scene, mesh));
+        let stands = standing.contains(&NodeIndex(index));
         let mut item = Item {
             name: path.clone(),
             is_named: node.name.is_some(),
             alias: Some(node.name.clone().unwrap_or_else(|| path.clone())),
-            is_content: draws,
+            is_content: draws && stands,
             properties: Vec::new(),
         };
         describe(&mut item, scene, node, &paths);
+        if !stands {
+            item.set(IN_NO_SCENE, Value::Flag(true));
+        }
         item
     };
-    scene.nodes.iter().zip(&paths).map(item).collect()
+    (0..).zip(scene.nodes.iter().zip(&paths)).map(item).collect()
 }
 
 /// Skins with the names of their joints.

@@ -265,7 +265,7 @@ impl Merging<'_> {
         }
         // Broken frames have no image.
         if verdict == Verdict::Identical || (status == FrameStatus::Broken && !file.exists()) {
-            return Ok(TestedFrame { result: reported, file: None });
+            return Ok(TestedFrame { result: reported, file: None, was_rendered: true });
         }
         let id = FrameId { name, frame, tells_content, scene: None };
         let mut tested = test_frame(self.suite, limits, id, &file)?;

@@ -111,7 +111,7 @@ impl TestedShot {
                 comparison: Some(Comparison::identical()),
                 ..FrameResult::new(name, frame, FrameStatus::Passed)
             };
-            TestedFrame { result, file: None }
+            TestedFrame { result, file: None, was_rendered: true }
         };
         let frames = cached
             .images
@@ -126,24 +126,27 @@ impl TestedShot {
 pub(super) struct TestedFrame {
     pub(super) result: FrameResult,
     pub(super) file: Option<Vec<u8>>,
+    /// Whether its shot rendered it or tried to, so that the image of an earlier run is outdated.
+    pub(super) was_rendered: bool,
 }
 
 fn unopened(shot: &SuiteShot, message: String) -> TestedShot {
     let result = FrameResult::new(shot.name.clone(), None, FrameStatus::Broken).because(message);
     TestedShot {
-        frames: vec![TestedFrame { result, file: None }],
+        frames: vec![TestedFrame { result, file: None, was_rendered: false }],
         is_unopened: true,
         ..TestedShot::default()
     }
 }
 
-/// Stores a pending image for a frame that differs or has no reference, and discards pending images of identical frames. Broken
-/// frames leave pending images as they are.
+/// Stores a pending image for a frame that differs or has no reference. Discards those of identical frames, and those of broken ones, which
+/// show an older scene. Where the shot cannot be opened, or does not have the frame any more, they stay.
 fn update_pending(suite: &Suite, frame: &TestedFrame) -> Result<()> {
     let name = &frame.result.name;
     let verdict = frame.result.verdict();
     match (frame.result.status, &frame.file) {
         _ if verdict == Verdict::Identical => discard_image(suite, name)?,
+        (FrameStatus::Broken, _) if frame.was_rendered => return discard_image(suite, name),
         (FrameStatus::Broken | FrameStatus::Orphaned, _) | (_, None) => return Ok(()),
         (_, Some(bytes)) => store_image(suite, &frame.result, bytes)?,
     }
@@ -152,7 +155,7 @@ fn update_pending(suite: &Suite, frame: &TestedFrame) -> Result<()> {
 
 /// Stores a frame that changed or fails in the folder of a report, if it may become a reference.
 pub(super) fn keep_rendered(report: &Path, frame: &TestedFrame) -> Result<()> {
-    let TestedFrame { result, file } = frame;
+    let TestedFrame { result, file, .. } = frame;
     match file {
         Some(bytes) if result.verdict() != Verdict::Identical && result.status != FrameStatus::Broken => {
             store_rendered(report, &result.name, bytes)
@@ -209,7 +212,7 @@ fn lost_frame(context: &TestContext<'_>, name: String, error: &Error) -> TestedF
         result.messages.insert(0, lost);
     }
     context.image_budget.admit(&mut result);
-    TestedFrame { result, file: None }
+    TestedFrame { result, file: None, was_rendered: false }
 }
 
 /// Renders and compares the frames of one view, and adds them to those of the shot.
@@ -236,7 +239,8 @@ fn tested_view(
         let mut frame = match file {
             Ok(file) => test_frame(context.suite, limits, id, file)?,
             Err(error) => {
-                TestedFrame { result: id.result(FrameStatus::Broken).because(error.to_string()), file: None }
+                let result = id.result(FrameStatus::Broken).because(error.to_string());
+                TestedFrame { result, file: None, was_rendered: true }
             }
         };
         admit(context, &mut frame.result);
@@ -307,7 +311,7 @@ pub(super) fn test_frame(
         });
         result.actual_hash = Some(pixel_hash(&actual));
     }
-    Ok(TestedFrame { result, file: Some(bytes) })
+    Ok(TestedFrame { result, file: Some(bytes), was_rendered: true })
 }
 
 fn compare_frame(id: FrameId<'_>, actual: &Image, expected: &Image, limits: &Limits) -> FrameResult {

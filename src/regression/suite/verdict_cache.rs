@@ -102,14 +102,14 @@ impl<'a> VerdictCache<'a> {
     /// # Errors
     /// [`Error::CannotCreate`] for a folder with files of others.
     pub(super) fn open(suite: &'a Suite, folder: &'a Path, shots: &[SuiteShot]) -> Result<Option<Self>> {
+        let verdicts = shots.iter().map(|shot| verdict_file(folder, suite, shot));
+        let paths: Vec<_> = verdicts.chain(MARKS.map(|(name, _)| folder.join(name))).collect();
+        remove_stale_temporaries(&paths);
         let mut files = std::fs::read_dir(folder).into_iter().flatten();
         if files.next().is_some() && !folder.join("CACHEDIR.TAG").is_file() {
             let message = "holds other files than verdicts; name another folder in `cache`".to_owned();
             return Err(Error::CannotCreate { path: folder.to_owned(), message });
         }
-        let verdicts = shots.iter().map(|shot| verdict_file(folder, suite, shot));
-        let paths: Vec<_> = verdicts.chain(MARKS.map(|(name, _)| folder.join(name))).collect();
-        remove_stale_temporaries(&paths);
         let program = std::env::current_exe().ok().and_then(|program| sha256_of_file(&program).ok());
         let suite_folder = Path::new(".").join(folder_of(&suite.file)).canonicalize().ok();
         let (hashes, error) = (Mutex::default(), Mutex::default());

@@ -236,6 +236,25 @@ fn content_that_is_detached_is_lost() {
 }
 
 #[test]
+fn content_that_leaves_the_scene_is_lost_though_the_file_keeps_it() {
+    let stage = Stage::new();
+    let scene = "light/point.gltf";
+    let old = stage.version("old.gltf", scene, |_| {});
+    for (node, lost) in [
+        (0, "lost: camera \"camera\", which nothing uses any more"),
+        (1, "lost: node \"floor\" with a mesh, which stands in no scene any more"),
+        (6, "lost: light \"#0\", which nothing uses any more"),
+    ] {
+        let new = stage.version("new.gltf", scene, |scene| {
+            scene["scenes"][0]["nodes"].as_array_mut().unwrap().retain(|index| *index != value!(node));
+        });
+        let output = rayframe(&[&["diff", &new, &old], &SMALL[..]].concat());
+        assert_eq!(output.status.code(), Some(1));
+        assert!(printed(&output).contains(lost), "{lost}: {}", printed(&output));
+    }
+}
+
+#[test]
 fn unnamed_items_that_only_have_other_indices_are_the_same() {
     let unnamed = |scene: &mut Value| {
         for material in scene["materials"].as_array_mut().unwrap() {

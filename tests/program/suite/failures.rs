@@ -182,6 +182,20 @@ fn an_image_too_large_for_a_reference_fails_and_is_not_kept() {
 }
 
 #[test]
+fn the_image_of_an_older_scene_is_not_accepted_after_a_broken_one() {
+    let stage = Stage::accepted(SUITE, &[POINT]);
+    stage.scene(POINT.0, POINT.1, "\"intensity\": ", "\"intensity\": 1");
+    stage.run(&["test"]).ends(1, &["FAIL light/point"]);
+    assert!(stage.references().contains(&"light/point.exr.new".to_owned()));
+    stage.write("suite.toml", &format!("max_reference_kib = 1\n{SUITE}"));
+    stage.scene(POINT.0, POINT.1, "\"intensity\": ", "\"intensity\": 2");
+    stage.run(&["test"]).ends(1, &["a reference at most 1"]);
+    assert_eq!(stage.references(), ["light/point.exr"]);
+    stage.write("suite.toml", SUITE);
+    stage.run(&["accept"]).ends(0, &["no pending images"]);
+}
+
+#[test]
 fn a_broken_image_of_an_opened_shot_hides_no_orphaned_references() {
     let stage = Stage::accepted(&SUITE.replace("frames = 0", "frames = [0, 12]"), &[POINT]);
     let words = ["FAIL light/point.0000", "FAIL light/point.0012", "no shot renders this reference"];

@@ -5,10 +5,11 @@ use std::io::{BufReader, Cursor};
 use std::ops::Range;
 use std::path::Path;
 
-use image::{ImageFormat, ImageReader};
+use image::{ImageFormat, ImageReader, Limits};
 
 use super::isolated::isolated;
 use super::png_text::png_frames;
+use crate::color::{Srgb8Codes, srgb8_table};
 use crate::error::{Error, Result, over_limit};
 use crate::image::{ColorEncoding, Image};
 
@@ -53,6 +54,21 @@ impl DisplayImage {
     }
 }
 
+/// A pixel over an opaque ground, in linear light as everywhere else.
+pub fn over([r, g, b, alpha]: [u8; 4], ground: [u8; 3]) -> [u8; 4] {
+    let [r, g, b] = match (alpha, [r, g, b]) {
+        (0, _) => ground,
+        (255, color) => color,
+        (_, color) => {
+            let (share, linear) = (f32::from(alpha) / 255.0, srgb8_table());
+            let light = |value: u8| linear[usize::from(value)];
+            let blend = |front: u8, behind: u8| light(front) * share + light(behind) * (1.0 - share);
+            std::array::from_fn(|channel| Srgb8Codes::get().encode(blend(color[channel], ground[channel])))
+        }
+    };
+    [r, g, b, 255]
+}
+
 /// The rows or columns of `length` that row or column `index` of `count` covers: those that begin in it, and one at least.
 fn covered(index: u32, count: u32, length: u32) -> Range<usize> {
     let edge = |index: u64| (index * u64::from(length)).div_ceil(u64::from(count)) as usize;
@@ -89,7 +105,14 @@ pub fn decode_png_values(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Re
         let excess = over_limit(needed.into(), max_memory_bytes.into());
         return Err(Error::refused(path, "", format!("decoding it needs up to {excess}")));
     }
-    let decode = || reader().decode().map_err(|error| error.to_string());
+    let decode = || {
+        let mut reader = reader();
+        // The decoder's own limit is less than what was admitted.
+        let mut limits = Limits::no_limits();
+        limits.max_alloc = Some(needed);
+        reader.limits(limits);
+        reader.decode().map_err(|error| error.to_string())
+    };
     let image = isolated(decode)
         .map_err(|why| Error::invalid(path, "", format!("not a readable PNG file: {why}")))?;
     let has_alpha = image.color().has_alpha();
@@ -145,6 +168,17 @@ mod tests {
         std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(1 << 34).unwrap();
         let error = Image::read(&path).unwrap_err().to_string();
         assert!(error.contains("is a movie of 6 frames"), "{error}");
+    }
+
+    #[test]
+    fn transparent_pixels_are_blended_in_linear_light() {
+        for pixel in [[200, 100, 50, 255], [0, 255, 7, 255]] {
+            assert_eq!(over(pixel, [24; 3]), pixel);
+        }
+        assert_eq!(over([200, 100, 50, 0], [24, 30, 7]), [24, 30, 7, 255]);
+        // Half of white is 0.5 in linear light, which is 188, and over 188 it is 0.75, which is 225.
+        assert_eq!(over([255, 255, 255, 128], [0; 3]), [188, 188, 188, 255]);
+        assert_eq!(over([255, 255, 0, 128], [188, 0, 188]), [225, 188, 137, 255]);
     }
 
     #[test]

@@ -61,11 +61,6 @@ pub fn has_ffmpeg() -> bool {
     })
 }
 
-pub(super) fn over_black([r, g, b, alpha]: [u8; 4]) -> [u8; 4] {
-    let over = |channel: u8| ((u32::from(channel) * u32::from(alpha) + 127) / 255) as u8;
-    [over(r), over(g), over(b), 255]
-}
-
 /// Command that encodes raw frames from its standard input. Films are padded to an even number of columns and rows.
 pub(super) fn ffmpeg(
     (width, height): (u32, u32),
@@ -140,10 +135,5 @@ mod tests {
             let said = String::from_utf8_lossy(&read.stderr).into_owned();
             assert!(said.contains("bt709/bt709/iec61966-2-1"), "{said}");
         }
-    }
-
-    #[test]
-    fn transparent_pixels_are_black() {
-        assert_eq!(over_black([200, 100, 50, 128]), [100, 50, 25, 255]);
     }
 }

@@ -13,6 +13,7 @@ mod exr_bands;
 mod exr_checksum;
 mod exr_chunks;
 mod exr_color_layer;
+mod exr_color_names;
 mod exr_compression;
 mod exr_deflate;
 mod exr_header;
@@ -40,7 +41,7 @@ mod webp_animation;
 
 pub(crate) use atomic::{begin_replacing, hidden_prefix, process_mark};
 pub use atomic::{check_name, probe_folder, remove_stale_temporaries, write_atomically, write_single_file};
-pub use display::{DisplayImage, decode_png, decode_png_values};
+pub use display::{DisplayImage, decode_png, decode_png_values, over};
 pub use environment_read::{EnvironmentPixels, read_environment};
 pub use existing_output::{
     CONTACT_SHEET, FLIP_MAP, HEAT_MAP, OutputKind, PAGE_MARK, SUMMARY_MARK, check_output, is_empty_file,

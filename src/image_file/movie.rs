@@ -12,7 +12,8 @@ use image::codecs::gif::{GifEncoder, Repeat};
 use image::{Delay, RgbaImage};
 
 use super::atomic::{Replacement, begin_replacing};
-use super::ffmpeg::{FilmFormat, ffmpeg, has_ffmpeg, over_black};
+use super::display::over;
+use super::ffmpeg::{FilmFormat, ffmpeg, has_ffmpeg};
 use super::film_encoder::FilmEncoder;
 use super::frame_delays::{png_delay, rounded_delay};
 use super::gif_frames::{MAX_RATE, delay_ms, is_too_fast, one_bit_alpha, palette_speed};
@@ -213,7 +214,7 @@ impl MovieWriter {
             }
             Encoder::Film { encoder, .. } => {
                 self.has_lost_alpha |= !is_opaque(pixels);
-                encoder.add(pixels.iter().flat_map(|pixel| over_black(*pixel)).collect())
+                encoder.add(pixels.iter().flat_map(|pixel| over(*pixel, [0; 3])).collect())
             }
             Encoder::FutureFilm { .. } => Ok(()),
         }

@@ -1,6 +1,6 @@
 //! Contact sheet: small versions of all frames of a sequence in one image, with their numbers.
 
-use crate::image_file::DisplayImage;
+use crate::image_file::{DisplayImage, over};
 
 /// Least and greatest width of a frame on the sheet, pixels.
 pub(super) const TILE_WIDTH: (u32, u32) = (64, 320);
@@ -9,7 +9,7 @@ pub(super) const SHEET_WIDTH: u32 = 3840;
 /// Pixels between frames.
 pub(super) const GAP: u32 = 4;
 /// Colour around and between frames.
-pub(super) const GROUND: [u8; 4] = [24, 24, 24, 255];
+pub(super) const GROUND: [u8; 3] = [24; 3];
 /// Colours of numbers and of their background.
 const INK: [u8; 4] = [240, 240, 240, 255];
 const PAPER: [u8; 4] = [0, 0, 0, 255];
@@ -40,7 +40,7 @@ impl ContactSheet {
         let tile = (width, (height as u32).max(1));
         let rows = count.max(1).div_ceil(columns);
         let size = (GAP + columns * (tile.0 + GAP), GAP + rows * (tile.1 + GAP));
-        let pixels = vec![GROUND; size.0 as usize * size.1 as usize];
+        let pixels = vec![over([0; 4], GROUND); size.0 as usize * size.1 as usize];
         Self { tile, columns, added: 0, sheet: DisplayImage { size, pixels } }
     }
 
@@ -111,14 +111,6 @@ fn glyph_rows(character: char) -> [u8; 5] {
     }
 }
 
-pub(super) fn over([r, g, b, alpha]: [u8; 4], [under_r, under_g, under_b, _]: [u8; 4]) -> [u8; 4] {
-    let blend = |front: u8, behind: u8| {
-        let (front, behind, alpha) = (u32::from(front), u32::from(behind), u32::from(alpha));
-        ((front * alpha + behind * (255 - alpha) + 127) / 255) as u8
-    };
-    [blend(r, under_r), blend(g, under_g), blend(b, under_b), 255]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -137,7 +129,7 @@ mod tests {
         let at = |x: u32, y: u32| image.pixels[(y * image.size.0 + x) as usize];
         assert_eq!(at(4 + 60, 4 + 30), [40, 40, 40, 255]);
         assert_eq!(at(4 + 68 + 60, 4 + 40 + 30), [200, 200, 200, 255]);
-        assert_eq!(at(4 + 2 * 68 + 30, 4 + 40 + 20), GROUND);
+        assert_eq!(at(4 + 2 * 68 + 30, 4 + 40 + 20), [24, 24, 24, 255]);
         // The number 0 has a hollow middle and a black frame.
         let ink =
             (0..12).flat_map(|y| (0..12).map(move |x| (x, y))).filter(|&(x, y)| at(74 + x, 6 + y) == INK);

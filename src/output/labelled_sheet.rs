@@ -1,9 +1,9 @@
 //! Contact sheet of images of different sizes, each with a text below it.
 
-use crate::image_file::DisplayImage;
+use crate::image_file::{DisplayImage, over};
 
 use super::bitmap_font::{GLYPH, columns};
-use super::contact_sheet::{GAP, GROUND, SHEET_WIDTH, TILE_WIDTH, over};
+use super::contact_sheet::{GAP, GROUND, SHEET_WIDTH, TILE_WIDTH};
 
 /// Greatest height of an image on the sheet, pixels.
 const TILE_HEIGHT: u32 = 240;
@@ -61,7 +61,7 @@ impl LabelledSheet {
         let cell = (largest.0.max(TILE_WIDTH.0), largest.1 + TEXT_HEIGHT);
         let rows = count.div_ceil(across);
         let size = (GAP + across * (cell.0 + GAP), GAP + rows * (cell.1 + GAP));
-        let pixels = vec![GROUND; size.0 as usize * size.1 as usize];
+        let pixels = vec![over([0; 4], GROUND); size.0 as usize * size.1 as usize];
         let mut sheet = DisplayImage { size, pixels };
 
         // Small dots where a text is long.
@@ -162,8 +162,8 @@ mod tests {
         assert_eq!(image.size, (4 + 2 * 324, 4 + 2 * (180 + TEXT_HEIGHT + 4)));
         let at = |x: u32, y: u32| image.pixels[(y * image.size.0 + x) as usize];
         // Each is in the middle of its cell.
-        assert_eq!((at(4 + 160, 4 + 90), at(4 + 60, 4 + 90)), ([200, 200, 200, 255], GROUND));
-        assert_eq!((at(328 + 160, 4 + 52), at(328 + 130, 4 + 90)), ([200, 200, 200, 255], GROUND));
+        assert_eq!((at(4 + 160, 4 + 90), at(4 + 60, 4 + 90)), ([200, 200, 200, 255], [24, 24, 24, 255]));
+        assert_eq!((at(328 + 160, 4 + 52), at(328 + 130, 4 + 90)), ([200, 200, 200, 255], [24, 24, 24, 255]));
         assert_eq!(at(328 + 5, 4 + 180 + TEXT_HEIGHT + 4 + 5), EMPTY);
         let ink = |left: u32| {
             let row = 4 + 180..4 + 180 + TEXT_HEIGHT;

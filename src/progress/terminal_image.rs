@@ -9,7 +9,7 @@ use std::io::IsTerminal as _;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
-use rayframe::image_file::{DisplayImage, encode_png};
+use rayframe::image_file::{DisplayImage, encode_png, over};
 
 /// Greatest width of an image sent to the terminal, pixels.
 const WIDEST: u32 = 480;
@@ -96,6 +96,9 @@ fn iterm(encoded: &str, bytes: usize) -> String {
     format!("\x1b]1337;File=inline=1;size={bytes}:{encoded}\x07\n")
 }
 
+/// Terminals are mostly dark.
+const BLACK: [u8; 3] = [0; 3];
+
 /// Text of two pixels a character, one above the other.
 fn half_blocks(image: &DisplayImage) -> String {
     let width = image.size.0.max(1) as usize;
@@ -103,10 +106,10 @@ fn half_blocks(image: &DisplayImage) -> String {
     let rows: Vec<&[[u8; 4]]> = image.pixels.chunks(width).collect();
     for pair in rows.chunks(2) {
         for (column, upper) in pair[0].iter().enumerate() {
-            let [r, g, b] = over_black(*upper);
+            let [r, g, b, _] = over(*upper, BLACK);
             let _ = write!(text, "\x1b[38;2;{r};{g};{b}m");
             if let Some(lower) = pair.get(1).and_then(|row| row.get(column)) {
-                let [r, g, b] = over_black(*lower);
+                let [r, g, b, _] = over(*lower, BLACK);
                 let _ = write!(text, "\x1b[48;2;{r};{g};{b}m");
             }
             text.push('▀');
@@ -114,10 +117,6 @@ fn half_blocks(image: &DisplayImage) -> String {
         text.push_str("\x1b[0m\n");
     }
     text
-}
-
-fn over_black([r, g, b, alpha]: [u8; 4]) -> [u8; 3] {
-    [r, g, b].map(|channel| (u32::from(channel) * u32::from(alpha) / 255) as u8)
 }
 
 #[cfg(test)]

@@ -32,11 +32,16 @@ fn denoise_film(denoiser: &Denoiser, film: &mut Film, cancel: &CancelFlag) -> Re
     let normals: Vec<_> = guides.iter().map(|guide| guide.normal.to_array()).collect();
     let size = film.window.size();
     let image = NoisyImage { size, colors: &noisy, albedos: &albedos, normals: &normals };
-    for (pixel, denoised) in film.pixels.iter_mut().zip(denoiser.denoise(image, cancel)?) {
+    store_denoised(&mut film.pixels, &denoiser.denoise(image, cancel)?);
+    Ok(noisy)
+}
+
+/// Replaces the colours of covered pixels. The others show the background, exactly.
+fn store_denoised(pixels: &mut [[f32; 4]], denoised: &[[f32; 3]]) {
+    for (pixel, denoised) in pixels.iter_mut().zip(denoised).filter(|(pixel, _)| pixel[3] != 0.0) {
         // Filters may overshoot.
         pixel[..3].copy_from_slice(&denoised.map(|channel| if channel > 0.0 { channel } else { 0.0 }));
     }
-    Ok(noisy)
 }
 
 /// Receiver of a frame's progress.
@@ -343,5 +348,17 @@ impl<'a> FrameTracer<'a> {
             }
         };
         self.instance_ids.get_or_insert_with(compute).clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn denoising_changes_covered_pixels_alone() {
+        let mut pixels = [[0.0; 4], [0.2, 0.3, 0.4, 0.5], [0.25, 0.25, 0.25, 0.0], [1.0; 4]];
+        store_denoised(&mut pixels, &[[0.1; 3], [0.3, -0.1, 0.5], [0.2; 3], [f32::NAN, 0.5, 2.0]]);
+        assert_eq!(pixels, [[0.0; 4], [0.3, 0.0, 0.5, 0.5], [0.25, 0.25, 0.25, 0.0], [0.0, 0.5, 2.0, 1.0]]);
     }
 }

@@ -100,6 +100,11 @@ impl Dielectric {
         Self { relative_ior, offset: f0 - scale * exact_f0, scale, curve }
     }
 
+    /// Whether F is the exact curve itself.
+    pub(super) fn is_exact(&self) -> bool {
+        self.curve == FresnelCurve::Exact && self.offset == Vec3::ZERO && self.scale == Vec3::ONE
+    }
+
     /// F at an angle to the normal, or to the half vector of a rough lobe.
     #[inline(always)]
     pub(super) fn reflectance(&self, cosine: f32) -> Vec3 {

@@ -107,6 +107,21 @@ pub(super) fn by_summation(lobe: &SpecularLobe, wo: Vec3, relative_ior: f32, nod
     scattered.sum::<f64>() as f32
 }
 
+/// What facets transmit of uniform light where a facet lets the share `passes(facet_cosine)` pass.
+pub(super) fn transmitted(
+    lobe: &SpecularLobe,
+    wo: Vec3,
+    relative_ior: f32,
+    passes: impl Fn(f32) -> f32,
+) -> f32 {
+    let transmitted = disk_pattern().iter().map(|(point, share)| {
+        let half = lobe.visible_normal(wo, *point);
+        let passed = refracted_at(half, wo, relative_ior).map_or(0.0, |wi| lobe.masking(wi));
+        f64::from(share * passes(wo.dot(half)) * passed)
+    });
+    transmitted.sum::<f64>() as f32
+}
+
 fn row(roughness: f32) -> f32 {
     let least = MIN_ROUGHNESS.sqrt();
     (roughness.sqrt() - least) / (1.0 - least)

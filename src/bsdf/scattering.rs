@@ -188,12 +188,15 @@ impl Scattering {
     fn refracted_lobe(&mut self, terms: AlbedoTerms) -> TransmissionLobe {
         let Self { bsdf, wo, .. } = *self;
         let reflected = bsdf.lobe_albedos(wo, terms).0 / self.compensation.dielectric;
-        let both =
-            rough_volume_albedo::reflected_and_transmitted(&bsdf.lobe, wo, bsdf.dielectric.relative_ior);
-        // Tints and films change what facets transmit by the share that the whole lobe leaves.
-        let (bare, tinted) = (terms.total - terms.exact, terms.total - reflected.max_element());
-        let share = if bare > 1e-3 { (tinted / bare).clamp(0.0, 1.0 / bare) } else { 1.0 };
-        let transmitted = positive(both - terms.exact) * share;
+        let relative_ior = bsdf.dielectric.relative_ior;
+        let transmitted = if bsdf.dielectric.is_exact() && self.film.is_none() {
+            let both = rough_volume_albedo::reflected_and_transmitted(&bsdf.lobe, wo, relative_ior);
+            positive(both - terms.exact)
+        } else {
+            // Tables know the exact curve alone.
+            let passes = |facet_cosine: f32| share_below(self.facet_reflectances(facet_cosine).0);
+            rough_volume_albedo::transmitted(&bsdf.lobe, wo, relative_ior, passes)
+        };
         let conserving = 1.0 / (reflected.max_element() + transmitted);
         // The dielectric is a mix of a transmitting and an opaque one.
         let factor = self.compensation.dielectric.lerp(Vec3::splat(conserving), bsdf.transmission);

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::MediaStack;
+use super::{ColorChannels, MediaStack};
 use crate::geometry::Ray;
 
 /// What light passes glass along a straight shadow ray.
@@ -16,6 +16,14 @@ pub(super) enum GlassPassage {
 }
 
 impl GlassPassage {
+    /// Index of refraction in front of a surface that a ray in `media` hits. Light that passes volumes straight is that of a ray from vacuum.
+    pub(super) fn ior_outside(self, media: &MediaStack) -> f32 {
+        match self {
+            Self::Straight => 1.0,
+            Self::ThinWalls => media.ior(ColorChannels::White),
+        }
+    }
+
     /// Transmittance of the last stretch of a ray: from its start, or from the last hit, given by its `t` with the length of the direction. Distant
     /// lights that rays cannot hit are taken to be outside of all volumes that the ray does not leave.
     pub(super) fn last_stretch(self, media: &MediaStack, ray: &Ray, hit: Option<(f32, f32)>) -> Vec3 {

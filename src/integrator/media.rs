@@ -89,6 +89,11 @@ impl Default for SurfaceMedia {
 }
 
 impl SurfaceMedia {
+    /// The volumes around a surface for a shadow ray of a lamp that rays cannot hit: from the surface to a distant one, from any other to the surface.
+    pub(super) fn of_lamp(is_distant: bool, media: MediaStack) -> Self {
+        if is_distant { Self::AtStart(media) } else { Self::AtEnd(media) }
+    }
+
     /// The volumes, whichever end they are at.
     pub(super) fn stack(&self) -> &MediaStack {
         match self {

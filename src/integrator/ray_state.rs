@@ -35,6 +35,8 @@ pub struct RayState {
     pub guide_share: f32,
     /// The weight that the ray would have without guiding over its weight; 1 where it has more by guiding. Russian roulette follows that one.
     pub unguided_ratio: f32,
+    /// Whether an earlier surface of a path has the light of lamps that rays cannot hit, straight through glass: glass that the ray finds does not scatter it once more.
+    pub has_lamps: bool,
     /// Whether a ray of Whitted's tree sees the peaks of the environment: not where its last surface shows them as highlights.
     pub sees_peaks: bool,
     /// The lamps that an earlier surface of a ray of Whitted's tree showed. Their light passes glass straight, so frosted glass that the ray finds does not show them
@@ -107,6 +109,7 @@ impl RayState {
             light_pass: None,
             guide_share: 1.0,
             unguided_ratio: 1.0,
+            has_lamps: false,
             sees_peaks: true,
             shown_lamps: LightSet::default(),
             blur: 0.0,

@@ -84,11 +84,13 @@ struct ShadowCache {
 }
 
 impl ShadowCache {
-    /// The lobes that straight light passes, from vacuum. The direction of anisotropy hardly changes how much light passes.
-    fn straight_lobes(&mut self, material: &MaterialSample) -> Bsdf {
-        let albedo_slice = self.albedo_slices.between(1.0, material.ior);
-        let isotropic = MaterialSample { anisotropy: None, ..*material };
-        Bsdf::with_albedos(&isotropic, 1.0, material.ior, albedo_slice)
+    /// The lobes that light passes from a medium of index `ior_outside`. Thin walls have those that shading finds there, since both decide which walls
+    /// are clear. Elsewhere the direction of anisotropy hardly changes how much light passes.
+    fn lobes(&mut self, passage: GlassPassage, material: &MaterialSample, ior_outside: f32) -> Bsdf {
+        let albedo_slice = self.albedo_slices.between(ior_outside, material.ior);
+        let anisotropy = material.anisotropy.filter(|_| passage == GlassPassage::ThinWalls);
+        let material = MaterialSample { anisotropy, ..*material };
+        Bsdf::with_albedos(&material, ior_outside, material.ior, albedo_slice)
     }
 }
 
@@ -96,6 +98,7 @@ impl ShadowCache {
 #[derive(Debug)]
 struct ConstantGlass {
     material: MaterialIndex,
+    ior_outside: f32,
     bsdf: Bsdf,
     /// Base colour.
     tint: Vec3,
@@ -188,8 +191,8 @@ impl ShadowBatch {
         mut next: impl FnMut(Option<HitOrder>) -> Option<Hit>,
     ) -> MediaStack {
         let mut media = match &self.media[index as usize] {
-            SurfaceMedia::AtEnd(media) if !media.is_empty() => media.clone(),
-            at_start => return at_start.stack().clone(),
+            SurfaceMedia::AtEnd(media) => media.clone(),
+            SurfaceMedia::AtStart(media) => return media.clone(),
         };
         let (mut crossed, mut after) = (Vec::new(), None);
         for _ in 0..TRANSPARENCY_LIMIT {
@@ -278,7 +281,7 @@ fn through_surfaces(
             return ShadowTransmittance { transmittance, hidden, limit_reached: false };
         };
         after = Some(hit.order());
-        let surface = through_surface(context, (ray, passage), &hit, cache);
+        let surface = through_surface(context, (ray, passage), (&hit, passage.ior_outside(&media)), cache);
         let to_surface = media.transmittance((hit.t - reached_t) * length);
         hidden += transmittance * to_surface * surface.hidden;
         transmittance *= to_surface * surface.transmittance;
@@ -316,14 +319,14 @@ struct SurfaceTransmittance {
 fn through_surface(
     context: &IntegratorContext<'_>,
     (ray, passage): (&Ray, GlassPassage),
-    hit: &Hit,
+    (hit, ior_outside): (&Hit, f32),
     cache: &mut ShadowCache,
 ) -> SurfaceTransmittance {
     let alpha = alpha_at(context.view, hit);
     let frame = context.view.frame;
     let material = &frame.materials[frame.instance(hit.triangle).material.index()];
     let (glass, tint) = if material.transmits() && passage.passes(context, material) {
-        glass_transmittance(context, (ray, passage), hit, cache)
+        glass_transmittance(context, (ray, passage), (hit, ior_outside), cache)
     } else {
         (Vec3::ZERO, Vec3::ONE)
     };
@@ -340,7 +343,7 @@ fn through_surface(
 fn glass_transmittance(
     context: &IntegratorContext<'_>,
     (ray, passage): (&Ray, GlassPassage),
-    hit: &Hit,
+    (hit, ior_outside): (&Hit, f32),
     cache: &mut ShadowCache,
 ) -> (Vec3, Vec3) {
     let view = context.view;
@@ -349,19 +352,18 @@ fn glass_transmittance(
     let wo = Vec3::new(libm::sqrtf((1.0 - cosine * cosine).abs()), 0.0, cosine);
     let index = point.instance.material;
     if context.constant_materials[index.index()] && !point.instance.has_colors(view.scene) {
-        if cache.glass.as_ref().is_none_or(|known| known.material != index) {
+        let is_known = |glass: &ConstantGlass| glass.material == index && glass.ior_outside == ior_outside;
+        if !cache.glass.as_ref().is_some_and(is_known) {
             let values = material_values(view, &point, &cache.probes);
-            let bsdf = cache.straight_lobes(&values);
-            cache.glass = Some(ConstantGlass { material: index, bsdf, tint: values.base_color });
+            let bsdf = cache.lobes(passage, &values, ior_outside);
+            cache.glass = Some(ConstantGlass { material: index, ior_outside, bsdf, tint: values.base_color });
         }
         let of_constant = |glass: &ConstantGlass| (passage.transmittance(&glass.bsdf, wo), glass.tint);
         return cache.glass.as_ref().map_or((Vec3::ZERO, Vec3::ONE), of_constant);
     }
     let material = material_values(view, &point, &cache.probes);
-    // An anisotropic wall is rough along one direction at least.
-    let is_clear = passage == GlassPassage::Straight || material.anisotropy.is_none();
-    if material.transmission > 0.0 && is_clear {
-        let glass = passage.transmittance(&cache.straight_lobes(&material), wo);
+    if material.transmission > 0.0 {
+        let glass = passage.transmittance(&cache.lobes(passage, &material, ior_outside), wo);
         (glass * coat_transmittance(&material, &point), material.base_color)
     } else {
         (Vec3::ZERO, Vec3::ONE)

@@ -35,6 +35,7 @@ impl Surface {
 fn white_surfaces(roughness: f32) -> Vec<Surface> {
     let white = MaterialSample { roughness, ..MaterialSample::default() };
     let glass = MaterialSample { transmission: 1.0, thin: false, ..white };
+    let little_specular = MaterialSample { specular: 0.5, is_tinted: true, ..glass };
     let film = IridescenceSample { factor: 1.0, ior: 1.3, thickness_nm: 400.0 };
     let surface = |name, material| Surface { name, material, ior_outside: 1.0, ior_inside: 1.5, coat: None };
     let anisotropy = Some(AnisotropySample { strength: 0.7, direction: Vec3::X });
@@ -52,6 +53,9 @@ fn white_surfaces(roughness: f32) -> Vec<Surface> {
         Surface { ior_outside: 1.5, ior_inside: 1.0, ..surface("volume from inside", glass) },
         Surface { ior_inside: 1.1, ..surface("volume of low index", glass) },
         Surface { ior_outside: 2.4, ior_inside: 1.0, ..surface("diamond from inside", glass) },
+        surface("volume of little specular", little_specular),
+        Surface { ior_outside: 1.5, ior_inside: 1.0, ..surface("the same from inside", little_specular) },
+        surface("volume without specular", MaterialSample { specular: 0.0, ..little_specular }),
         surface("diffuse transmission", MaterialSample { diffuse_transmission: 0.6, ..white }),
         surface("iridescent dielectric", MaterialSample { iridescence: Some(film), ..white }),
         surface("anisotropic metal", MaterialSample { anisotropy, ..metal }),

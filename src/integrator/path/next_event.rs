@@ -95,13 +95,8 @@ impl Tracer<'_, '_> {
         let position = shaded.point.position;
         let Some(sample) = self.context.lights[light].sample(position, u_point) else { return };
         let (end, media) = shaded.lamp_shadow_end(sample.wi, sample.span(position));
-        let at = if sample.is_distant() { SurfaceMedia::AtStart } else { SurfaceMedia::AtEnd };
-        self.push_shadow(
-            shaded,
-            (light, LightPass::Direct),
-            (sample.shadow_ray(end), at(media)),
-            contribution,
-        );
+        let media = SurfaceMedia::of_lamp(sample.is_distant(), media);
+        self.push_shadow(shaded, (light, LightPass::Direct), (sample.shadow_ray(end), media), contribution);
     }
 
     fn sample_environment(

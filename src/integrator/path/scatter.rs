@@ -8,7 +8,7 @@ use super::guided_direction::{ProposedDirection, ScatteredDirection};
 use super::path_block::PathBlock;
 use super::shaded_point::ShadedPoint;
 use crate::bsdf::{ScatterLobe, ScatterSample};
-use crate::geometry::{ActiveLanes, LANES, Ray};
+use crate::geometry::{ActiveLanes, Facing, LANES, Ray};
 use crate::integrator::last_scatter::LastScatter;
 use crate::integrator::tracing::Tracer;
 use crate::integrator::{LightPass, RayKind, RayState};
@@ -132,6 +132,11 @@ impl Tracer<'_, '_> {
                 visible: shaded.visible,
             })
         };
+        // A mirror outside shows glass as the camera does.
+        let is_within =
+            point.facing == Facing::Back && self.context.interiors.medium(point.instance).is_some();
+        let begins_anew = is_reflected && !is_within;
+        let has_lamps = !sample.is_smooth || (state.has_lamps && !begins_anew);
         let own_pass = match sample.lobe {
             ScatterLobe::SpecularReflection | ScatterLobe::Diffuse => LightPass::Reflection,
             ScatterLobe::Transmission | ScatterLobe::DiffuseTransmission => LightPass::Refraction,
@@ -153,6 +158,7 @@ impl Tracer<'_, '_> {
             light_pass: shaded.light_pass.or(Some(own_pass)),
             guide_share,
             unguided_ratio,
+            has_lamps,
             depth: state.depth + 1,
             ..*state
         };

@@ -90,9 +90,9 @@ impl ShadedPoint<'_, '_> {
         self.is_outside(wi) && self.material.clear_coat.is_some()
     }
 
-    /// Whether the light of a lamp that rays cannot hit reached the last surface straight through this one, from the world-space direction `wi`.
+    /// Whether the light of a lamp that rays cannot hit reached an earlier surface straight through this one, from the world-space direction `wi`.
     pub(super) fn has_passed_straight(&self, wi: Vec3) -> bool {
-        !self.is_outside(wi) && self.material.transmission > 0.0 && self.last.is_some()
+        !self.is_outside(wi) && self.material.transmission > 0.0 && self.state.has_lamps
     }
 
     /// Start of shadow rays towards light from the world-space direction `wi`.

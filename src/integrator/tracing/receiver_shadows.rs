@@ -73,11 +73,12 @@ impl ReceiverShadows {
         self.irradiance.insert((normal, irradiance)).1
     }
 
-    pub(super) fn push(&mut self, batch: usize, ray: Ray, irradiance: Vec3) {
+    /// Adds a shadow ray. `media` are the volumes around the receiver.
+    pub(super) fn push(&mut self, batch: usize, (ray, media): (Ray, SurfaceMedia), irradiance: Vec3) {
         if batch >= self.batches.len() {
             self.batches.resize_with(batch + 1, ShadowBatch::default);
         }
-        let index = self.batches[batch].push(ray, SurfaceMedia::default());
+        let index = self.batches[batch].push(ray, media);
         self.rays.push(ReceiverRay { batch, index, irradiance });
     }
 }

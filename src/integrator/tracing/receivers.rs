@@ -13,10 +13,11 @@ use crate::bvh::Hit;
 use crate::color::luminance;
 use crate::geometry::Ray;
 use crate::integrator::environment_directions::GOLDEN_SHARE;
+use crate::integrator::media::SurfaceMedia;
 use crate::integrator::random::{Purpose, r2_moved};
 use crate::integrator::wavefront::{FollowedRay, RaySlot, Wavefront};
 use crate::integrator::zsobol::SampleSequence;
-use crate::integrator::{EnvSamples, Integrator, RayState, Seed};
+use crate::integrator::{EnvSamples, Integrator, MediaStack, RayState, Seed};
 use crate::interaction::catches_shadows;
 
 /// Shadow rays after which queued receivers are traced: enough for full packets, and little memory.
@@ -163,7 +164,10 @@ impl Tracer<'_, '_> {
                 if context.occluders.is_some_and(|occluders| occluders.is_missed_by(&ray)) {
                     certain += luminance(irradiance);
                 } else {
-                    shadows.push(index, ray, irradiance);
+                    // No volumes are around a receiver.
+                    let is_distant = incidence.span == Vec3::ZERO;
+                    let media = SurfaceMedia::of_lamp(is_distant, MediaStack::default());
+                    shadows.push(index, (ray, media), irradiance);
                 }
             }
         }
@@ -200,7 +204,8 @@ impl Tracer<'_, '_> {
             for number in 0..rays {
                 let random = (choice + number as f32 * GOLDEN_SHARE).fract();
                 if let Some(wi) = directions.grid.diffuse(receiver.normal, r2_moved(u, number), random) {
-                    shadows.push(lights, Ray::new(origin, wi), all / rays as f32);
+                    let ray = (Ray::new(origin, wi), SurfaceMedia::default());
+                    shadows.push(lights, ray, all / rays as f32);
                 }
             }
             return 0.0;
@@ -215,7 +220,7 @@ impl Tracer<'_, '_> {
             if share > 0.0 {
                 let decided = all * (share / (rays as f32 * probability));
                 certain -= luminance(decided);
-                shadows.push(lights, Ray::new(origin, wi), decided);
+                shadows.push(lights, (Ray::new(origin, wi), SurfaceMedia::default()), decided);
             }
         }
         certain

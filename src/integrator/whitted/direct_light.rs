@@ -53,7 +53,6 @@ impl Tracer<'_, '_> {
                     (shading.point.shadow_end_inside(span), &shading.transmission_side.media)
                 };
                 let is_distant = span == Vec3::ZERO;
-                let at = if is_distant { SurfaceMedia::AtStart } else { SurfaceMedia::AtEnd };
                 self.shadows.push(ShadowRay {
                     signature: shading.signature,
                     light: index,
@@ -63,7 +62,7 @@ impl Tracer<'_, '_> {
                     contribution,
                     for_hidden: Vec3::ZERO,
                     environment_clamp: None,
-                    media: at(media.clone()),
+                    media: SurfaceMedia::of_lamp(is_distant, media.clone()),
                 });
             }
         }

@@ -44,18 +44,18 @@ impl Tracer<'_, '_> {
         for (index, direct) in block.direct.iter().enumerate() {
             let contribution = direct.contribution.get(lane);
             if contribution.max_element() > 0.0 {
-                let end = direct.shadow_end.get(lane);
+                let (light, end) = (&self.context.lights[index], direct.shadow_end.get(lane));
                 self.shadows.push(ShadowRay {
                     signature: slot.signature,
                     light: index,
-                    ray: self.context.lights[index].shadow_ray(end, state.seed, index),
+                    ray: light.shadow_ray(end, state.seed, index),
                     sample: state.sample,
                     light_pass: light_pass.unwrap_or(LightPass::Direct),
                     contribution,
                     for_hidden: Vec3::ZERO,
                     environment_clamp: None,
                     // Blocks are in vacuum.
-                    media: SurfaceMedia::default(),
+                    media: SurfaceMedia::of_lamp(light.position().is_none(), MediaStack::default()),
                 });
             }
         }

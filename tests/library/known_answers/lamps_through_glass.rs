@@ -214,3 +214,67 @@ fn suns_behind_clear_glass_show_where_glass_stops_shadow_rays() {
     let [straight, opaque] = [GlassShadows::Straight, GlassShadows::Opaque].map(see);
     assert!((opaque / straight - 1.0).abs() < 0.15, "{opaque} instead of {straight}");
 }
+
+#[test]
+fn an_invisible_slab_below_a_frosted_lamp_changes_nothing() {
+    // The floor has the lamp by its own shadow ray. A path that finds the frosted glass beyond the slab must not add it once more.
+    let air = Material { volume: Some(Volume::CLEAR), ior: 1.0, ..frosted(0.0) };
+    let sheet = Volume { thickness: 1.0, ..Volume::CLEAR };
+    for shade in [frosted(0.6), Material { volume: Some(sheet), ..frosted(0.6) }] {
+        let floor = |has_slab: bool| {
+            let mut stage = super::path::stage(4096);
+            stage.add(super::path::floor(2.0), lambert(Vec3::splat(0.8)));
+            let sheet = if shade.volume.is_some() {
+                cuboid(Vec3::Y * 2.0, Vec3::new(2.5, 0.05, 2.5))
+            } else {
+                rectangle(Vec3::Y * 2.0, Vec3::Z * 2.5, Vec3::X * 2.5)
+            };
+            stage.add(sheet, Material { double_sided: true, ..shade.clone() });
+            if has_slab {
+                stage.add(cuboid(Vec3::Y * 0.8, Vec3::new(3.0, 0.2, 3.0)), air.clone());
+            }
+            stage.add_light(LightKind::Point, 40.0, Vec3::Y * 4.0, Vec3::NEG_Y);
+            super::path::middle(&stage)
+        };
+        let open = floor(false);
+        assert!(open.x > 0.1);
+        assert_close(floor(true), open.truncate(), 0.02 * open.x);
+    }
+}
+
+#[test]
+fn the_innermost_of_nested_volumes_absorbs_the_light_of_a_lamp_in_it() {
+    // Half a metre in the inner volume, 0.3 m in the outer one, and the rest in vacuum.
+    let (inner, outer) = (Vec3::new(0.8, 0.4, 0.6), Vec3::new(0.5, 0.9, 0.7));
+    let volume = |color: Vec3| {
+        let volume = Volume { thickness: 1.0, attenuation_distance: 1.0, attenuation_color: color };
+        Material { volume: Some(volume), ior: 1.0, ..frosted(0.0) }
+    };
+    let absorbed = |distance: f32| move |channel: f32| libm::powf(channel, distance);
+    let expected =
+        Vec3::from(inner.to_array().map(absorbed(0.5))) * Vec3::from(outer.to_array().map(absorbed(0.3)));
+    for integrator in [Integrator::Whitted, Integrator::Path] {
+        let lit = |is_nested: bool, is_catcher: bool| {
+            let mut stage = super::path::stage(16);
+            stage.settings.integrator = integrator;
+            let floor = Material { is_shadow_catcher: is_catcher, ..lambert(Vec3::ONE) };
+            stage.add(super::path::floor(5.0), floor);
+            if is_nested {
+                stage.add(cuboid(Vec3::Y * 4.0, Vec3::new(1.0, 0.5, 1.0)), volume(inner));
+                stage.add(cuboid(Vec3::Y * 4.1, Vec3::new(2.0, 0.9, 2.0)), volume(outer));
+            }
+            stage.add_light(LightKind::Point, 50.0, Vec3::Y * 4.0, Vec3::NEG_Y);
+            stage.look(Vec3::new(1e-3, 3.0, 0.0), Vec3::ZERO)
+        };
+        let share = lit(true, false).truncate() / lit(false, false).truncate();
+        assert!(share.abs_diff_eq(expected, 2e-3), "{integrator:?}: {share} instead of {expected}");
+        // Catchers catch the shadow as grey.
+        let luminance = expected.dot(Vec3::new(0.2126, 0.7152, 0.0722));
+        let alpha = lit(true, true).w;
+        assert!(
+            (1.0 - alpha - luminance).abs() < 0.01,
+            "{integrator:?}: {alpha} instead of {}",
+            1.0 - luminance
+        );
+    }
+}

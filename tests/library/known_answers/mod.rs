@@ -19,5 +19,6 @@ mod reflection;
 mod skin;
 mod surface;
 mod textured_lamps;
+mod thin_walls;
 mod touching;
 mod visible_environment;

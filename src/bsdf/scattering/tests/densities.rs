@@ -41,6 +41,8 @@ fn values_integrate_to_albedos() {
             let tolerance = match surface.name {
                 // The lobe is sharper than the grid.
                 "volume of low index" => 2e-2,
+                // Half of the light passes up to the critical angle, none beyond it: an edge within cells of the grid.
+                "the same from inside" => 1e-2,
                 _ => 3e-3,
             };
             assert!(error < tolerance, "{surface:?} {cosine}: {error}");

@@ -58,5 +58,5 @@ fn facets_reflect_and_refract_the_albedos_of_their_lobes() {
             }
         }
     }
-    assert_eq!(volumes, 18);
+    assert_eq!(volumes, 27);
 }

@@ -47,7 +47,7 @@ pub struct SequenceJob {
     pub sequence_outputs: SequenceOutputs,
     /// Exposure of tone-mapped files.
     pub exposure: Exposure,
-    /// What automatic exposure measures, where it is that of several sequences.
+    /// What automatic exposure measures, where it is that of several sequences or runs.
     pub shared_exposure: Option<Arc<SharedExposure>>,
     /// Tone curve of tone-mapped files.
     pub tone: ToneCurve,

@@ -19,7 +19,7 @@ use crate::render::{
 use crate::scene::{CameraChanges, Ground, Scene, SelectedCamera, Selection, Turntable, VariantIndex};
 use crate::sha256::hex;
 
-use super::{Exposure, OutputFormat, SequenceJob, Shutter};
+use super::{Exposure, OutputFormat, SequenceJob, SharedExposure, Shutter};
 
 /// Number of the rule of automatic exposure: frames by two rules never belong to one sequence.
 const METERING: u32 = 2;
@@ -131,11 +131,10 @@ fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
     if decides_about_samples {
         content["sampled_at"] = exposure_key(*exposure);
     }
-    // Automatic exposure of several sequences depends on all of them.
     let is_shown = decides_about_samples || output.format() != OutputFormat::Exr;
-    let is_measured = is_shown && *exposure == Exposure::Auto;
-    if let Some(shared) = shared_exposure.as_ref().filter(|_| is_measured) {
-        content["measured"] = shared.selections.iter().map(selection_key).collect();
+    let measured = shared_exposure.as_ref().filter(|_| is_shown && *exposure == Exposure::Auto);
+    if let Some(key) = measured.and_then(|shared| shared_exposure_key(shared, selection)) {
+        content["measured"] = key;
     }
     content
 }
@@ -207,6 +206,12 @@ fn glass_shadows_key(glass_shadows: GlassShadows) -> &'static str {
 }
 
 /// Clips, camera and variant of a selection; no variant where primitives keep their own materials. All of a scene share the rest.
+/// Automatic exposure of several sequences depends on all of them; that of `own` alone is the exposure of one sequence.
+fn shared_exposure_key(shared: &SharedExposure, own: &Selection) -> Option<serde_json::Value> {
+    let keys: Vec<_> = shared.selections.iter().map(selection_key).collect();
+    (keys != [selection_key(own)]).then(|| keys.into())
+}
+
 fn selection_key(selection: &Selection) -> serde_json::Value {
     let Selection { clips, camera, camera_changes, variant, roots: _, image_light: _ } = selection;
     let clips: Vec<_> = clips.iter().map(|clip| clip.0).collect();

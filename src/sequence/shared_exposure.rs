@@ -6,7 +6,8 @@ use crate::scene::Selection;
 
 /// Selections whose light decides one automatic exposure, and that exposure once it is found.
 ///
-/// The clips, cameras and variants of a scene share one, so that their images compare.
+/// The clips, cameras and variants of a scene share one, so that their images compare. Runs of one selection share its own, which is
+/// measured once for all of them.
 #[derive(Debug)]
 pub struct SharedExposure {
     /// The measured selections, with their cameras.

@@ -1,6 +1,7 @@
 //! The automatic exposure of moving scenes, and of those that emissive surfaces light.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::{Mat4, Vec3};
 use rayframe::cancel::CancelFlag;
@@ -12,9 +13,9 @@ use rayframe::output::auto_exposure_ev;
 use rayframe::render::RenderSettings;
 use rayframe::scene::{
     AnimationTarget, BuiltInLight, Environment, LightIndex, LightKind, LightProperty, Material, Projection,
-    SelectedCamera, ViewRequest,
+    SelectedCamera, Selection, ViewRequest,
 };
-use rayframe::sequence::{SequenceJob, exposure_ev, render_single_frame};
+use rayframe::sequence::{SequenceJob, SharedExposure, exposure_ev, render_hash, render_single_frame};
 
 use crate::stage::{Stage, animate_by_keys, cuboid, lambert, rectangle, select_all, sequence_job};
 
@@ -92,6 +93,20 @@ fn emissive_surfaces_that_light_a_scene_decide_instead_of_the_studio() {
     // A lamp that brings less light than the studio does not, and Whitted's tree has no such lamps.
     assert_eq!(exposure_of(&beside_panel(0.5, false, studio(), Integrator::Path)), 0.0);
     assert_eq!(exposure_of(&beside_panel(200.0, true, studio(), Integrator::Whitted)), 0.0);
+}
+
+#[test]
+fn runs_that_share_the_exposure_of_their_selection_render_the_same_frames() {
+    let mut job = beside_panel(20.0, true, Environment::None, Integrator::Path);
+    let (hash, alone) = (render_hash(&job, 1), exposure_of(&job));
+    job.shared_exposure = Some(Arc::new(SharedExposure::new(vec![job.selection.clone()])));
+    assert_eq!((render_hash(&job, 1), exposure_of(&job)), (hash.clone(), alone));
+    // With another selection it is another exposure.
+    let other = Selection { camera: SelectedCamera::Auto, ..job.selection.clone() };
+    for selections in [vec![other.clone()], vec![job.selection.clone(), other]] {
+        job.shared_exposure = Some(Arc::new(SharedExposure::new(selections)));
+        assert_ne!(render_hash(&job, 1), hash);
+    }
 }
 
 #[test]

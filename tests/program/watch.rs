@@ -272,3 +272,17 @@ fn an_image_is_watched_with_the_settings_of_a_shot_file_for_exr_files() {
     assert_eq!(terminate(&mut running), Some(15));
     assert!(!folder.join("out").exists());
 }
+
+#[test]
+fn a_measured_exposure_gives_the_bytes_of_render() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/light/point.gltf");
+    std::fs::copy(scene, folder.join("a.gltf")).unwrap();
+    let scene = [&["a.gltf"][..], &SIZE, &["-f", "0"]].concat();
+    let expected = rendered(folder, &scene);
+    let mut running = watch(folder, &[&scene[..], &["-o", "look.png"]].concat());
+    wait_for(folder, "the image", &expected);
+    assert_eq!(terminate(&mut running), Some(15));
+    assert_eq!(told(folder).matches("chosen automatically").count(), 1, "{}", told(folder));
+}

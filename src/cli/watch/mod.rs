@@ -9,6 +9,7 @@ mod options;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 
@@ -18,7 +19,9 @@ use crate::progress::{print_error, print_note};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Result, Warning, exit_code};
 use rayframe::image_file::{inspect_exr, inspect_png, write_atomically};
-use rayframe::sequence::{ExistingFiles, OutputFormat, OutputPattern, Plan, SequenceJob, check_whole_frames};
+use rayframe::sequence::{
+    ExistingFiles, OutputFormat, OutputPattern, Plan, SequenceJob, SharedExposure, check_whole_frames,
+};
 
 use super::exit_status::{ExitStatus, exit_status};
 use super::render::{check_others, other_files, perform, prepare};
@@ -111,6 +114,7 @@ impl Watch<'_> {
             return Err(Error::setting("output", "one image is watched; end the name with .png or .exr"));
         }
         resolved.sequence.existing = ExistingFiles::Overwrite;
+        measure_exposure_once(&mut resolved.sequence);
         let RenderJob { sequence: job, choices, warnings, camera, environment, inputs, .. } = &resolved;
         // The coarse image is one at once.
         check_whole_frames(job)?;
@@ -216,6 +220,12 @@ fn refuse_many(job: &SequenceJob) -> Result<()> {
     }
 }
 
+/// Gives the coarse image and the full one the same automatic exposure.
+fn measure_exposure_once(job: &mut SequenceJob) {
+    let shared = SharedExposure::new(vec![job.selection.clone()]);
+    job.shared_exposure = Some(Arc::new(shared));
+}
+
 /// `robot.watch.png` in the current folder: the output of a shot file is kept for its frames. EXR where settings need what PNG
 /// files cannot hold.
 fn own_name(shot: &ShotSettings) -> OsString {
@@ -264,5 +274,31 @@ fn path_of(error: &Error) -> Option<PathBuf> {
         | Error::Refused { path, .. }
         | Error::Setting(SettingError { origin: Provenance::File { path, .. }, .. }) => Some(path.clone()),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rayframe::sequence::exposure_ev;
+    use rayframe::settings::Settings;
+
+    #[test]
+    fn the_full_image_has_the_exposure_that_was_measured_for_the_coarse_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let output = OutputPattern::parse(folder.path().join("look.png").as_os_str()).unwrap();
+        let mut settings = Settings::default();
+        settings.output = Some(output.into());
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/light/point.gltf");
+        let shot = ShotSettings::read_with(&scene, settings).unwrap();
+        let mut job = resolve(&shot, ImageLoading::Texels).unwrap().sequence;
+        measure_exposure_once(&mut job);
+        let plan = Plan::new(&job).unwrap();
+        // A cancelled measurement fails.
+        let raised = CancelFlag::new();
+        raised.raise();
+        assert!(exposure_ev(&job, &raised).is_err());
+        coarse::write(&job, &plan.frames[0], &CancelFlag::new()).unwrap();
+        assert!(exposure_ev(&job, &raised).is_ok());
     }
 }

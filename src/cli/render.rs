@@ -15,7 +15,7 @@ use std::time::Instant;
 use rayon::ThreadPoolBuilder;
 
 use crate::progress::{
-    Part, Total, print_json, print_note, print_output, print_scene_failure, print_warning,
+    Part, RunKind, Total, print_json, print_note, print_output, print_scene_failure, print_warning,
 };
 use rayframe::cancel::CancelFlag;
 use rayframe::error::exit_code::permanence;
@@ -248,9 +248,9 @@ impl Session {
         let mut is_complete = true;
         for (job, plan) in planned {
             print_summary(job, plan, args);
-            let part = self.is_many.then_some(self.part);
+            let run = if self.is_many { RunKind::Part(self.part) } else { RunKind::Alone };
             self.ends_at_once.store(false, Ordering::Relaxed);
-            let outcome = perform(job, plan, args, part, &self.cancel);
+            let outcome = perform(job, plan, args, run, &self.cancel);
             self.sheets.add(job, plan, &outcome.summary);
             self.part.before += plan.frames.len();
             let is_cut_short = outcome.summary.written.len() < plan.frames.len();

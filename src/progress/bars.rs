@@ -107,8 +107,8 @@ impl Bars {
                 self.frame.finish_and_clear();
                 self.sequence.finish_and_clear();
                 // The bars are cleared; their own line would not end in a newline.
-                if self.reported.part.is_none() {
-                    print_note(&summary_text(summary, eta.total, &self.reported.output));
+                if self.reported.part().is_none() {
+                    print_note(&summary_text(summary, eta.total, &self.reported));
                 }
             }
             _ => {}

@@ -30,7 +30,7 @@ pub(crate) use print::{
     escaped_json, escaped_lines, one_line, print_error, print_generated, print_json, print_note,
     print_output, print_raw, print_warning,
 };
-pub(crate) use reported::{Part, ReportedSequence};
+pub(crate) use reported::{Part, ReportedSequence, RunKind};
 pub(crate) use reporter::Reporter;
 pub(crate) use standard_output::{note_failure as note_output_failure, take_failure as take_output_failure};
 pub(crate) use suite::SuiteProgress;

@@ -88,10 +88,10 @@ impl OpenJdLines {
                 state.eta.done += 1;
                 vec![failure(&option_names(&format!("{}: {error}", self.sequence.frame_text(frame.frame))))]
             }
-            SequenceEvent::Finished(summary) if self.sequence.part.is_none() => {
+            SequenceEvent::Finished(summary) if self.sequence.part().is_none() => {
                 let is_done = !summary.is_interrupted && summary.failed.is_empty();
                 let progress = is_done.then(|| state.progress(state.eta.total as f64));
-                let text = status(&summary_text(summary, state.eta.total, &self.sequence.output));
+                let text = status(&summary_text(summary, state.eta.total, &self.sequence));
                 progress.into_iter().chain([text]).collect()
             }
             _ => Vec::new(),

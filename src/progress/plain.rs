@@ -55,8 +55,8 @@ impl PlainLines {
                 }
             }
             SequenceEvent::Warned(warning) => print_warning(&warning.to_string()),
-            SequenceEvent::Finished(summary) if self.sequence.part.is_none() => {
-                print_note(&summary_text(summary, eta.total, &self.sequence.output));
+            SequenceEvent::Finished(summary) if self.sequence.part().is_none() => {
+                print_note(&summary_text(summary, eta.total, &self.sequence));
             }
             _ => {}
         }
@@ -128,9 +128,9 @@ pub(super) fn and_count(count: usize, what: &str) -> String {
     if count == 0 { String::new() } else { format!(", {count} {what}") }
 }
 
-/// Last line of a run of `total` frames that writes `output`:
-/// `8 frames written to out/demo.####.exr in 24.7 s`.
-pub(super) fn summary_text(summary: &Summary, total: usize, output: &str) -> String {
+/// Last line of a run of `total` frames of `sequence`: `8 frames written to out/demo.####.exr in 24.7 s`.
+pub(super) fn summary_text(summary: &Summary, total: usize, sequence: &ReportedSequence) -> String {
+    let output = &sequence.output;
     let frames = |count: usize| plural(count as u64, "frame");
     let previews = match summary.previews {
         0 => String::new(),
@@ -161,11 +161,8 @@ pub(super) fn summary_text(summary: &Summary, total: usize, output: &str) -> Str
         [report] => format!(" to {}", report.path.display()),
         _ => format!(" to {output}"),
     };
-    let stopped = if summary.is_interrupted {
-        "; stopped before the end, the same command with --resume goes on from here"
-    } else {
-        ""
-    };
+    let stopped =
+        if summary.is_interrupted { format!("; {}", sequence.interruption_text()) } else { String::new() };
     format!(
         "{written} written{place} in {}{}{previews}{}{stopped}",
         duration_text(summary.seconds),
@@ -176,20 +173,37 @@ pub(super) fn summary_text(summary: &Summary, total: usize, output: &str) -> Str
 
 #[cfg(test)]
 mod tests {
+    use super::super::reported::RunKind;
     use super::*;
+    use rayframe::cancel::CancelFlag;
 
     #[test]
     fn the_last_line_counts_written_kept_and_failed_frames() {
+        let text = |summary: &Summary, total, output: &str| {
+            let sequence = ReportedSequence { output: output.to_owned(), ..ReportedSequence::default() };
+            summary_text(summary, total, &sequence)
+        };
         let kept = |kept: &[i64]| Summary { kept: kept.to_vec(), ..Summary::default() };
-        assert_eq!(summary_text(&kept(&[1, 2, 3, 4]), 0, "a.#.exr"), "all 4 frames were there already");
-        assert_eq!(summary_text(&kept(&[1]), 0, "a.exr"), "the frame was there already");
+        assert_eq!(text(&kept(&[1, 2, 3, 4]), 0, "a.#.exr"), "all 4 frames were there already");
+        assert_eq!(text(&kept(&[1]), 0, "a.exr"), "the frame was there already");
         let anew = Summary { previews: 2, ..kept(&[1, 2]) };
-        let text = summary_text(&anew, 0, "a.#.exr");
-        assert_eq!(text, "all 2 frames were there already, 2 previews written beside what was kept");
+        let anew = text(&anew, 0, "a.#.exr");
+        assert_eq!(anew, "all 2 frames were there already, 2 previews written beside what was kept");
         let stopped = Summary { is_interrupted: true, seconds: 2.0, ..kept(&[1]) };
-        let text = summary_text(&stopped, 3, "a.#.exr");
-        assert!(text.starts_with("0 of 3 frames written in 2.0 s, 1 kept; stopped"), "{text}");
+        let resumable = text(&stopped, 3, "a.#.exr");
+        assert!(resumable.starts_with("0 of 3 frames written in 2.0 s, 1 kept; stopped"), "{resumable}");
         let movie = Summary { is_movie: true, ..stopped };
-        assert_eq!(summary_text(&movie, 3, "a.mp4"), "0 of 3 frames rendered in 2.0 s; a.mp4 was not made");
+        assert_eq!(text(&movie, 3, "a.mp4"), "0 of 3 frames rendered in 2.0 s; a.mp4 was not made");
+    }
+
+    #[test]
+    fn a_watch_says_why_an_image_is_unfinished() {
+        let end = CancelFlag::new();
+        let sequence = ReportedSequence { run: RunKind::Watch(end.clone()), ..ReportedSequence::default() };
+        let summary = Summary { is_interrupted: true, seconds: 2.0, ..Summary::default() };
+        let text = || summary_text(&summary, 1, &sequence);
+        assert_eq!(text(), "0 of 1 frame written in 2.0 s; an input has changed, rendering begins again");
+        end.raise();
+        assert_eq!(text(), "0 of 1 frame written in 2.0 s; stopped before the end");
     }
 }

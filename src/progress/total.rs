@@ -12,6 +12,7 @@ use super::json::print_json;
 use super::openjd::print_openjd_total;
 use super::plain::and_count;
 use super::print::print_note;
+use super::reported::RESUMABLE;
 
 const SCHEMA: u32 = 1;
 
@@ -58,11 +59,7 @@ impl Total {
         } else {
             format!("{} of {} complete", self.complete_scenes, counted(self.scenes, "scene"))
         };
-        let stopped = if self.is_interrupted {
-            "; stopped before the end, the same command with --resume goes on from here"
-        } else {
-            ""
-        };
+        let stopped = if self.is_interrupted { format!("; {RESUMABLE}") } else { String::new() };
         format!(
             "{scenes}: {} written{}{} in {}{stopped}",
             counted(self.written, "frame"),

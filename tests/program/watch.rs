@@ -220,8 +220,14 @@ fn coarse_images_come_first_and_changes_cancel_the_render() {
     let first = coarse();
     write_scene(folder, "0, 0, 1");
     wait_until(folder, "another coarse image", || coarse().is_some_and(|hash| Some(hash) != first));
+    // The end alone is no reason to render again, and nothing is left to resume.
+    let again = "an input has changed, rendering begins again";
+    wait_until(folder, "the reason", || told(folder).contains(again));
     assert_eq!(terminate(&mut running), Some(15));
     assert_eq!(names(folder), ["a.gltf", "corners.bin", "told"], "a coarse image was left");
+    let told = told(folder);
+    assert_eq!(told.matches(again).count(), 1, "{told}");
+    assert!(told.trim_end().ends_with("; stopped before the end") && !told.contains("--resume"), "{told}");
 
     // The last finished image is restored.
     let whole = rendered(folder, &["a.gltf", "-r", "1920x1080", "--samples", "1"]);

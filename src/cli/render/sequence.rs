@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::progress::{Manifest, Part, ReportedSequence, Reporter, Verbosity, pretty_json};
+use crate::progress::{Manifest, ReportedSequence, Reporter, RunKind, Verbosity, pretty_json};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::Result;
 use rayframe::image_file::{
@@ -64,12 +64,12 @@ pub(in crate::cli) fn prepare(
 }
 
 /// Renders the frames with progress output, and writes manifest, statistics, movie and contact sheet. One failure does not
-/// prevent the rest. `part` is the position of the sequence where it is one of several.
+/// prevent the rest.
 pub(in crate::cli) fn perform(
     job: &RenderJob,
     plan: &Plan,
     args: &SettingValues,
-    part: Option<Part>,
+    run: RunKind,
     cancel: &CancelFlag,
 ) -> Outcome {
     let RenderJob { sequence, outline, .. } = job;
@@ -79,7 +79,7 @@ pub(in crate::cli) fn perform(
         output: sequence.output.shown(),
         scene: sequence.scene.path.clone(),
         names: outline.names.clone(),
-        part,
+        run,
     };
     let reporter = Reporter::new(args.progress, verbosity, &reported);
     let is_json = args.progress == ProgressStyle::Json;

@@ -15,7 +15,7 @@ use std::thread;
 
 use rayon::ThreadPoolBuilder;
 
-use crate::progress::{print_error, print_note};
+use crate::progress::{RunKind, print_error, print_note};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Result, Warning, exit_code};
 use rayframe::image_file::{inspect_exr, inspect_png, write_atomically};
@@ -186,7 +186,7 @@ impl Watch<'_> {
             for planned in &plan.frames {
                 coarse::write(&job.sequence, planned, &cancel)?;
             }
-            perform(job, plan, args, None, &cancel).result()
+            perform(job, plan, args, RunKind::Watch(self.stop.clone()), &cancel).result()
         })
     }
 }

@@ -2,6 +2,8 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 use rayon::ThreadPoolBuilder;
@@ -9,7 +11,7 @@ use rayon::ThreadPoolBuilder;
 use crate::progress::print_note;
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Result};
-use rayframe::merge::{MergePlan, MergedFrame, merge_frame};
+use rayframe::merge::{MergePlan, MergedFrame, join_frame, write_joined_frame};
 use rayframe::regression::{is_sequence, sequence_files};
 use rayframe::sequence::OutputPattern;
 
@@ -59,18 +61,24 @@ fn merge(args: &MergeArgs) -> Result<ExitStatus> {
     let max_memory_bytes = args.max_memory.unwrap_or_else(default_max_memory_bytes);
     let tiles: Vec<_> = args.tiles.iter().map(|path| files_of(path)).collect::<Result<_>>()?;
     let plan = MergePlan::new(&tiles.concat(), &output, args.overwrite, max_memory_bytes)?;
-    plan.prepare()?;
 
-    // Merge.
-    let cancel = CancelFlag::new();
-    let caught = signals::watch(&cancel)
+    // Merge. A signal ends the program at once, unless a file is being written.
+    let (cancel, ends_at_once) = (CancelFlag::new(), Arc::new(AtomicBool::new(false)));
+    let caught = signals::watch_unless(&cancel, &ends_at_once)
         .map_err(|error| Error::Internal { message: format!("signals cannot be watched: {error}") })?;
+    plan.prepare()?;
     for frame in &plan.frames {
+        ends_at_once.store(true, Ordering::Relaxed);
         if let (true, Some(signal)) = (cancel.is_raised(), caught.number()) {
             return Ok(ExitStatus::Signal(signal));
         }
         if !frame.is_done {
-            merge_frame(frame)?;
+            let joined = join_frame(frame)?;
+            ends_at_once.store(false, Ordering::Relaxed);
+            match (write_joined_frame(frame, &joined, &cancel), caught.number()) {
+                (Err(Error::Interrupted(_)), Some(signal)) => return Ok(ExitStatus::Signal(signal)),
+                (written, _) => written?,
+            }
         }
         if !args.quiet {
             print_note(&done_text(frame));

@@ -14,6 +14,7 @@ use std::time::Duration;
 use sha2::{Digest as _, Sha256};
 use tempfile::NamedTempFile;
 
+use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 
 /// Longest file name that common file systems take, bytes.
@@ -21,6 +22,8 @@ const NAME_MAX: usize = 255;
 /// Bytes that a temporary's name adds to the final one: two dots, the process (8 + 1 + 10), a dot, the random part, `.tmp`.
 const TEMPORARY_AFFIXES: usize = 2 + 19 + 1 + RANDOM_CHARACTERS + 4;
 const RANDOM_CHARACTERS: usize = 6;
+/// Bytes that are written between two looks at a cancellation flag.
+const CHUNK_BYTES: usize = 1 << 23;
 /// Age beyond which a temporary of an unknown machine counts as abandoned.
 const ABANDONED_AFTER: Duration = Duration::from_secs(24 * 3600);
 
@@ -30,10 +33,21 @@ const ABANDONED_AFTER: Duration = Duration::from_secs(24 * 3600);
 /// [`Error::CannotCreate`] when the temporary cannot be made, [`Error::WriteFailed`] when it cannot be written or renamed;
 /// then the temporary is removed and `path` is unchanged.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
+    write_atomically_unless(&CancelFlag::new(), path, bytes)
+}
+
+/// The same, unless `cancel` is raised while the bytes are written.
+///
+/// # Errors
+/// Those of [`write_atomically`], and [`Error::Interrupted`].
+pub(crate) fn write_atomically_unless(cancel: &CancelFlag, path: &Path, bytes: &[u8]) -> Result<()> {
     let Replacement(mut temporary) = begin_replacing(path)?;
-    // Write to the file itself, because errors of the wrapper name the temporary.
-    let written = temporary.as_file_mut().write_all(bytes);
-    written.map_err(|source| Error::WriteFailed { path: path.to_owned(), source })?;
+    for chunk in bytes.chunks(CHUNK_BYTES) {
+        cancel.check()?;
+        // Write to the file itself, because errors of the wrapper name the temporary.
+        let written = temporary.as_file_mut().write_all(chunk);
+        written.map_err(|source| Error::WriteFailed { path: path.to_owned(), source })?;
+    }
     Replacement(temporary).commit(path)
 }
 
@@ -258,6 +272,19 @@ mod tests {
         write_atomically(&path, b"a long first version").unwrap();
         write_atomically(&path, b"second").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"second");
+        assert_eq!(names(folder.path()), ["a.exr"]);
+    }
+
+    #[test]
+    fn a_cancelled_write_changes_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        write_atomically(&path, b"first").unwrap();
+        let cancel = CancelFlag::new();
+        cancel.raise();
+        let error = write_atomically_unless(&cancel, &path, b"second").unwrap_err();
+        assert!(matches!(error, Error::Interrupted(_)), "{error}");
+        assert_eq!(fs::read(&path).unwrap(), b"first");
         assert_eq!(names(folder.path()), ["a.exr"]);
     }
 

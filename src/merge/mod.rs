@@ -1,6 +1,7 @@
 //! Merging of rendered crops, or of sample ranges, into whole images, equal to those that one machine would have written.
 //!
-//! [`MergePlan::new`] checks the headers of all tiles before anything is written. [`merge_frame`] joins and writes one frame.
+//! [`MergePlan::new`] checks the headers of all tiles before anything is written. [`join_frame`] joins one frame, and
+//! [`write_joined_frame`] writes it.
 //! Nothing is printed here, and the caller lists the files.
 
 mod coverage;
@@ -12,11 +13,12 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+use crate::cancel::CancelFlag;
 use crate::error::{Error, Result, readable_bytes};
 use crate::image::PixelWindow;
 use crate::image_file::{
     ExrHeader, ExrTile, SAMPLE_RANGE, check_name, inspect_exr, is_empty_file, join_exr_tiles, probe_folder,
-    remove_stale_temporaries, write_atomically,
+    remove_stale_temporaries, write_atomically_unless,
 };
 use crate::sequence::{OutputFormat, OutputPattern};
 
@@ -111,17 +113,24 @@ impl MergePlan {
     }
 }
 
-/// Joins the tiles of a frame and writes it.
+/// Joins the tiles of a frame. Returns its file, and writes nothing.
 ///
 /// # Errors
-/// Those of reading the tiles, and of [`write_atomically`].
-pub fn merge_frame(frame: &MergedFrame) -> Result<()> {
-    let joined = if frame.are_sample_ranges {
-        join_sample_ranges_of_crops(&frame.tiles, frame.max_memory_bytes)?
+/// Those of reading the tiles.
+pub fn join_frame(frame: &MergedFrame) -> Result<Vec<u8>> {
+    if frame.are_sample_ranges {
+        join_sample_ranges_of_crops(&frame.tiles, frame.max_memory_bytes)
     } else {
-        join_exr_tiles(&frame.tiles)?
-    };
-    write_atomically(&frame.path, &joined)
+        join_exr_tiles(&frame.tiles)
+    }
+}
+
+/// Writes the file of a joined frame as a whole or, where `cancel` is raised before, not at all.
+///
+/// # Errors
+/// Those of [`write_atomically`](crate::image_file::write_atomically), and [`Error::Interrupted`].
+pub fn write_joined_frame(frame: &MergedFrame, joined: &[u8], cancel: &CancelFlag) -> Result<()> {
+    write_atomically_unless(cancel, &frame.path, joined)
 }
 
 fn check_output(output: &OutputPattern) -> Result<()> {

@@ -259,3 +259,37 @@ fn tiles_are_named_by_patterns() {
     }
     stage.assert_fails(&["tiles/c.####.exr"], 66, &["c.####.exr: ", "the sequence has no frames"]);
 }
+
+/// The output folder is created just before the first frame is merged.
+#[cfg(unix)]
+#[test]
+fn a_signal_ends_the_merge_of_a_frame_within_a_second_and_leaves_nothing() {
+    use std::os::unix::process::ExitStatusExt as _;
+    use std::time::{Duration, Instant};
+    let stage = Stage::new();
+    let options = ["-r", "1920x1080", "--layers", "all"];
+    for (name, crop) in [("a.exr", "0,0,1920,540"), ("b.exr", "0,540,1920,1080")] {
+        stage.render(name, &[&options[..], &["--crop", crop]].concat());
+    }
+    for (name, number) in [("-INT", 2), ("-TERM", 15)] {
+        let folder = format!("out{name}");
+        let out = stage.path(&folder);
+        let mut child = Command::new(env!("CARGO_BIN_EXE_rayframe"))
+            .current_dir(stage.folder.path())
+            .args(["merge", "a.exr", "b.exr", "-o", &format!("{folder}/whole.exr")])
+            .spawn()
+            .unwrap();
+        let start = Instant::now();
+        while !out.exists() && start.elapsed() < Duration::from_secs(60) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let asked = Instant::now();
+        assert!(Command::new("kill").args([name, &child.id().to_string()]).status().unwrap().success());
+        let ended = child.wait().unwrap();
+        assert_eq!(ended.signal(), Some(number), "{ended}");
+        assert!(asked.elapsed() < Duration::from_secs(1), "{:?}", asked.elapsed());
+        assert!(!out.join("whole.exr").exists());
+        let left: Vec<_> = std::fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        assert!(left.is_empty(), "{left:?}");
+    }
+}

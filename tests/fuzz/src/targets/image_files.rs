@@ -4,8 +4,9 @@ use std::ffi::OsStr;
 use std::io::Cursor;
 use std::path::Path;
 
+use rayframe::cancel::CancelFlag;
 use rayframe::image_file::{ExrHeader, decode_exr, inspect_exr, read_environment, read_plate};
-use rayframe::merge::{MergePlan, merge_frame};
+use rayframe::merge::{MergePlan, join_frame, write_joined_frame};
 use rayframe::settings::OutputPattern;
 
 use crate::input::Input;
@@ -47,7 +48,9 @@ pub(crate) fn merge(input: &[u8]) {
     let pattern = must(OutputPattern::parse(OsStr::new(&pattern)));
     if let Some(plan) = accepted(MergePlan::new(&[first, second], &pattern, true, LIBRARY_LIMIT)) {
         for frame in &plan.frames {
-            accepted(merge_frame(frame));
+            if let Some(joined) = accepted(join_frame(frame)) {
+                accepted(write_joined_frame(frame, &joined, &CancelFlag::new()));
+            }
         }
     }
 }

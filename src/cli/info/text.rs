@@ -165,15 +165,22 @@ fn rendered(report: &Report) -> String {
         0 => "frame 0".to_owned(),
         last => format!("frames 0-{last} at 24 fps"),
     };
-    let clips: Vec<_> = rendered.clips.iter().map(|clip| format!("#{clip}")).collect();
-    let clips = match clips.len() {
-        0 => "no clip".to_owned(),
-        1 => format!("clip {}", clips.join("")),
-        _ => format!("clips {}", clips.join(" ")),
-    };
+    let clips = rendered_clips(&rendered.clips);
     let light =
         if rendered.is_lit_by_studio { ", lit by the studio, since the file has no light" } else { "" };
     format!("{clips}, {frames}, {}, {}{light}", rendered.camera, counted(rendered.triangles, "triangle"))
+}
+
+/// `clip #0`, `clips #0 #2`; of many the first, and how many more there are.
+fn rendered_clips(clips: &[usize]) -> String {
+    let listed: Vec<_> = clips.iter().take(MOST_ITEMS).map(|clip| format!("#{clip}")).collect();
+    let listed = listed.join(" ");
+    match clips.len() {
+        0 => "no clip".to_owned(),
+        1 => format!("clip {listed}"),
+        2..=MOST_ITEMS => format!("clips {listed}"),
+        count => format!("clips {listed} ({} more, which --json lists)", count - MOST_ITEMS),
+    }
 }
 
 fn warnings(warnings: &[WarningReport]) -> Vec<String> {
@@ -193,5 +200,13 @@ mod tests {
         assert!(lines(0).is_empty());
         assert_eq!((lines(20).len(), lines(20)[19].as_str()), (20, "#19 \"a\" plain"));
         assert_eq!((lines(37).len(), lines(37)[20].as_str()), (21, "17 more, which --json lists"));
+    }
+
+    #[test]
+    fn the_line_of_rendered_clips_has_an_end() {
+        let text = |count| rendered_clips(&(0..count).collect::<Vec<_>>());
+        assert_eq!([text(0), text(1), text(3)], ["no clip", "clip #0", "clips #0 #1 #2"]);
+        assert!(text(20).ends_with(" #18 #19"), "{}", text(20));
+        assert!(text(300).ends_with(" #18 #19 (280 more, which --json lists)"), "{}", text(300));
     }
 }

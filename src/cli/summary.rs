@@ -70,17 +70,23 @@ fn file_name(scene: &Scene) -> String {
     name.display().to_string()
 }
 
-/// `clip "orbit" 2.5 s`, `3 clips 2.5 s` or `still`.
+/// `clip "orbit" 2.5 s`, `3 clips 1 s to 2.5 s` or `still`.
 fn clips_text(scene: &Scene, selection: &Selection) -> String {
-    let seconds = selection.clip_seconds(scene);
+    let span = span_text(selection.clip_start_seconds(scene), selection.clip_seconds(scene));
     match selection.clips.as_slice() {
         [] => "still".to_owned(),
         [clip] => {
             let name = scene.animations.get(clip.index()).and_then(|clip| clip.name.as_deref());
-            format!("clip {} {} s", quoted(name, clip.index()), short(seconds))
+            format!("clip {} {span}", quoted(name, clip.index()))
         }
-        clips => format!("{} clips {} s", clips.len(), short(seconds)),
+        clips => format!("{} clips {span}", clips.len()),
     }
+}
+
+/// Times of the first and the last key, seconds: `1 s to 2.5 s`, or `2.5 s` where the first is 0.
+pub(super) fn span_text(start_seconds: f32, end_seconds: f32) -> String {
+    let (start, end) = (short(start_seconds), short(end_seconds));
+    if start == "0" || start == end { format!("{end} s") } else { format!("{start} s to {end} s") }
 }
 
 /// The name in quotes, or `#2` without a name. Options accept both.
@@ -109,6 +115,9 @@ mod tests {
             (short(2.5), short(10.0), short(1.041_666_6)),
             ("2.5".into(), "10".into(), "1.042".into())
         );
+        assert_eq!(span_text(0.0, 2.5), "2.5 s");
+        assert_eq!(span_text(1.0, 2.5), "1 s to 2.5 s");
+        assert_eq!(span_text(1.0, 1.0), "1 s");
         assert_eq!(counted(1, "part"), "1 part");
         assert_eq!(counted(1000, "part"), "1 000 parts");
     }

@@ -25,6 +25,12 @@ impl Animation {
             .fold(0.0, |a, &b| if b > a { b } else { a })
     }
 
+    /// Time of the first keyframe of all channels, seconds. Before it, properties have their first values.
+    pub fn start_seconds(&self) -> f32 {
+        let first_keys = self.channels.iter().filter_map(|channel| channel.keyframes.times_seconds.first());
+        first_keys.copied().reduce(|a, b| if b < a { b } else { a }).unwrap_or(0.0)
+    }
+
     /// Whether any property changes its value over time.
     pub fn moves(&self) -> bool {
         self.channels.iter().any(|channel| !channel.keyframes.are_constant())

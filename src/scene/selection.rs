@@ -41,6 +41,12 @@ impl Selection {
         self.clip_seconds(scene).max(of_path)
     }
 
+    /// Time of the first keyframe of the selected clips, seconds; 0 without clips.
+    pub fn clip_start_seconds(&self, scene: &Scene) -> f32 {
+        let clips = self.clips.iter().filter_map(|clip| scene.animations.get(clip.index()));
+        clips.map(Animation::start_seconds).reduce(|a, b| if b < a { b } else { a }).unwrap_or(0.0)
+    }
+
     /// Time of the last keyframe of the selected clips, seconds.
     pub fn clip_seconds(&self, scene: &Scene) -> f32 {
         let clips = self.clips.iter().filter_map(|clip| scene.animations.get(clip.index()));

@@ -201,6 +201,41 @@ fn names_of_nodes_are_listed_and_suggested() {
 }
 
 #[test]
+fn clips_that_do_not_begin_at_0_are_told_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/morph/weights.gltf");
+    let mut document: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    // Key times of 1 s and 2.5 s
+    let times: Vec<u8> = [1.0_f32, 2.5].iter().flat_map(|seconds| seconds.to_le_bytes()).collect();
+    std::fs::write(folder.path().join("times.bin"), times).unwrap();
+    let add = |list: &mut serde_json::Value, item: serde_json::Value| {
+        list.as_array_mut().unwrap().push(item);
+        list.as_array().unwrap().len() - 1
+    };
+    let buffer = serde_json::json!({"uri": "times.bin", "byteLength": 8});
+    let buffer = add(&mut document["buffers"], buffer);
+    let view = serde_json::json!({"buffer": buffer, "byteLength": 8});
+    let view = add(&mut document["bufferViews"], view);
+    let accessor = serde_json::json!({"bufferView": view, "componentType": 5126, "count": 2, "type": "SCALAR",
+        "min": [1.0], "max": [2.5]});
+    let accessor = add(&mut document["accessors"], accessor);
+    document["animations"][0]["samplers"][0]["input"] = accessor.into();
+    let scene = folder.path().join("a.gltf");
+    std::fs::write(&scene, document.to_string()).unwrap();
+    let scene = scene.to_str().unwrap();
+
+    let shown = String::from_utf8_lossy(&rayframe(&["info", scene]).stdout).into_owned();
+    assert!(shown.contains("#0 \"grow\" 1 s to 2.5 s, 1 channel, supported\n"), "{shown}");
+    let report: serde_json::Value =
+        serde_json::from_slice(&rayframe(&["info", "--json", scene]).stdout).unwrap();
+    assert_eq!(report["clips"][0]["start_seconds"], 1.0);
+    let done = rayframe(&["render", scene, "--dry-run", "-o", "unwritten.####.exr"]);
+    let first = "a.gltf: clip \"grow\" 1 s to 2.5 s → frames 0-60 at 24 fps";
+    assert!(stderr(&done).contains(first), "{}", stderr(&done));
+}
+
+#[test]
 fn ineffective_options_are_warned_about() {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/");
     let said = |scene: &str, options: &[&str]| {

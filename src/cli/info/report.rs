@@ -88,6 +88,7 @@ pub(super) struct TextureReport {
 #[derive(Debug, Serialize)]
 pub(super) struct ClipReport {
     pub(super) name: Option<String>,
+    pub(super) start_seconds: f32,
     pub(super) seconds: f32,
     pub(super) channels: usize,
     /// Channels that move something which is not supported.
@@ -277,6 +278,7 @@ fn clips(scene: &Scene) -> Vec<ClipReport> {
         let ignored_channels = scene.ignored_channels.get(index).copied().unwrap_or(0);
         ClipReport {
             name: clip.name.clone(),
+            start_seconds: clip.start_seconds(),
             seconds: clip.duration_seconds(),
             channels: clip.channels.len(),
             ignored_channels,

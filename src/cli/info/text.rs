@@ -1,6 +1,6 @@
 //! The report for people.
 
-use super::super::summary::{counted, quoted, short};
+use super::super::summary::{counted, quoted, span_text};
 use super::report::{NodeReport, Report, WarningReport};
 use rayframe::count_text::grouped;
 
@@ -123,7 +123,8 @@ fn clips(report: &Report) -> Vec<String> {
             count => format!(", {count} more left out"),
         };
         let channels = counted(clip.channels as u64, "channel");
-        (clip.name.as_deref(), format!("{} s, {channels}{ignored}, {}", short(clip.seconds), clip.support))
+        let span = span_text(clip.start_seconds, clip.seconds);
+        (clip.name.as_deref(), format!("{span}, {channels}{ignored}, {}", clip.support))
     })
 }
 

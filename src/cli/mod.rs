@@ -239,6 +239,17 @@ mod tests {
     }
 
     #[test]
+    fn the_help_of_exposure_names_what_it_measures() {
+        let mut command = Cli::command().term_width(1000);
+        command.build();
+        let help = command.find_subcommand_mut("render").unwrap().render_long_help().to_string();
+        let exposure = help.lines().find(|line| line.contains("Exposure of previews")).unwrap();
+        for measured in ["built-in light", "emissive surfaces", "base colours"] {
+            assert!(exposure.contains(measured), "{exposure}");
+        }
+    }
+
+    #[test]
     fn both_commands_take_the_same_options() {
         Cli::command().debug_assert();
         for command in ["render", "watch"] {

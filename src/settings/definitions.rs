@@ -192,8 +192,8 @@ settings! {
     /// Shadows of glass
     glass_shadows: OneOf<GlassShadows> = GlassShadows::Straight, Image { value_name: "KIND" }
     /// Exposure of previews and PNGs in stops, or auto
-    /// : one value for the whole animation, from -16 to 2. It is 0 under a built-in light alone; elsewhere it brings
-    /// surfaces near the brightness of their base colours. `noise` and `max_samples` look at the image so, too
+    /// : one value for the whole animation, from -16 to 2. It is 0 under a built-in light alone; elsewhere, and with path where emissive surfaces
+    /// bring more than two fifths of the light, it brings surfaces near the brightness of their base colours. `noise` and `max_samples` look at the image so, too
     exposure: ExposureType = Exposure::Auto, Image { value_name: "EV", is_common: true }
     /// Tone curve of previews and PNG files
     tone: OneOf<ToneCurve>, Image { value_name: "NAME", default_help: "neutral" }

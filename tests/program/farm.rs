@@ -173,6 +173,10 @@ fn what_cannot_be_divided_is_refused() {
         (&["--tiles", "2x2", "-f", "3", "--exr", "half,dwaa"], "lossless"),
         (&["--tiles", "2x2", "-f", "3", "--preview", "png"], "previews"),
         (&["--tiles", "2x2", "-f", "3", "--crop", "0,0,8,8"], "--tiles"),
+        (
+            &["--tiles", "2x2", "-f", "3", "--integrator", "path", "--time-limit", "9s"],
+            "another number of samples",
+        ),
         (&["--tiles", "0x2", "-f", "3"], "4x2"),
         (&["--sample-ranges", "4", "-f", "3"], "--integrator path"),
         (&["-f", "0-3", "--stats", "s.json"], "one file of all frames"),

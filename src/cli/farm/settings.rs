@@ -110,6 +110,16 @@ fn refuse_own_division(settings: &Settings, name: &str, option: &str) -> Result<
     }
 }
 
+/// Refuses a time limit of tiles. Sample ranges exclude it as `render` does.
+fn refuse_time_limit(settings: &Settings) -> Result<()> {
+    if settings.origin_of("time_limit").is_none() {
+        return Ok(());
+    }
+    let why = "cannot be combined with --tiles, each of which would end with another number of samples; \
+        --noise makes them end alike";
+    Err(settings.error("time_limit", why))
+}
+
 /// Name for people and options of each part of a still; empty where tasks render whole frames.
 ///
 /// # Errors
@@ -127,6 +137,7 @@ pub(super) fn parts(
         Division::Frames => Ok(Vec::new()),
         Division::Tiles(columns, rows) => {
             refuse_others("--tiles")?;
+            refuse_time_limit(&shot.settings)?;
             let tiles = tiles(job.sequence.render.resolution, (columns, rows)).into_iter();
             let crops = tiles.map(|[x0, y0, x1, y1]| format!("{x0},{y0},{x1},{y1}"));
             Ok(crops.map(|crop| (format!("tile {crop}"), format!("--crop={crop}"))).collect())

@@ -10,6 +10,7 @@ use crate::image_file::{
     ExrCompression, ExrHeader, ExrIntegrity, FrameAttributes, SAMPLE_RANGE, decode_exr, encode_exr,
     verify_exr, write_atomically,
 };
+use crate::integrator::Integrator;
 use crate::output::{SOFTWARE, sum_channels, sums_of_image};
 use crate::render::{PathFrame, RenderSettings, RenderStatistics};
 
@@ -43,10 +44,7 @@ impl<'a> Checkpoint<'a> {
         shutter_samples: u32,
     ) -> Option<(PathFrame, RenderStatistics)> {
         let header = ExrHeader::read(&self.path).ok()?;
-        let is_same = header.render_hash().as_deref() == Some(self.planned.render_hash.as_str())
-            && header.text(SAMPLE_RANGE) == settings.sample_range_text()
-            && header.data_window == settings.window.into();
-        let taken = header.text(TAKEN).filter(|_| is_same)?.parse().ok()?;
+        let taken = header.text(TAKEN).filter(|_| self.is_of_frame(&header, settings))?.parse().ok()?;
         let statistics = serde_json::from_str(&header.text(STATISTICS)?).ok()?;
         let bytes = std::fs::read(&self.path).ok()?;
         if verify_exr(&mut Cursor::new(&bytes)).ok()? != ExrIntegrity::Whole {
@@ -60,10 +58,31 @@ impl<'a> Checkpoint<'a> {
         Some((frame.resumed(sums, finished, taken)?, statistics))
     }
 
-    /// Removes the file, if it is there.
-    pub(super) fn remove(&self) {
-        // A file that stays is replaced or ignored by the next run.
-        let _ = std::fs::remove_file(&self.path);
+    /// Whether a file with this header holds passes of the frame: of the same image, pixels and samples.
+    fn is_of_frame(&self, header: &ExrHeader, settings: &RenderSettings) -> bool {
+        header.render_hash().as_deref() == Some(self.planned.render_hash.as_str())
+            && header.text(SAMPLE_RANGE) == settings.sample_range_text()
+            && header.data_window == settings.window.into()
+    }
+
+    /// Removes the checkpoint of a frame that is finished: where the job keeps checkpoints any of that name, else the one that an earlier run of
+    /// the same frame left.
+    pub(super) fn remove_of_finished(job: &'a SequenceJob, planned: &'a PlannedFrame) {
+        let checkpoint = Self { path: planned.checkpoint_path(), job, planned };
+        if job.checkpoint || checkpoint.is_left_of_frame() {
+            // A file that stays is replaced or ignored by the next run.
+            let _ = std::fs::remove_file(&checkpoint.path);
+        }
+    }
+
+    fn is_left_of_frame(&self) -> bool {
+        // Neither whitted frames nor movies have any, and links are those of others.
+        self.job.render.integrator == Integrator::Path
+            && !self.job.output.is_movie()
+            && self.path.symlink_metadata().is_ok_and(|metadata| metadata.is_file())
+            && ExrHeader::read(&self.path).is_ok_and(|header| {
+                header.text(TAKEN).is_some() && self.is_of_frame(&header, &self.job.render)
+            })
     }
 
     /// Stores the passes of a frame.

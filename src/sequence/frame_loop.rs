@@ -250,9 +250,7 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
             Claimed::Elsewhere => return Ok(None),
             Claimed::Done => {
                 // A run may have ended between a frame and its checkpoint.
-                if let Some(checkpoint) = Checkpoint::of(self.job, planned) {
-                    checkpoint.remove();
-                }
+                Checkpoint::remove_of_finished(self.job, planned);
                 let preview = KeptPreview::spawn((self.job, planned), self.look, self.stop, self.pool);
                 return Ok(Some(LoopResult::Kept(planned, preview)));
             }

@@ -230,9 +230,7 @@ impl Writer<'_> {
             FrameFiles::InMemory(encoded) => self.write_encoded(planned, &encoded)?,
             FrameFiles::Bands(bands) => self.finish_bands(planned, *bands)?,
         };
-        if let Some(checkpoint) = Checkpoint::of(self.job, planned) {
-            checkpoint.remove();
-        }
+        Checkpoint::remove_of_finished(self.job, planned);
 
         seconds.write = written.seconds + writing.elapsed().as_secs_f64();
         let elapsed = started.elapsed().as_secs_f64();

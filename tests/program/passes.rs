@@ -313,6 +313,31 @@ fn leftovers_of_checkpoints_are_removed() {
 }
 
 #[test]
+fn runs_without_checkpoints_remove_those_of_the_frames_that_they_finish() {
+    let options = ["--samples", "512"];
+    let left = ["frame.exr", "frame.exr.checkpoint"];
+    let stage = Stage::new(SCENE);
+    kill_after_a_checkpoint(&stage, &[&options[..], &["--checkpoint"]].concat());
+    let checkpoint = stage.bytes("frame.exr.checkpoint");
+    let restore = || std::fs::write(stage.path("frame.exr.checkpoint"), &checkpoint).unwrap();
+    stage.render("frame.exr", &options);
+    assert_eq!(names(stage.folder.path()), left[..1]);
+    // The same of a frame that is there already
+    restore();
+    stage.render("frame.exr", &[&options[..], &["--resume"]].concat());
+    assert_eq!(names(stage.folder.path()), left[..1]);
+    // That of other pixels or settings may still be needed, and files of other programs are no checkpoints.
+    for other in [&["--crop", "0,0,9,9"][..], &["--seed", "3"]] {
+        restore();
+        stage.render("frame.exr", &[&options[..], other, &["--overwrite"]].concat());
+        assert_eq!(names(stage.folder.path()), left, "{other:?}");
+    }
+    std::fs::write(stage.path("frame.exr.checkpoint"), "notes").unwrap();
+    stage.render("frame.exr", &[&options[..], &["--overwrite"]].concat());
+    assert_eq!(names(stage.folder.path()), left);
+}
+
+#[test]
 fn a_time_limit_ends_a_frame() {
     let stage = Stage::new(SCENE);
     let options = ["--samples", "65536", "--time-limit", "0.3s", "--aovs", "noise"];

@@ -196,8 +196,9 @@ fn hash(key: CornerKey) -> u64 {
 }
 
 #[cfg(test)]
-#[expect(clippy::arithmetic_side_effects, reason = "numbers of tests are known")]
 mod tests {
+    #![expect(clippy::arithmetic_side_effects, reason = "numbers of tests are known")]
+
     use super::*;
 
     /// A fan of triangles around a vertex.

@@ -162,7 +162,8 @@ fn runs_with_other_plates_or_previews_are_not_equal() {
         assert_eq!(refused.status.code(), Some(75), "{second:?}: {}", stderr(&refused));
         let equal = command(&output, &first).stderr(Stdio::piped()).spawn().unwrap();
         assert_eq!(held.go_on(), Some(0));
-        assert!(equal.wait_with_output().unwrap().status.success());
+        let equal = equal.wait_with_output().unwrap();
+        assert!(equal.status.success(), "{}", stderr(&equal));
     }
 }
 

@@ -223,6 +223,7 @@ fn an_invisible_slab_below_a_frosted_lamp_changes_nothing() {
     for shade in [frosted(0.6), Material { volume: Some(sheet), ..frosted(0.6) }] {
         let floor = |has_slab: bool| {
             let mut stage = super::path::stage(4096);
+            stage.settings.max_depth = 16;
             stage.add(super::path::floor(2.0), lambert(Vec3::splat(0.8)));
             let sheet = if shade.volume.is_some() {
                 cuboid(Vec3::Y * 2.0, Vec3::new(2.5, 0.05, 2.5))
@@ -257,6 +258,7 @@ fn the_innermost_of_nested_volumes_absorbs_the_light_of_a_lamp_in_it() {
         let lit = |is_nested: bool, is_catcher: bool| {
             let mut stage = super::path::stage(16);
             stage.settings.integrator = integrator;
+            stage.settings.show_background = false;
             let floor = Material { is_shadow_catcher: is_catcher, ..lambert(Vec3::ONE) };
             stage.add(super::path::floor(5.0), floor);
             if is_nested {

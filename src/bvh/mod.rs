@@ -42,4 +42,5 @@ pub use settings::{BuildSettings, BuilderKind, Refit, Split};
 pub use simd::SimdLevel;
 pub use statistics::{BuildKind, BuildStatistics, RebuildReason, TraversalCounters};
 pub use triangle_flags::TriangleFlags;
+pub(crate) use triangle_flags::is_traced;
 pub use wide_tree::MAX_TRIANGLES;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::box_area::scaled_half_area;
 use super::lane_boxes::{LANES, LaneBounds, LaneBoxes};
 use super::simd::dispatch_lanes;
-use super::triangle_flags::TriangleFlags;
+use super::triangle_flags::{TriangleFlags, is_traced};
 
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::{Aabb, BOX_PADDING, Triangle};
@@ -160,12 +160,6 @@ impl Measures {
         let scene = self.bounds.area();
         if scene > 0.0 { self.area_sum / scene } else { 0.0 }
     }
-}
-
-/// Whether a triangle is traced: it is not hidden and not degenerate.
-#[inline(always)]
-pub(super) fn is_traced(triangle: &Triangle, flags: TriangleFlags) -> bool {
-    !flags.has(TriangleFlags::HIDDEN) && !triangle.is_degenerate()
 }
 
 /// Padding of the box of a triangle or of a part of it.

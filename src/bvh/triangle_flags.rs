@@ -1,5 +1,7 @@
 //! Flags of a triangle that traversal needs besides its corners.
 
+use crate::geometry::Triangle;
+
 /// Set of flags of one triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(transparent)]
@@ -31,4 +33,10 @@ impl TriangleFlags {
     pub const fn has(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
+}
+
+/// Whether a triangle is traced: it is not hidden and not degenerate.
+#[inline(always)]
+pub(crate) fn is_traced(triangle: &Triangle, flags: TriangleFlags) -> bool {
+    !flags.has(TriangleFlags::HIDDEN) && !triangle.is_degenerate()
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::Vec3;
 
 use super::Frame;
-use crate::bvh::TriangleFlags;
+use crate::bvh::is_traced;
 use crate::geometry::Aabb;
 use crate::scene::{NodeIndex, Scene};
 
@@ -54,7 +54,7 @@ impl Frame {
         let belongs = self.triangles_of_node(scene, node);
         let mut bounds = Aabb::EMPTY;
         for ((triangle, flags), belongs) in self.triangles.iter().zip(&self.flags).zip(belongs) {
-            if belongs && !flags.has(TriangleFlags::HIDDEN) {
+            if belongs && is_traced(triangle, *flags) {
                 bounds = bounds.union(triangle.bounds());
             }
         }

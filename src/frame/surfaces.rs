@@ -76,7 +76,7 @@ impl Frame {
 
     /// Poses everything except the camera of a frame that was posed with the same scene and selection. Instances that have not moved since are
     /// kept.
-    pub(super) fn pose_surfaces_again(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
+    pub(crate) fn pose_surfaces_again(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
         std::mem::swap(&mut self.scratch.now, &mut self.scratch.before);
         self.play(scene, selection, time_seconds);
         self.pose_instances(scene, true);

@@ -6,11 +6,12 @@
 use glam::{Mat4, Vec3};
 use rayon::prelude::*;
 
+use super::moving_surfaces::may_move;
 use super::posed_triangles::{PosedTriangles, most_added};
 use super::subject::Subject;
 use crate::frame::{Frame, NodePose};
 use crate::geometry::Aabb;
-use crate::scene::{AnimationTarget, MeshIndex, NodeIndex, Scene, Selection};
+use crate::scene::{MeshIndex, NodeIndex, Scene, Selection};
 use crate::uneven::uneven_shares;
 
 /// What reaches farther by at most this share of the diagonal adds no time. The image has a margin of a tenth.
@@ -86,8 +87,8 @@ impl Subject<'_> {
     }
 
     fn add_time(&mut self, time: (usize, f64), frame: Frame) {
-        let framed =
-            (0..frame.triangles.len()).filter(|&index| self.frames_triangle(index, frame.flags[index]));
+        let framed = (0..frame.triangles.len())
+            .filter(|&index| self.frames_triangle(index, &frame.triangles[index], frame.flags[index]));
         let bounds = framed.fold(Aabb::EMPTY, |bounds, index| bounds.union(frame.triangles[index].bounds()));
         self.bounds = self.bounds.union(bounds);
         self.times.push(time);
@@ -140,7 +141,7 @@ fn farthest(
 fn searched_times(scene: &Scene, selection: &Selection, count: usize) -> Vec<f64> {
     let duration = f64::from(selection.clip_seconds(scene));
     let clips = selection.clips.iter().filter_map(|clip| scene.animations.get(clip.index()));
-    let channels = clips.flat_map(|clip| &clip.channels).filter(|channel| moves(channel.target));
+    let channels = clips.flat_map(|clip| &clip.channels).filter(|channel| may_move(channel.target));
     let most = count - count / BETWEEN_KEYS;
     let mut keys: Vec<f32> = Vec::new();
     let mut is_moving = false;
@@ -164,12 +165,6 @@ fn at_most(values: &[f32], count: usize) -> impl Iterator<Item = f32> {
     let all = if chosen == 0 { values } else { &[] };
     let chosen = uneven_shares(chosen).filter_map(|share| values.get((share * values.len() as f64) as usize));
     all.iter().chain(chosen).copied()
-}
-
-/// Whether an animation of the target may move surfaces or show them.
-fn moves(target: AnimationTarget) -> bool {
-    target.node().is_some()
-        || matches!(target, AnimationTarget::MeshWeights(_) | AnimationTarget::MeshWeight(..))
 }
 
 /// The boxes of the framed meshes under their nodes or joints, and their morph weights.

@@ -12,7 +12,7 @@ use std::f32::consts::PI;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::bvh::TriangleFlags;
+use crate::bvh::{TriangleFlags, is_traced};
 use crate::frame::Frame;
 use crate::geometry::{Ray, Triangle};
 
@@ -43,7 +43,7 @@ impl GridPoints {
     pub(super) fn floors_below(&self, frame: &Frame) -> Vec<Option<f32>> {
         let none = || vec![f32::INFINITY; self.x.len() * self.z.len()];
         let nearest = |mut nearest: Vec<f32>, (triangle, flags): (&Triangle, &TriangleFlags)| {
-            if !flags.has(TriangleFlags::HIDDEN) {
+            if is_traced(triangle, *flags) {
                 self.intersect_lines(triangle, &mut nearest);
             }
             nearest

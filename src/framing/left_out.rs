@@ -100,7 +100,7 @@ impl Subject<'_> {
             .triangle_range(instance)
             .into_par_iter()
             .with_min_len(TRIANGLES_PER_TASK)
-            .filter(|&index| self.frames_triangle(index, flags[index]))
+            .filter(|&index| self.frames_triangle(index, &triangles[index], flags[index]))
             .map(|index| triangles[index].bounds());
         triangles.reduce(|| Aabb::EMPTY, Aabb::union)
     }
@@ -199,7 +199,7 @@ impl Subject<'_> {
         self.visit(1, |triangles, flags| {
             let paths = paths.par_iter_mut().with_min_len(TRIANGLES_PER_TASK).enumerate();
             paths.for_each(|(index, (path, is_near))| {
-                if self.frames_triangle(index, flags[index]) {
+                if self.frames_triangle(index, &triangles[index], flags[index]) {
                     let bounds = triangles[index].bounds();
                     *path = path.union(bounds);
                     *is_near |= limit.contains(&bounds);
@@ -233,7 +233,7 @@ impl Subject<'_> {
         let mut corners: [Vec<f32>; 6] = Default::default();
         self.visit(1, |triangles, flags| {
             for (index, triangle) in triangles.iter().enumerate().step_by(stride) {
-                if self.frames_triangle(index, flags[index]) {
+                if self.frames_triangle(index, &triangles[index], flags[index]) {
                     let Aabb { min, max } = triangle.bounds();
                     let values = min.to_array().into_iter().chain(max.to_array());
                     corners.iter_mut().zip(values).for_each(|(all, value)| all.push(value));

@@ -10,6 +10,7 @@ mod ground;
 mod inside;
 mod interior;
 mod left_out;
+mod moving_surfaces;
 mod orbit;
 mod posed_triangles;
 mod resolve;

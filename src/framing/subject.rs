@@ -5,11 +5,12 @@ use std::collections::BTreeSet;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::bvh::TriangleFlags;
+use crate::bvh::{TriangleFlags, is_traced};
 use crate::frame::Frame;
 use crate::geometry::{Aabb, Triangle};
 use crate::scene::{AnimationIndex, NodeIndex, Scene, Selection};
 
+use super::moving_surfaces::moves_surfaces;
 use super::posed_triangles::{PosedTriangles, TIMES, are_kept};
 
 /// Fewest times of a clip where several are measured one by one.
@@ -138,7 +139,7 @@ impl<'a> Subject<'a> {
         let supports = (0..triangles.len()).into_par_iter().with_min_len(TRIANGLES_PER_TASK).fold(
             nothing,
             |mut largest, index| {
-                if self.frames_triangle(index, flags[index]) {
+                if self.frames_triangle(index, &triangles[index], flags[index]) {
                     for (largest, direction) in largest.iter_mut().zip(directions) {
                         let [a, b, c] = triangles[index].vertices.map(|corner| corner.dot(*direction));
                         *largest = largest.max(a).max(b).max(c);
@@ -167,8 +168,8 @@ impl<'a> Subject<'a> {
         self.visit(1, |triangles, flags| {
             for (index, &instance) in self.frame.instance_of_triangle.iter().enumerate() {
                 let instance = instance as usize;
-                if self.may_be_floor[instance] && !flags[index].has(TriangleFlags::HIDDEN) {
-                    let triangle = &triangles[index];
+                let triangle = &triangles[index];
+                if self.may_be_floor[instance] && is_traced(triangle, flags[index]) {
                     let [a, b, c] = triangle.vertices.map(|corner| corner.dot(up));
                     let (lowest, bounds) = floors[instance];
                     floors[instance] = (lowest.min(a).min(b).min(c), bounds.union(triangle.bounds()));
@@ -214,20 +215,25 @@ impl<'a> Subject<'a> {
             return visited.for_each(|index| visit(&kept[index].triangles, &kept[index].flags));
         }
         visit(&self.frame.triangles, &self.frame.flags);
-        let mut frame = Frame::default();
+        let (mut frame, mut posed) = (Frame::default(), None);
         for (selection, time) in visited.skip(1).map(|index| self.times[index]) {
-            frame.pose_surfaces(self.scene, &self.selections[selection], time);
+            let of_clips = &self.selections[selection];
+            if posed == Some(selection) {
+                frame.pose_surfaces_again(self.scene, of_clips, time);
+            } else {
+                frame.pose_surfaces(self.scene, of_clips, time);
+            }
+            posed = Some(selection);
             visit(&frame.triangles, &frame.flags);
         }
     }
 
-    /// Whether the triangle `index` is framed where it has these flags.
-    pub(super) fn frames_triangle(&self, index: usize, flags: TriangleFlags) -> bool {
-        let is_visible = !flags.has(TriangleFlags::HIDDEN);
-        is_visible
-            && self.is_framed[self.frame.instance_of_triangle[index] as usize]
+    /// Whether the triangle `index` is framed where it is posed like this. What has a scale of 0 is not: rays never hit it.
+    pub(super) fn frames_triangle(&self, index: usize, triangle: &Triangle, flags: TriangleFlags) -> bool {
+        self.is_framed[self.frame.instance_of_triangle[index] as usize]
             && self.follows_node.as_ref().is_none_or(|follows| follows[index])
             && self.is_outlier.as_ref().is_none_or(|is_outlier| !is_outlier[index])
+            && is_traced(triangle, flags)
     }
 }
 
@@ -237,7 +243,7 @@ fn sample_times(scene: &Scene, selections: &[Selection]) -> Vec<(usize, f64)> {
     let mut times = Vec::new();
     for (index, selection) in selections.iter().enumerate() {
         let duration = f64::from(selection.clip_seconds(scene));
-        if duration > 0.0 {
+        if duration > 0.0 && moves_surfaces(scene, selection) {
             times.extend((0..count).map(|i| (index, duration * i as f64 / (count - 1) as f64)));
         } else {
             times.push((index, 0.0));

@@ -14,8 +14,8 @@ use super::job::duration_seconds;
 use super::single_frame::render_single_frame_in;
 use super::{Exposure, SequenceJob};
 
-/// Columns and rows of the renders that are measured.
-const SIZE: (u32, u32) = (64, 36);
+/// Pixels of the renders that are measured, which have the shape of the image: 64x36 of 16:9.
+const PIXELS: f64 = 64.0 * 36.0;
 /// Fewest and most measured times of an animation, its first and last among them.
 const TIMES: [usize; 2] = [5, 17];
 /// Number of posed triangles up to which more than the fewest times are measured.
@@ -119,9 +119,10 @@ fn small_renders(
     show_background: bool,
     cancel: &CancelFlag,
 ) -> Result<Vec<Film>, Cancelled> {
+    let size = measured_size(job.render.resolution);
     let settings = RenderSettings {
-        resolution: SIZE,
-        window: PixelWindow::full(SIZE.0, SIZE.1),
+        resolution: size,
+        window: PixelWindow::full(size.0, size.1),
         samples: WHITTED_SAMPLES,
         adaptive: None,
         // Base colours and emission, which a background does not have.
@@ -156,6 +157,12 @@ fn small_renders(
     Ok(films)
 }
 
+/// Columns and rows that show what an image of this resolution shows.
+fn measured_size((width, height): (u32, u32)) -> (u32, u32) {
+    let columns = (PIXELS * f64::from(width) / f64::from(height)).sqrt().round().clamp(1.0, PIXELS);
+    (columns as u32, (PIXELS / columns).round().max(1.0) as u32)
+}
+
 /// Number of measured times of an animation, by the number of its triangles and that of the selections that share the exposure.
 fn times_of(triangles: usize, selections: usize) -> usize {
     let [fewest, most] = TIMES;
@@ -181,5 +188,19 @@ fn hide_shadow_catchers(frame: &mut Frame) {
         if frame.materials[material.index()].is_shadow_catcher {
             *flags = flags.with(TriangleFlags::HIDDEN);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn renders_have_the_shape_of_the_image() {
+        assert_eq!(measured_size((1920, 1080)), (64, 36));
+        assert_eq!(measured_size((1080, 1920)), (36, 64));
+        assert_eq!(measured_size((7, 7)), (48, 48));
+        assert_eq!(measured_size((1, 65_535)), (1, 2304));
+        assert_eq!(measured_size((65_535, 1)), (2304, 1));
     }
 }

@@ -22,7 +22,8 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use rayon::prelude::*;
 
 use self::parts::Part;
-use crate::bvh::references::{Input, is_traced, padding as padding_of};
+use crate::bvh::is_traced;
+use crate::bvh::references::{Input, padding as padding_of};
 use crate::bvh::settings::{BuildSettings, BuilderKind, Refit};
 use crate::bvh::statistics::{BuildStatistics, RebuildReason};
 use crate::bvh::triangle_flags::TriangleFlags;

@@ -1,7 +1,7 @@
 //! Brute force: each ray tests each triangle by the definition of a hit. Reference implementation of every query.
 
 use crate::bvh::hit::Hit;
-use crate::bvh::references::is_traced;
+use crate::bvh::is_traced;
 use crate::bvh::statistics::TraversalCounters;
 use crate::bvh::traverse::Visitor;
 use crate::bvh::triangle_flags::TriangleFlags;

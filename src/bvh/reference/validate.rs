@@ -1,7 +1,7 @@
 //! Check of the invariants of a finished hierarchy.
 
 use crate::bvh::hierarchy::{Bvh, Structure};
-use crate::bvh::references::is_traced;
+use crate::bvh::is_traced;
 use crate::bvh::triangle_flags::TriangleFlags;
 use crate::bvh::wide_tree::{Leaf, NO_CHILD, WIDTH, WideTree};
 use crate::geometry::{Aabb, Triangle};

@@ -11,6 +11,7 @@ mod exposure;
 mod fault_table;
 mod framing;
 mod framing_motion;
+mod framing_unseen;
 mod known_answers;
 mod motion_blur;
 mod noise_threshold;

@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use crate::progress::one_line;
 use rayframe::output::SOFTWARE;
+use rayframe::regression::suite::shell_quoted;
 use rayframe::sequence::{Plan, PlannedFrame};
 use rayframe::settings::Settings;
 use rayframe::shot::{RenderJob, SequenceOutline};
@@ -11,9 +12,16 @@ use rayframe::shot::{RenderJob, SequenceOutline};
 /// Raised when a field changes its meaning.
 const SCHEMA: u32 = 1;
 
-/// A shot file that makes the same frames from any folder. The frames of each sequence follow as comments.
+/// A shot file that makes the same frames from any folder. The frames of each sequence follow as comments. Shot files name no programs, so
+/// that `oidn` is left out with a comment.
 pub(super) fn plan_text(settings: &Settings, sequences: &[(&RenderJob, &Plan)]) -> String {
-    let mut lines = vec![format!("# {SOFTWARE}"), settings.to_toml()];
+    let mut file_settings = settings.clone();
+    file_settings.clear("oidn");
+    let mut lines = vec![format!("# {SOFTWARE}"), file_settings.to_toml()];
+    lines.extend(settings.values().oidn.map(|program| {
+        let option = shell_quoted(&program.to_string_lossy());
+        format!("\n# Shot files name no programs: render this one with --oidn {}", one_line(&option))
+    }));
     lines.push("\n# Frames and their present state".to_owned());
     for (job, plan) in sequences {
         let label = Some(job.outline.label()).filter(|label| !label.is_empty());

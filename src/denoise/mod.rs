@@ -79,7 +79,7 @@ impl Denoiser {
             Err(Stopped::Failed(_)) => {
                 return Err(format!(
                     "{PROGRAM} is not installed; it is part of Open Image Denoise (https://www.openimagedenoise.org); put it into the \
-                     search path, or name it with `oidn`"
+                     search path, or name it with --oidn"
                 ));
             }
             Err(Stopped::TooLate | Stopped::Cancelled) => String::new(),

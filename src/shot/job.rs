@@ -12,7 +12,7 @@ use crate::settings::{DEFINITIONS, Settings};
 use super::environment::LoadedEnvironments;
 use super::outline::ShotOutline;
 use super::resolve::{RenderJob, each_setting, load_scene, prepared, resolve, resolve_scene_with};
-use super::shot_settings::{ShotSettings, check_warnings, is_shot, no_scene};
+use super::shot_settings::{ShotSettings, check_program, check_warnings, is_shot, no_scene};
 
 /// A shot of a suite.
 #[derive(Clone, Copy, Debug)]
@@ -110,11 +110,14 @@ pub fn scene_of_shot(path: &Path) -> Result<PathBuf> {
 /// Checks the settings that a suite file has for all its shots.
 ///
 /// # Errors
-/// Those of reading the file, and [`Error::Invalid`] with the line for a setting that is wrong or has no effect.
+/// Those of reading the file, [`Error::Invalid`] with the line for a setting that is wrong or has no effect, and [`Error::Refused`] for a
+/// program.
 ///
+/// [`Error::Refused`]: crate::error::Error::Refused
 /// [`Error::Invalid`]: crate::error::Error::Invalid
 pub fn check_suite_settings(path: &Path) -> Result<()> {
     let settings = Settings::read_suite(path)?;
+    check_program(&settings)?;
     let without_effect = DEFINITIONS
         .iter()
         .find(|definition| definition.is_for_runs && definition.origin(&settings).is_some());

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Result, Warning};
+use crate::error::{Error, Provenance, Result, Warning};
 use crate::sequence::SequenceJob;
 use crate::settings::{SettingValues, Settings};
 
@@ -24,13 +24,15 @@ impl ShotSettings {
     /// Merges levels of settings, the strongest first.
     ///
     /// # Errors
-    /// [`Error::Setting`] for settings that cannot be combined, [`Error::Usage`] and [`Error::Invalid`] where no scene is named.
+    /// [`Error::Setting`] for settings that cannot be combined, [`Error::Refused`] for a program that a file names, [`Error::Usage`] and
+    /// [`Error::Invalid`] where no scene is named.
     pub fn merge(levels: impl IntoIterator<Item = Settings>, shot_file: Option<PathBuf>) -> Result<Self> {
         let mut settings = Settings::default();
         for level in levels {
             settings.fill_from(&level);
         }
         settings.check_requirements()?;
+        check_program(&settings)?;
         let Some(scene) = settings.scene.as_ref().map(|scene| scene.value.clone()) else {
             return Err(no_scene(shot_file.as_deref()));
         };
@@ -74,6 +76,17 @@ pub(super) fn no_scene(shot: Option<&Path>) -> Error {
         Some(shot) => Error::invalid(shot, "", format!("names no scene; write {example}")),
         None => Error::usage("no scene is named; write its file, or -D scene=FILE"),
     }
+}
+
+/// Refuses a program that a file names: it would be started, and shot and suite files may come from strangers.
+///
+/// # Errors
+/// [`Error::Refused`] with the file.
+pub(super) fn check_program(settings: &Settings) -> Result<()> {
+    let Some(Provenance::File { path, .. }) = settings.origin_of("oidn") else { return Ok(()) };
+    let message = "oidn: files may not name programs, which would be started; \
+        leave it out, and type --oidn or put oidnDenoise into the search path";
+    Err(Error::refused(path, "", message))
 }
 
 /// Refuses warnings under `strict`.

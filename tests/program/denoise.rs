@@ -9,8 +9,8 @@ use rayframe::image_file::decode_exr;
 
 use crate::rayframe;
 
-/// Copies the first input that is named to the output.
-const COPIES: &str = r#"#!/bin/sh
+/// A program that copies the first input that is named to the output.
+pub(crate) const COPIES: &str = r#"#!/bin/sh
 echo "Open Image Denoise 2.9.9"
 while [ $# -gt 0 ]; do
   case "$1" in
@@ -22,8 +22,9 @@ done
 [ -z "$output" ] || cp "$input" "$output"
 "#;
 
+/// Writes the program `oidnDenoise` into `folder`, and returns its path.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-fn program(folder: &Path, text: &str) -> String {
+pub(crate) fn program(folder: &Path, text: &str) -> String {
     let path = folder.join("oidnDenoise");
     std::fs::write(&path, text).unwrap();
     std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
@@ -119,4 +120,52 @@ fn a_denoiser_that_is_not_there_or_fails_is_named() {
     let (code, said) = render(folder.path(), &["--denoise", "oidn", "--sample-range", "0-1"]);
     assert!(code == Some(2) && said.contains("needs all samples"), "{said}");
     assert!(!folder.path().join("out.exr").exists());
+}
+
+#[test]
+fn no_file_names_a_program_that_is_started() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let tells = COPIES.replace("while [ $#", "touch \"$(dirname \"$0\")/started\"\nwhile [ $#");
+    let place = program(folder.path(), &tells);
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/demo/whitted_1980.gltf");
+    let settings = "integrator = 'path'\nsamples = 1\nresolution = [16, 9]\nframes = 5\ndenoise = 'oidn'\n";
+    let named = format!("{settings}oidn = '../oidnDenoise'\n");
+    for name in ["one", "other"] {
+        std::fs::create_dir(at(name)).unwrap();
+    }
+    let (shot, suite, other) = (at("one/shot.toml"), at("one/suite.toml"), at("other/suite.toml"));
+    std::fs::write(&shot, format!("scene = '{scene}'\n{named}")).unwrap();
+    std::fs::write(&suite, "[test]\npreset = 'visual'\n").unwrap();
+    std::fs::copy(scene, at("other/a.gltf")).unwrap();
+    std::fs::write(&other, format!("[shot]\n{named}")).unwrap();
+    let (job, out) = (at("job"), at("out.exr"));
+
+    for (command, code) in [
+        (&["render", &shot, "-n"][..], 77),
+        (&["render", &shot, "-o", &out], 77),
+        (&["render", scene, "--config", &shot, "-o", &out], 77),
+        (&["farm", "parallel", &shot, "--out-dir", &job], 77),
+        // A shot that cannot be rendered is a failure of the suite.
+        (&["test", "--suite", &suite], 1),
+        (&["test", "--suite", &other], 77),
+    ] {
+        let ended = rayframe(command);
+        let said = crate::stderr(&ended) + &String::from_utf8_lossy(&ended.stdout);
+        assert_eq!(ended.status.code(), Some(code), "{command:?}: {said}");
+        assert!(said.contains("oidn: files may not name programs"), "{command:?}: {said}");
+        assert!(!Path::new(&at("started")).exists(), "{command:?}");
+    }
+
+    // What is typed is started, and the printed shot says so.
+    let typed = ["render", &shot, "--oidn", &place, "-o", &out];
+    let planned = rayframe(&crate::both(&typed, &["-n"]));
+    let printed = String::from_utf8(planned.stdout).unwrap();
+    assert!(Path::new(&at("started")).exists() && !printed.contains("\noidn ="), "{printed}");
+    assert!(printed.contains(&format!("with --oidn '{place}'\n")), "{printed}");
+    assert_eq!(rayframe(&typed).status.code(), Some(0));
+    std::fs::write(at("printed.toml"), printed).unwrap();
+    let again = rayframe(&["render", &at("printed.toml"), "--oidn", &place, "-n", "--resume"]);
+    let said = String::from_utf8_lossy(&again.stdout);
+    assert!(again.status.code() == Some(0) && said.contains(" keep "), "{said}{}", crate::stderr(&again));
 }

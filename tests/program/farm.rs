@@ -1,5 +1,7 @@
 //! `rayframe farm`: the job files, what they may replace, and what is refused.
 
+#[cfg(unix)]
+mod denoising;
 mod memory;
 mod outputs;
 

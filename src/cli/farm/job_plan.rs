@@ -24,6 +24,8 @@ pub(super) struct JobPlan {
     pub(super) shot_file: String,
     /// Folders of other files that the settings name.
     pub(super) asset_folders: Vec<AssetFolder>,
+    /// The denoiser on each worker, or its folder.
+    pub(super) oidn: Option<String>,
     /// Folder of decoded assets on each worker, and its largest size.
     pub(super) asset_cache: Option<(String, u64)>,
     /// Absolute path of the folder of all outputs.

@@ -79,7 +79,7 @@ pub(super) fn files(plan: &JobPlan) -> Result<Vec<JobFile>> {
     ])
 }
 
-/// Parameters for files that settings name, and for the cache: definition, environment variable, value. The files themselves are asset
+/// Parameters for files that settings name, for the denoiser and for the cache: definition, environment variable, value. The files themselves are asset
 /// references.
 fn asset_parameters(plan: &JobPlan) -> Vec<(Value, String, &str)> {
     let folder = |asset: &'_ AssetFolder| {
@@ -87,11 +87,16 @@ fn asset_parameters(plan: &JobPlan) -> Vec<(Value, String, &str)> {
         path_parameter(asset.parameter, "DIRECTORY", "NONE", &description)
     };
     let folders = plan.asset_folders.iter().map(|asset| (folder(asset), asset.variable(), &*asset.folder));
+    let oidn = plan.oidn.iter().map(|program| {
+        let definition =
+            text_parameter("Oidn", program, "The program oidnDenoise on the workers, or its folder");
+        (definition, "RAYFRAME_OIDN".to_owned(), &**program)
+    });
     let cache = plan.asset_cache.iter().map(|(folder, _)| {
         let definition = text_parameter("AssetCache", folder, "Folder of decoded assets on the workers");
         (definition, "RAYFRAME_ASSET_CACHE".to_owned(), &**folder)
     });
-    folders.chain(cache).collect()
+    folders.chain(oidn).chain(cache).collect()
 }
 
 fn json_file(name: &'static str, value: &Value) -> Result<JobFile> {

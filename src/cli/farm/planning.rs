@@ -65,6 +65,7 @@ fn plan_tasks(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Result<(Jo
         scene: absolute(&shot.scene)?,
         shot_file,
         asset_folders,
+        oidn: shot.values.oidn.as_deref().map(absolute).transpose()?,
         asset_cache: cache.map(|folder| (folder, shot.values.asset_cache_size)),
         output_folder,
         output_name,

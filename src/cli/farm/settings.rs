@@ -14,8 +14,8 @@ use super::parts::{sample_ranges, tiles};
 
 /// Settings whose files are made of all frames.
 const OF_ALL_FRAMES: [&str; 4] = ["movie", "contact_sheet", "stats", "manifest"];
-/// Settings that each task has of its own, or that only matter to a terminal.
-const OF_TASKS: [&str; 16] = [
+/// Settings that each task has of its own, that shot files may not have, or that only matter to a terminal.
+const OF_TASKS: [&str; 17] = [
     "output",
     "show",
     "resume",
@@ -27,6 +27,7 @@ const OF_TASKS: [&str; 16] = [
     "frames",
     "threads",
     "max_memory",
+    "oidn",
     "asset_cache",
     "asset_cache_size",
     "progress",

@@ -67,11 +67,14 @@ pub(super) fn script(plan: &JobPlan, form: ScriptForm<'_>) -> String {
     }
     text.push_str("*) fail 2 \"the job has no task ${1-}\" ;;\nesac\n");
 
-    let assets: String = plan.asset_folders.iter().map(AssetFolder::shell_option).collect();
+    let mut files: String = plan.asset_folders.iter().map(AssetFolder::shell_option).collect();
+    if plan.oidn.is_some() {
+        files.push_str(" --oidn \"$oidn\"");
+    }
     text.push_str("\n# The scene and the settings that the job was written for\n");
     let _ = writeln!(
         text,
-        "plan=$(\"$rayframe\" render \"$scene\" --config \"$shot\"{assets} --frames={} -o \"$pattern\"/{} --resume --dry-run --quiet --progress json) || exit $?",
+        "plan=$(\"$rayframe\" render \"$scene\" --config \"$shot\"{files} --frames={} -o \"$pattern\"/{} --resume --dry-run --quiet --progress json) || exit $?",
         pin.frame,
         shell_quoted(output_name)
     );
@@ -87,7 +90,7 @@ pub(super) fn script(plan: &JobPlan, form: ScriptForm<'_>) -> String {
     });
     let _ = writeln!(
         text,
-        "\n# Finished frames are kept, so that a repeated task continues\nexec \"$rayframe\" render \"$scene\" --config \"$shot\"{assets} \"$@\" --resume --threads \"$threads\" --max-memory {}{cache} --progress {}",
+        "\n# Finished frames are kept, so that a repeated task continues\nexec \"$rayframe\" render \"$scene\" --config \"$shot\"{files} \"$@\" --resume --threads \"$threads\" --max-memory {}{cache} --progress {}",
         plan.resources.limit_bytes, form.progress
     );
     text
@@ -97,6 +100,9 @@ pub(super) fn script(plan: &JobPlan, form: ScriptForm<'_>) -> String {
 fn variables(plan: &JobPlan) -> String {
     let shot = format!("{}/{SHOT_FILE}", plan.folder);
     let mut more: String = plan.asset_folders.iter().map(AssetFolder::shell_lines).collect();
+    if let Some(oidn) = &plan.oidn {
+        let _ = writeln!(more, "oidn=${{RAYFRAME_OIDN:-{}}}", shell_quoted(oidn));
+    }
     if let Some((folder, _)) = &plan.asset_cache {
         let _ = writeln!(more, "cache=${{RAYFRAME_ASSET_CACHE:-{}}}", shell_quoted(folder));
     }

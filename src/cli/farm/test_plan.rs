@@ -19,6 +19,7 @@ pub(super) fn plan() -> JobPlan {
         scene,
         shot_file: "resolution = \"64x36\"\n".to_owned(),
         asset_folders: Vec::new(),
+        oidn: None,
         asset_cache: None,
         output_folder: "/out".to_owned(),
         output_name: "a.####.exr".to_owned(),

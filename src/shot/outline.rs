@@ -173,7 +173,7 @@ fn sequence_outline(
 }
 
 /// The output setting, or `<scene>.####.exr` with the names of each clip, camera and variant; without a number if all sequences
-/// are stills.
+/// are stills: neither an animation, a turntable and numbered plates, nor several frames.
 fn output_pattern(
     shot: &ShotSettings,
     scene: &Scene,
@@ -195,7 +195,8 @@ fn output_pattern(
     if request.variant == Some(VariantRequest::Each) && !scene.variants.is_empty() {
         names.push(Placeholder::Variant);
     }
-    let mut numbered = false;
+    let has_plates = matches!(&args.background, BackgroundSource::Plate(pattern) if pattern.is_numbered());
+    let mut numbered = args.turntable.is_some() || has_plates;
     for NamedSelection { selection, .. } in selections {
         numbered |= duration_seconds(scene, selection) > 0.0 || frames(args, scene, selection)?.len() > 1;
     }

@@ -158,6 +158,26 @@ fn a_crop_equals_its_part_of_the_whole() {
     }
 }
 
+/// One frame of a sequence has the name that it has among the others.
+#[test]
+fn single_frames_of_moving_sequences_have_numbered_names() {
+    for moving in [&["--turntable", "8"][..], &["--background", "p.####.png"]] {
+        let run = Run::new();
+        for frame in ["2", "3"] {
+            std::fs::copy(run.path("plate.png"), run.path(&format!("p.000{frame}.png"))).unwrap();
+            let ended = run.try_render(&[moving, &["-r", "16x9", "-f", frame, "--resume"]].concat());
+            assert!(ended.status.success(), "{}", crate::stderr(&ended));
+        }
+        let mut frames = crate::names(run.folder.path());
+        frames.retain(|name| name.starts_with("shadow_catcher."));
+        assert_eq!(frames, ["shadow_catcher.0002.exr", "shadow_catcher.0003.exr"], "{moving:?}");
+    }
+    // One plate behind a still
+    let run = Run::new();
+    assert!(run.try_render(&["--background", "plate.png", "-r", "16x9"]).status.success());
+    assert!(run.path("shadow_catcher.exr").exists());
+}
+
 #[test]
 fn plates_of_light_are_exposed_with_the_scene() {
     let run = Run::new();

@@ -21,6 +21,7 @@ use crate::image_file::{
     remove_stale_temporaries, write_atomically_unless,
 };
 use crate::sequence::{OutputFormat, OutputPattern};
+use crate::settings::Placeholder;
 
 use coverage::{CoverageError, first_error};
 use foreign::refuse_foreign_tiles;
@@ -139,6 +140,12 @@ fn check_output(output: &OutputPattern) -> Result<()> {
     }
     if output.has_layer_place() {
         return Err(Error::usage("--output: split AOVs are merged one at a time; leave {layer} out"));
+    }
+    if let Some(name) = Placeholder::ALL.into_iter().find(|name| output.has_name(*name)) {
+        let name = name.text();
+        return Err(Error::usage(format!(
+            "--output: tiles do not tell what {name} is; write the name itself, or %{name} for this text"
+        )));
     }
     Ok(())
 }

@@ -230,6 +230,8 @@ fn invalid_output_names_are_refused() {
         (&["-o", "whole.png"], 2, ".exr"),
         (&["-o", "whole"], 2, "extension"),
         (&["-o", "{layer}.exr"], 2, "{layer}"),
+        (&["-o", "{scene}.####.exr"], 2, "%{scene}"),
+        (&["-o", "a_{camera}.exr"], 2, "%{camera}"),
         (&[], 2, "--output"),
         (&["-o", "a.exr/whole.exr"], 73, "a.exr"),
         (&["-o", "whole.exr", "--max-memory", "9k"], 77, "--max-memory"),

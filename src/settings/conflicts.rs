@@ -79,6 +79,7 @@ const CONFLICTS: &[Conflict] = &[
     // Frames.
     Conflict { weaker: &["start"], stronger: &["end"], applies: ends_before_its_start },
     Conflict { weaker: &["end"], stronger: &["start"], applies: ends_before_its_start },
+    Conflict { weaker: &["start", "end", "step"], stronger: &["all"], applies: |values| values.all },
     // Images.
     Conflict { weaker: &["max_samples"], stronger: &["samples"], applies: has_fewer_on_edges },
     Conflict { weaker: &["samples"], stronger: &["max_samples"], applies: has_fewer_on_edges },

@@ -81,6 +81,30 @@ fn settings_of_one_level_that_contradict_each_other_are_errors() {
 }
 
 #[test]
+fn all_frames_replace_the_range_of_a_file() {
+    let frames = |lines: &str, options: &[&str]| {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("a.toml"), format!("scene = '{SCENE}'\n{lines}")).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rayframe"));
+        command.current_dir(folder.path()).args(["render", "a.toml", "-q", "-n"]).args(options);
+        let planned = command.output().unwrap();
+        assert_eq!(planned.status.code(), Some(0), "{lines}{options:?}: {}", stderr(&planned));
+        let shot = String::from_utf8_lossy(&planned.stdout).into_owned();
+        shot.lines().find(|line| line.starts_with("frames = ")).map(str::to_owned).unwrap()
+    };
+    let range = "start = 5\nend = 8\nstep = 2\n";
+    let all = frames("", &[]);
+    assert_ne!(all, frames(range, &[]));
+    for options in [&["-a"][..], &["-f", "all"], &["-D", "all=true"]] {
+        assert_eq!(frames(range, options), all, "{options:?}");
+    }
+    // As with Blender, the range of one command line counts.
+    let typed = ["-s", "1", "-e", "3"];
+    assert_eq!(frames("", &crate::both(&["-a"], &typed)), frames("", &typed));
+    assert_eq!(frames("all = true\n", &typed), frames("", &typed));
+}
+
+#[test]
 fn ranges_of_samples_give_way_to_what_excludes_them_alone() {
     let planned = |lines: &str, options: &[&str]| {
         let folder = tempfile::tempdir().unwrap();

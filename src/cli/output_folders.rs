@@ -9,7 +9,7 @@ use rayframe::settings::Settings;
 /// The settings that name outputs.
 const OUTPUTS: [&str; 6] = ["output", "movie", "contact_sheet", "stats", "manifest", "asset_cache"];
 
-/// Checks the outputs that shot files name.
+/// Checks the outputs that shot files name, before anything is read. Names with placeholders are checked again where these are filled.
 ///
 /// # Errors
 /// [`Error::Refused`] for a path outside the folder of its file and of all `allowed` folders: those of the command line, since a shot file

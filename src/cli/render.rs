@@ -8,6 +8,7 @@ mod sequence;
 mod written_files;
 
 use std::cmp::Reverse;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -39,8 +40,8 @@ use super::warnings::report_warnings;
 use common_sheets::{CommonSheets, SheetRun};
 use sequence::replacing_text;
 pub(super) use sequence::{check_others, other_files, perform, prepare};
-pub(super) use written_files::WrittenFiles;
 use written_files::frame_files;
+pub(super) use written_files::{WrittenFiles, check_folders};
 
 /// Renders all named scenes and shot files.
 pub(super) fn run(options: &RenderOptions) -> ExitStatus {
@@ -65,6 +66,8 @@ struct Session {
     style: ProgressStyle,
     /// Whether other scenes follow one whose settings cannot be read.
     keeps_going_unread: bool,
+    /// Folders that the command line permits outputs of shot files in.
+    allowed_folders: Vec<PathBuf>,
     cancel: CancelFlag,
     caught: CaughtSignal,
     /// Whether a signal ends the program at once, because no frame is being rendered.
@@ -98,6 +101,7 @@ impl Session {
             is_many,
             style: values().next().map_or(options.typed_progress(), style_of),
             keeps_going_unread: options.keeps_going(),
+            allowed_folders: options.allowed_folders(),
             cancel,
             caught,
             ends_at_once,
@@ -176,6 +180,7 @@ impl Session {
     /// Checks a scene without texels.
     fn check(&mut self, shot: &ShotSettings) -> Result<ShotOutline> {
         let outline = check_shot(shot)?;
+        check_folders(&outline.sequences, shot, &self.allowed_folders)?;
         for sequence in &outline.sequences {
             self.sheets.check(sequence, &shot.values)?;
             check_others(sequence.sidecar_files(), &shot.values)?;
@@ -207,6 +212,7 @@ impl Session {
     fn render_shot(&mut self, named: &NamedShot, shot: &ShotSettings) -> Result<Option<Stop>> {
         let images = if self.is_dry_run { ImageLoading::Budget } else { ImageLoading::Texels };
         let mut jobs = resolve_each(shot, images, &mut self.environments)?;
+        check_folders(jobs.iter().map(|job| &job.outline), shot, &self.allowed_folders)?;
         if self.total.scenes == 1 && self.is_many {
             let sequences = jobs.iter().map(|job| job.outline.clone()).collect();
             let inputs = jobs.first().map(|job| job.inputs.clone()).unwrap_or_default();

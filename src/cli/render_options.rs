@@ -157,6 +157,13 @@ impl RenderOptions {
         self.0.get_flag("keep_going") || definitions.is_ok_and(|settings| settings.values().keep_going)
     }
 
+    /// The folders that are typed as permitted; none where an option is wrong, which is an error of every scene.
+    pub(super) fn allowed_folders(&self) -> Vec<PathBuf> {
+        let definitions = self.0.get_many::<String>("set").unwrap_or_default();
+        let levels = [self.typed(None), Settings::read_definitions(definitions)];
+        levels.into_iter().flatten().flat_map(|level| level.values().allow_dir).collect()
+    }
+
     /// Whether nothing is to be rendered.
     pub(super) fn is_dry_run(&self) -> bool {
         self.0.get_flag("dry_run")

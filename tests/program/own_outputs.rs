@@ -103,6 +103,52 @@ fn shot_files_write_into_their_folder_unless_permitted() {
     assert!(at("b.exr").is_file());
 }
 
+#[cfg(unix)]
+#[test]
+fn placeholders_of_shot_files_lead_into_no_other_folder() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    for name in ["shots", "out"] {
+        std::fs::create_dir(at(name)).unwrap();
+    }
+    for name in ["s", "0001", "depth"] {
+        std::os::unix::fs::symlink(at("out"), at("shots").join(name)).unwrap();
+    }
+    std::fs::copy(at("s.gltf"), at("shots/s.gltf")).unwrap();
+    std::fs::write(at("out/notes.json"), FOREIGN).unwrap();
+    let (shot, job) = (at("shots/a.toml"), at("job"));
+    for lines in [
+        "output = '{scene}/f.####.exr'",
+        "output = '####/f.exr'",
+        "output = '{layer}/f.exr'\naovs = 'light,depth'\nsplit_aovs = true",
+        "stats = '{scene}/notes.json'\noverwrite = true",
+        "manifest = '{scene}/a.json'",
+        "contact_sheet = '{scene}/a.png'",
+        "movie = '{scene}/a.gif'",
+    ] {
+        let text_of = format!("scene = 's.gltf'\nresolution = [8, 6]\nframes = 1\n{lines}\n");
+        std::fs::write(&shot, text_of).unwrap();
+        let farm = ["farm", "parallel", text(&shot), "--out-dir", text(&job)];
+        let several = ["render", text(&shot), text(&shot), "-q"];
+        for command in [&["render", text(&shot), "-q"][..], &several, &farm] {
+            if command[0] == "farm" && !lines.starts_with("output") {
+                continue;
+            }
+            let refused = rayframe(command);
+            assert_eq!(refused.status.code(), Some(77), "{lines}: {command:?} {}", stderr(&refused));
+            assert!(stderr(&refused).contains("leads outside the folder"), "{}", stderr(&refused));
+        }
+        assert_eq!(names(&at("out")), ["notes.json"], "{lines}");
+        assert!(!job.exists());
+    }
+    assert_eq!(std::fs::read(at("out/notes.json")).unwrap(), FOREIGN);
+    std::fs::write(&shot, "scene = 's.gltf'\nresolution = [8, 6]\nframes = 1\noutput = '####/f.exr'\n")
+        .unwrap();
+    let permitted = rayframe(&["render", text(&shot), "-q", "--allow-dir", text(&at("out"))]);
+    assert_eq!(permitted.status.code(), Some(0), "{}", stderr(&permitted));
+    assert!(at("out/f.exr").is_file());
+}
+
 #[test]
 fn heat_maps_and_flip_maps_replace_only_their_like() {
     let folder = folder();

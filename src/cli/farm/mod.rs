@@ -29,7 +29,7 @@ use rayon::ThreadPoolBuilder;
 use crate::progress::print_note;
 use rayframe::error::{Error, Result};
 
-use super::render::WrittenFiles;
+use super::render::{WrittenFiles, check_folders};
 use super::render_options::NamedShot;
 use super::summary::counted;
 use job_files::{check_files, write_files};
@@ -39,7 +39,7 @@ pub(super) use options::FarmArgs;
 /// Plans the jobs of all shots, checks every file, and writes them.
 pub(super) fn run(args: &FarmArgs) -> Result<()> {
     args.check()?;
-    let shots = args.render.shots();
+    let (shots, allowed_folders) = (args.render.shots(), args.render.allowed_folders());
     let folders = folders(&args.out_dir, &shots);
     let mut jobs = Vec::new();
     let mut written = WrittenFiles::default();
@@ -50,6 +50,7 @@ pub(super) fn run(args: &FarmArgs) -> Result<()> {
         let pool = ThreadPoolBuilder::new().num_threads(threads.into()).build().map_err(Error::no_threads)?;
         let plan = pool.install(|| planning::plan(&shot, args, &folder));
         let added = plan.and_then(|(plan, outline)| {
+            check_folders(&outline.sequences, &shot, &allowed_folders)?;
             written.add(&named.path, &shot, &outline)?;
             Ok(plan)
         });

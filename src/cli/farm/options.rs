@@ -138,6 +138,11 @@ impl SharedOptions {
         self.0.shots()
     }
 
+    /// The folders that are typed as permitted.
+    pub(super) fn allowed_folders(&self) -> Vec<PathBuf> {
+        self.0.allowed_folders()
+    }
+
     /// Whether the option of the argument `name` was given.
     fn is_typed(&self, name: &str) -> bool {
         self.0.is_typed(name)

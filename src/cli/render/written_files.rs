@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use rayframe::error::{Error, Result};
+use super::super::output_folders::check_inside;
+use rayframe::error::{Error, Provenance, Result};
 use rayframe::image_file::probe_folder;
 use rayframe::output::AovSet;
 use rayframe::sequence::{canonical, is_plate};
@@ -168,6 +169,35 @@ impl WrittenFiles {
 /// The key of a file by its canonical name.
 fn key(canonical: &Path) -> String {
     canonical.display().to_string().to_lowercase()
+}
+
+/// Checks that the files of `sequences` that a shot file names are in its folder or in one of `allowed`: where placeholders are filled,
+/// they may lead into other folders, through links, than their names with placeholders.
+///
+/// # Errors
+/// [`Error::Refused`] for a file outside of them.
+pub(in crate::cli) fn check_folders<'a>(
+    sequences: impl IntoIterator<Item = &'a SequenceOutline>,
+    shot: &ShotSettings,
+    allowed: &[PathBuf],
+) -> Result<()> {
+    let file_of = |setting: &str| match shot.settings.origin_of(setting) {
+        Some(Provenance::File { path, .. }) => Some(path),
+        _ => None,
+    };
+    let mut checked = BTreeSet::new();
+    for sequence in sequences {
+        let frames = file_of("output").map(|_| frame_files(sequence, &shot.values)).unwrap_or_default();
+        let frames = frames.into_iter().map(|path| (path, "output"));
+        let others = sequence.sidecar_files().map(|(path, setting)| (path.to_owned(), setting));
+        for (path, setting) in frames.chain(others) {
+            let Some(file) = file_of(setting) else { continue };
+            if checked.insert((path.parent().map(Path::to_owned), setting)) {
+                check_inside(file, setting, &path, allowed)?;
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The frames' main files, those of split AOVs, and previews.

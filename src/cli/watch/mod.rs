@@ -24,7 +24,7 @@ use rayframe::sequence::{
 };
 
 use super::exit_status::{ExitStatus, exit_status};
-use super::render::{check_others, other_files, perform, prepare};
+use super::render::{check_folders, check_others, other_files, perform, prepare};
 use super::render_options::{RenderOptions, message};
 use super::signals;
 use super::summary::summary;
@@ -109,6 +109,7 @@ impl Watch<'_> {
         let args = &shot.values;
         let mut resolved = resolve(shot, ImageLoading::Texels)?;
         self.files.replace(resolved.inputs.iter().cloned());
+        check_folders([&resolved.outline], shot, &self.options.allowed_folders())?;
         refuse_many(&resolved.sequence)?;
         if resolved.sequence.output.is_movie() {
             return Err(Error::setting("output", "one image is watched; end the name with .png or .exr"));

@@ -12,6 +12,8 @@ use rayframe::settings::{ProgressStyle, SettingValues};
 pub(super) struct Outcome {
     /// Summary of the frames.
     pub(super) summary: Summary,
+    /// Whether failures of frames were printed as they happened.
+    pub(super) are_failures_told: bool,
     /// Errors of sidecar files: manifest, statistics, movie, contact sheet.
     pub(super) sidecar_errors: Vec<Error>,
 }
@@ -24,14 +26,14 @@ impl Outcome {
 }
 
 /// Prints the errors that were not printed yet, and returns the exit code: frames decide before sidecar files, and a
-/// `signal` that ended the run before both. With `--keep-going` failures of frames were printed already.
+/// `signal` that ended the run before both.
 pub(super) fn finish(outcome: Outcome, signal: Option<i32>, args: &SettingValues) -> ExitStatus {
-    let Outcome { summary, sidecar_errors } = outcome;
+    let Outcome { summary, are_failures_told, sidecar_errors } = outcome;
     let mut is_interrupted = summary.is_interrupted;
     let mut code = 0;
     if let Err(error) = summary.outcome() {
         code = error.exit_code();
-        let is_printed = args.keep_going || (is_interrupted && signal.is_some());
+        let is_printed = are_failures_told || (is_interrupted && signal.is_some());
         if !is_printed {
             print_error(&message(&error));
         }
@@ -75,7 +77,7 @@ mod tests {
         let failed = failed.filter(|_| !is_interrupted).map(|error| FailedFrame { frame: 1, error });
         let failed = failed.into_iter().collect();
         let summary = Summary { failed, is_interrupted, ..Summary::default() };
-        finish(Outcome { summary, sidecar_errors }, signal, &args)
+        finish(Outcome { summary, are_failures_told: false, sidecar_errors }, signal, &args)
     }
 
     fn internal() -> Error {

@@ -215,6 +215,23 @@ fn a_file_size_limit_is_a_failed_write() {
     assert_eq!(whole_frames(&limited, &whole), 0);
 }
 
+#[test]
+fn a_failed_movie_is_told_whether_the_run_keeps_going_or_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let movie = folder.path().join("a.apng");
+    for options in [&[][..], &["--keep-going"], &["--keep-going", "--progress", "json"]] {
+        let mut shell = Command::new("sh");
+        shell.args(["-c", "ulimit -f 8; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_rayframe")]);
+        shell.arg("render").arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/demo/whitted_1980.gltf"));
+        shell.args(["-r", "128x72", "-f", "0-3", "--samples", "1", "-q", "-o"]).arg(&movie);
+        let output = shell.args(options).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(74), "{options:?}: {said}");
+        assert_eq!(said.matches("a.apng: write failed: ").count(), 1, "{options:?}: {said}");
+        assert!(!movie.exists());
+    }
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_refused_allocation_has_an_exit_code_and_leaves_no_file() {

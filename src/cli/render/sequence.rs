@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::Serialize;
 
@@ -85,7 +86,12 @@ pub(in crate::cli) fn perform(
     let is_json = args.progress == ProgressStyle::Json;
     let presenter = Presenter::new(sequence, plan, args.quiet);
     let manifest = outline.manifest.as_deref().map(|path| Manifest::new(path, job, plan));
+    // A frame may fail without an event, as where no thread starts.
+    let are_failures_told = AtomicBool::new(false);
     let summary = sequence::run(sequence, plan, cancel, &|event| {
+        if matches!(event, SequenceEvent::FrameFailed(..)) {
+            are_failures_told.fetch_or(verbosity.names_failures, Ordering::Relaxed);
+        }
         if let Some(manifest) = &manifest {
             manifest.tell(event);
         }
@@ -104,7 +110,11 @@ pub(in crate::cli) fn perform(
     let manifest = manifest.map(|manifest| manifest.write(presented.as_deref().unwrap_or_default()));
     let sidecar_errors =
         [manifest, statistics, Some(presented.map(|_| ()))].into_iter().flatten().filter_map(Result::err);
-    Outcome { sidecar_errors: sidecar_errors.collect(), summary }
+    Outcome {
+        sidecar_errors: sidecar_errors.collect(),
+        are_failures_told: are_failures_told.into_inner(),
+        summary,
+    }
 }
 
 /// Warning about files that `--resume` replaces; `None` without any.

@@ -100,9 +100,10 @@ impl Dielectric {
         Self { relative_ior, offset: f0 - scale * exact_f0, scale, curve }
     }
 
-    /// Whether F is the exact curve itself.
-    pub(super) fn is_exact(&self) -> bool {
-        self.curve == FresnelCurve::Exact && self.offset == Vec3::ZERO && self.scale == Vec3::ONE
+    /// Whether F is the exact curve but for a fraction that no image shows.
+    pub(super) fn is_nearly_exact(&self) -> bool {
+        let most = (self.scale - Vec3::ONE).abs().max(self.offset.abs()).max_element();
+        self.curve == FresnelCurve::Exact && most < 0.1
     }
 
     /// F at an angle to the normal, or to the half vector of a rough lobe.

@@ -7,6 +7,8 @@
 //!
 //! Anisotropic lobes have too many parameters for a table; they are summed over normals for each view.
 
+use std::sync::OnceLock;
+
 use glam::{Vec2, Vec3};
 
 use super::albedo_grid::cosine_of;
@@ -114,7 +116,10 @@ pub(super) fn transmitted(
     relative_ior: f32,
     passes: impl Fn(f32) -> f32,
 ) -> f32 {
-    let transmitted = disk_pattern().iter().map(|(point, share)| {
+    // Few normals, since every hit is summed: transmission is smooth over the lobe.
+    static NODES: OnceLock<Vec<(Vec2, f32)>> = OnceLock::new();
+    let nodes = NODES.get_or_init(|| disk_spiral(32));
+    let transmitted = nodes.iter().map(|(point, share)| {
         let half = lobe.visible_normal(wo, *point);
         let passed = refracted_at(half, wo, relative_ior).map_or(0.0, |wi| lobe.masking(wi));
         f64::from(share * passes(wo.dot(half)) * passed)

@@ -189,13 +189,16 @@ impl Scattering {
         let Self { bsdf, wo, .. } = *self;
         let reflected = bsdf.lobe_albedos(wo, terms).0 / self.compensation.dielectric;
         let relative_ior = bsdf.dielectric.relative_ior;
-        let transmitted = if bsdf.dielectric.is_exact() && self.film.is_none() {
-            let both = rough_volume_albedo::reflected_and_transmitted(&bsdf.lobe, wo, relative_ior);
-            positive(both - terms.exact)
-        } else {
-            // Tables know the exact curve alone.
-            let passes = |facet_cosine: f32| share_below(self.facet_reflectances(facet_cosine).0);
+        // Tables know the exact curve alone.
+        let transmitted = if self.film.is_none() && !bsdf.dielectric.is_nearly_exact() {
+            let passes = |facet_cosine: f32| share_below(bsdf.dielectric.reflectance(facet_cosine));
             rough_volume_albedo::transmitted(&bsdf.lobe, wo, relative_ior, passes)
+        } else {
+            let both = rough_volume_albedo::reflected_and_transmitted(&bsdf.lobe, wo, relative_ior);
+            // Films change what facets transmit by the share that the whole lobe leaves.
+            let (bare, covered) = (terms.total - terms.exact, terms.total - reflected.max_element());
+            let share = if bare > 1e-3 { (covered / bare).clamp(0.0, 1.0 / bare) } else { 1.0 };
+            positive(both - terms.exact) * share
         };
         let conserving = 1.0 / (reflected.max_element() + transmitted);
         // The dielectric is a mix of a transmitting and an opaque one.

@@ -1,8 +1,8 @@
 //! The triangles of a primitive as MikkTSpace takes them, bounded in time and depth.
 //!
-//! The algorithm recurs over the triangles around a vertex and compares each with each, and it searches all triangles for the vertices of
-//! those without area. Triangles without area are therefore kept from it and get the tangents that it would copy, and vertices
-//! with thousands of triangles are told apart into parts of [`MOST_AROUND_A_VERTEX`].
+//! The algorithm recurs over the triangles around a vertex and compares each with each, and so it does with the corners at one position. It
+//! searches all triangles for the vertices of those that have two equal corners. These are therefore kept from it and get the tangents that it
+//! would copy, and positions with thousands of corners are told apart into parts of [`MOST_AT_A_POSITION`].
 
 use std::collections::BTreeMap;
 
@@ -12,8 +12,8 @@ use glam::{Vec2, Vec3, Vec4};
 use super::normals::face_normal;
 use crate::scene::Primitive;
 
-/// Triangles around a vertex that share tangents.
-const MOST_AROUND_A_VERTEX: u32 = 1024;
+/// Corners at a position that share tangents.
+const MOST_AT_A_POSITION: u32 = 1024;
 
 struct PortableOps;
 
@@ -30,19 +30,19 @@ impl Ops for PortableOps {
 /// Position, normal and texture coordinates of a corner. Corners with the same are one vertex, whatever their indices.
 type CornerKey = [u32; 8];
 
-/// The triangles of a primitive that have an area.
+/// The triangles of a primitive whose corners differ.
 struct Faces<'a> {
     primitive: &'a Primitive,
     uvs: &'a [Vec2],
     /// Indices of the triangles.
     triangles: Vec<u32>,
-    /// For the corners of each face, the part of the vertex that it belongs to. Empty where all vertices have one part.
+    /// For the corners of each face, the part of the position that it belongs to. Empty where all positions have one part.
     parts: Vec<[u32; 3]>,
     /// The tangents of all triangles of the primitive.
     tangents: Vec<[Vec4; 3]>,
 }
 
-/// The MikkTSpace tangents of the corners of all triangles; zero where a triangle has no area and shares no vertex with others.
+/// The MikkTSpace tangents of the corners of all triangles; zero where a triangle has equal corners and shares no vertex with others.
 pub(super) fn corner_tangents(
     primitive: &Primitive,
     uvs: &[Vec2],
@@ -58,7 +58,7 @@ pub(super) fn corner_tangents(
     let (triangles, flat): (Vec<_>, Vec<_>) =
         (0..count as u32).partition(|&triangle| has_distinct_corners(primitive, triangle as usize));
     faces.triangles = triangles;
-    faces.parts = faces.parts_of_vertices();
+    faces.parts = faces.parts_of_positions();
     generate_tangents(&mut faces)?;
     faces.copy_to(&flat);
     Ok(faces.tangents)
@@ -106,17 +106,18 @@ impl Faces<'_> {
         [x, y, z, nx, ny, nz, u, v].map(|value| (value + 0.0).to_bits())
     }
 
-    /// The parts of the vertices at the corners of each face. Vertices are counted by a hash: some that have few triangles are told apart,
-    /// too, which does no harm.
-    fn parts_of_vertices(&self) -> Vec<[u32; 3]> {
-        if self.triangles.len() <= MOST_AROUND_A_VERTEX as usize {
+    /// The parts of the positions at the corners of each face. Positions are counted by a hash: some that have few corners are told apart, too,
+    /// which does no harm.
+    fn parts_of_positions(&self) -> Vec<[u32; 3]> {
+        if self.triangles.len() <= MOST_AT_A_POSITION as usize {
             return Vec::new();
         }
         let mut counts = vec![0_u32; self.triangles.len().next_power_of_two()];
         let mut part = |triangle: u32, corner: usize| {
-            let slot = (hash(self.key(triangle as usize, corner)) as usize).checked_rem(counts.len())?;
+            let slot = hash(position(self.primitive, triangle as usize, corner)) as usize;
+            let slot = slot.checked_rem(counts.len())?;
             let count = counts.get_mut(slot)?;
-            let part = *count / MOST_AROUND_A_VERTEX;
+            let part = *count / MOST_AT_A_POSITION;
             *count = count.saturating_add(1);
             Some(part)
         };
@@ -126,7 +127,7 @@ impl Faces<'_> {
         if parts.iter().all(|parts| *parts == [0; 3]) { Vec::new() } else { parts }
     }
 
-    /// Gives triangles without area the tangents of the first faces that share their vertices.
+    /// Gives triangles with equal corners the tangents of the first faces that share their vertices.
     fn copy_to(&mut self, flat: &[u32]) {
         let corners = |triangles: &[u32]| -> Vec<(u32, usize)> {
             triangles.iter().flat_map(|&triangle| [0, 1, 2].map(|corner| (triangle, corner))).collect()
@@ -165,14 +166,14 @@ impl Geometry<PortableOps> for Faces<'_> {
     }
 
     fn position(&self, face: usize, corner: usize) -> [f32; 3] {
-        position(self.primitive, self.triangle(face), corner).to_array()
+        let [x, y, z] = position(self.primitive, self.triangle(face), corner).to_array();
+        // The last bits tell the parts of a position apart.
+        let part = self.parts.get(face).and_then(|parts| parts.get(corner)).copied().unwrap_or_default();
+        [f32::from_bits(x.to_bits().wrapping_add(part)), y, z]
     }
 
     fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
-        let [x, y, z] = self.normal_of(self.triangle(face), corner).to_array();
-        // The last bits tell the parts of a vertex apart.
-        let part = self.parts.get(face).and_then(|parts| parts.get(corner)).copied().unwrap_or_default();
-        [f32::from_bits(x.to_bits().wrapping_add(part)), y, z]
+        self.normal_of(self.triangle(face), corner).to_array()
     }
 
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
@@ -187,10 +188,10 @@ impl Geometry<PortableOps> for Faces<'_> {
     }
 }
 
-/// FNV-1a over words, with the upper bits folded into the lower.
-fn hash(key: CornerKey) -> u64 {
-    let hash = key.iter().fold(0xcbf2_9ce4_8422_2325, |hash: u64, &word| {
-        (hash ^ u64::from(word)).wrapping_mul(0x0100_0000_01b3)
+/// FNV-1a over the words of a position, with the upper bits folded into the lower. Negative zero counts as zero.
+fn hash(position: Vec3) -> u64 {
+    let hash = position.to_array().iter().fold(0xcbf2_9ce4_8422_2325, |hash: u64, value| {
+        (hash ^ u64::from((value + 0.0).to_bits())).wrapping_mul(0x0100_0000_01b3)
     });
     hash ^ (hash >> 32)
 }
@@ -228,6 +229,12 @@ mod tests {
         let primitive = fan(100_000);
         let tangents = corner_tangents(&primitive, &primitive.uvs[0]).unwrap();
         assert!(tangents.iter().all(|[_, a, b]| a.x > 0.999 && b.x > 0.999));
+        // So do corners at one position whose normals differ.
+        let mut cone = fan(40_000);
+        cone.normals = None;
+        cone.positions[0] = Vec3::Z;
+        let tangents = corner_tangents(&cone, &cone.uvs[0]).unwrap();
+        assert!(tangents.iter().flatten().all(|tangent| tangent.is_finite()));
     }
 
     #[test]
@@ -241,8 +248,8 @@ mod tests {
             parts: Vec::new(),
             tangents: Vec::new(),
         };
-        assert!(faces.parts_of_vertices().is_empty());
-        assert_eq!(faces.normal(7, 0), [0.0, 0.0, 1.0]);
+        assert!(faces.parts_of_positions().is_empty());
+        assert_eq!(faces.position(7, 0), [0.0; 3]);
     }
 
     #[test]

@@ -107,9 +107,9 @@ pub fn decode_png_values(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Re
     }
     let decode = || {
         let mut reader = reader();
-        // The decoder's own limit is less than what was admitted.
-        let mut limits = Limits::no_limits();
-        limits.max_alloc = Some(needed);
+        // The decoder's own limit may be less than what was admitted. Texts and profiles count, too.
+        let mut limits = Limits::default();
+        limits.max_alloc = limits.max_alloc.max(Some(needed));
         reader.limits(limits);
         reader.decode().map_err(|error| error.to_string())
     };
@@ -168,6 +168,15 @@ mod tests {
         std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(1 << 34).unwrap();
         let error = Image::read(&path).unwrap_err().to_string();
         assert!(error.contains("is a movie of 6 frames"), "{error}");
+    }
+
+    #[test]
+    fn small_files_may_have_long_texts() {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
+        encoder.add_text_chunk("XML:com.adobe.xmp".to_owned(), "x".repeat(70_000)).unwrap();
+        encoder.write_header().unwrap().write_image_data(&[9]).unwrap();
+        assert_eq!(decode_png_values(Path::new("a.png"), &bytes, 1 << 20).unwrap().size(), (1, 1));
     }
 
     #[test]

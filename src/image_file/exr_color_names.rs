@@ -1,31 +1,35 @@
 //! Names of colour channels in EXR files of other programs, brought to the form that comparisons know.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 use crate::image::{Channel, Samples, is_cryptomatte};
 
-/// Gives colours the names `R`, `G`, `B` and `A` in layers that have `r`, `g` and `b`, or `red`, `green` and `blue`, in any case. Integers in colours
-/// become floats: they are light and no ids.
+/// Largest integer up to which floats hold all.
+const MOST_EXACT: u32 = 1 << 24;
+
+/// Gives colours the names `R`, `G`, `B` and `A` in layers that have `r`, `g` and `b`, or `red`, `green` and `blue`, in any case. Integers in
+/// colours become floats, unless they are so large that they must be ids. A layer with two channels of one colour stays as it is.
 pub(super) fn unify_colors(channels: &mut [Channel]) {
-    let names: BTreeSet<String> = channels.iter().map(|channel| channel.name.clone()).collect();
-    for channel in channels {
+    let mut layers = BTreeMap::<String, Vec<(usize, &'static str)>>::new();
+    for (index, channel) in channels.iter().enumerate() {
         let (layer, component) = split(&channel.name);
-        let Some(color) = color_of(component).filter(|_| !is_cryptomatte(layer.trim_end_matches('.'))) else {
-            continue;
-        };
-        let has = |wanted: &str| {
-            names.iter().any(|name| {
-                let (other, component) = split(name);
-                other == layer && color_of(component) == Some(wanted)
-            })
-        };
-        let renamed = format!("{layer}{color}");
-        if !["R", "G", "B"].into_iter().all(has) || (renamed != channel.name && names.contains(&renamed)) {
+        if let Some(color) = color_of(component).filter(|_| !is_cryptomatte(layer.trim_end_matches('.'))) {
+            layers.entry(layer.to_owned()).or_default().push((index, color));
+        }
+    }
+    for (layer, colors) in layers {
+        let count = |wanted: &str| colors.iter().filter(|(_, color)| *color == wanted).count();
+        if ["R", "G", "B"].map(count) != [1; 3] || count("A") > 1 {
             continue;
         }
-        channel.name = renamed;
-        if let Samples::Uint(values) = &channel.samples {
-            channel.samples = Samples::Float(values.iter().map(|&value| value as f32).collect());
+        for (index, color) in colors {
+            let channel = &mut channels[index];
+            channel.name = format!("{layer}{color}");
+            if let Samples::Uint(values) = &channel.samples
+                && values.iter().all(|value| *value <= MOST_EXACT)
+            {
+                channel.samples = Samples::Float(values.iter().map(|&value| value as f32).collect());
+            }
         }
     }
 }
@@ -50,34 +54,39 @@ fn color_of(component: &str) -> Option<&'static str> {
 mod tests {
     use super::*;
 
-    fn unified(names: &[&str]) -> Vec<String> {
-        let channel = |name: &&str| Channel { name: (*name).to_owned(), samples: Samples::Uint(vec![3]) };
+    /// The names of channels after [`unify_colors`], with a `*` after those that are numbers then.
+    fn unified(names: &[&str], value: u32) -> Vec<String> {
+        let channel =
+            |name: &&str| Channel { name: (*name).to_owned(), samples: Samples::Uint(vec![3, value]) };
         let mut channels: Vec<_> = names.iter().map(channel).collect();
         unify_colors(&mut channels);
-        // Colours are numbers, all else keeps its type.
-        for (channel, name) in channels.iter().zip(names) {
-            let is_color = matches!(split(&channel.name).1, "R" | "G" | "B" | "A") && !name.contains("id");
-            assert_eq!(channel.samples.floats().is_some(), is_color, "{name}");
-        }
-        channels.into_iter().map(|channel| channel.name).collect()
+        let told = |Channel { name, samples }| match samples {
+            Samples::Uint(_) => name,
+            _ => format!("{name}*"),
+        };
+        channels.into_iter().map(told).collect()
     }
 
     #[test]
     fn colors_have_one_name() {
-        assert_eq!(unified(&["r", "g", "b", "z"]), ["R", "G", "B", "z"]);
-        assert_eq!(unified(&["Red", "Green", "Blue", "Alpha"]), ["R", "G", "B", "A"]);
-        assert_eq!(
-            unified(&["view.r", "view.g", "view.b", "R", "G", "B"]),
-            ["view.R", "view.G", "view.B", "R", "G", "B"]
-        );
-        // Neither motion nor an incomplete colour
-        assert_eq!(unified(&["id.r", "id.g", "depth.b"]), ["id.r", "id.g", "depth.b"]);
+        assert_eq!(unified(&["r", "g", "b", "z"], 7), ["R*", "G*", "B*", "z"]);
+        assert_eq!(unified(&["Red", "Green", "Blue", "Alpha"], 7), ["R*", "G*", "B*", "A*"]);
+        let of_layer = ["view.r", "view.g", "view.b", "R", "G", "B"];
+        assert_eq!(unified(&of_layer, 7), ["view.R*", "view.G*", "view.B*", "R*", "G*", "B*"]);
     }
 
     #[test]
-    fn cryptomattes_and_names_that_are_taken_stay() {
-        let ranks = ["crypto_object00.r", "crypto_object00.g", "crypto_object00.b", "crypto_object00.a"];
-        assert_eq!(unified(&ranks), ranks);
-        assert_eq!(unified(&["R", "G", "B", "red"]), ["R", "G", "B", "red"]);
+    fn what_is_no_colour_stays() {
+        for names in [
+            &["id.r", "id.g", "depth.b"][..],
+            &["crypto_object00.r", "crypto_object00.g", "crypto_object00.b", "crypto_object00.a"],
+            // Two of one colour
+            &["r", "g", "b", "red"],
+            &["R", "G", "B", "a", "alpha"],
+        ] {
+            assert_eq!(unified(names, 7), names);
+        }
+        // Floats would make equal ids of these.
+        assert_eq!(unified(&["id.r", "id.g", "id.b"], (1 << 24) + 1), ["id.R", "id.G", "id.B"]);
     }
 }

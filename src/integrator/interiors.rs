@@ -36,6 +36,11 @@ impl Interiors {
         Self(materials.iter().map(interior).collect())
     }
 
+    /// Whether no material bounds a volume.
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.iter().all(Option::is_none)
+    }
+
     /// The medium inside `instance`, if its material bounds a volume.
     pub(super) fn medium(&self, instance: &MeshInstance) -> Option<Medium> {
         let Interior { ior, half_spread, extinction } = self.0[instance.material.index()]?;

@@ -191,8 +191,8 @@ impl ShadowBatch {
         mut next: impl FnMut(Option<HitOrder>) -> Option<Hit>,
     ) -> MediaStack {
         let mut media = match &self.media[index as usize] {
-            SurfaceMedia::AtEnd(media) => media.clone(),
-            SurfaceMedia::AtStart(media) => return media.clone(),
+            SurfaceMedia::AtEnd(media) if crosses_volumes(context, self.passage) => media.clone(),
+            at_start => return at_start.stack().clone(),
         };
         let (mut crossed, mut after) = (Vec::new(), None);
         for _ in 0..TRANSPARENCY_LIMIT {
@@ -300,11 +300,16 @@ fn through_surfaces(
     ShadowTransmittance { limit_reached: true, ..ShadowTransmittance::NONE }
 }
 
+/// Whether shadow rays enter and leave volumes.
+fn crosses_volumes(context: &IntegratorContext<'_>, passage: GlassPassage) -> bool {
+    passage == GlassPassage::Straight
+        && context.settings.glass_shadows == GlassShadows::Straight
+        && !context.interiors.is_empty()
+}
+
 fn clear_medium(context: &IntegratorContext<'_>, hit: &Hit, passage: GlassPassage) -> Option<Medium> {
-    let straight =
-        passage == GlassPassage::Straight && context.settings.glass_shadows == GlassShadows::Straight;
     let instance = context.view.frame.instance(hit.triangle);
-    straight.then(|| context.interiors.medium(instance)).flatten()
+    crosses_volumes(context, passage).then(|| context.interiors.medium(instance)).flatten()
 }
 
 /// The light that one surface lets through.

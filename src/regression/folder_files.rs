@@ -2,6 +2,7 @@
 //! followed only where nothing else leads, so that packages which link to each other are not read in every order.
 
 use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
@@ -56,12 +57,19 @@ struct Walk {
 }
 
 impl Walk {
+    /// Whether a folder without links is read by its own name.
+    fn is_named(&self, folder: &Path) -> bool {
+        let is_hidden =
+            |name: &OsStr| self.hidden == Hidden::Skipped && name.to_string_lossy().starts_with('.');
+        folder.strip_prefix(&self.root).is_ok_and(|below| !below.iter().any(is_hidden))
+    }
+
     /// Adds the files below `folder`, to which so many links lead.
     fn collect(&mut self, folder: &Path, links: usize) -> Result<()> {
         let directory = readable(folder);
         let missing = Error::missing(directory);
         let itself = directory.canonicalize().map_err(missing)?;
-        let is_known = links > 1 && (itself.starts_with(&self.root) || self.read.contains(&itself));
+        let is_known = links > 1 && (self.is_named(&itself) || self.read.contains(&itself));
         // A link to an ancestor, or one of many to the same folder.
         if self.ancestors.contains(&itself) || is_known {
             return Ok(());
@@ -117,6 +125,21 @@ mod tests {
         assert_eq!(files.len(), 12 * 12);
         assert!(files.contains(&packages[3].join("m.glb")));
         assert!(files.contains(&packages[3].join("node_modules/p5/m.glb")));
+    }
+
+    #[test]
+    fn hidden_folders_that_links_lead_to_are_read_once() {
+        // As package managers lay them out: each package is in a hidden folder, and links to the others are beside it.
+        let root = tempfile::tempdir().unwrap();
+        let stored = |name: &str| root.path().join(".store").join(name);
+        for name in ["a", "b"] {
+            std::fs::create_dir_all(stored(name)).unwrap();
+            std::fs::write(stored(name).join("m.glb"), "").unwrap();
+        }
+        symlink(stored("a"), root.path().join("a")).unwrap();
+        symlink(stored("b"), stored("a").join("b")).unwrap();
+        let expected = ["a/b/m.glb", "a/m.glb"].map(|name| root.path().join(name));
+        assert_eq!(files_below(root.path()).unwrap(), expected);
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! whatever its name contains.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -109,7 +110,7 @@ pub fn sequence_files(path: &Path) -> Result<Vec<PathBuf>> {
 
 /// Frame number in a file name.
 pub fn frame_number(path: &Path) -> Option<i64> {
-    numbered_name(path.file_name()?.to_str()?).1
+    numbered_name(path.file_name()?).1
 }
 
 /// How many levels of folders are read.
@@ -186,7 +187,7 @@ fn files_of_folder(path: &Path, depth: Depth) -> Result<Vec<(Key, PathBuf)>> {
                 && file.is_file()
                 && !is_output(&file, OutputKind::Movie)
             {
-                let (name, frame) = numbered_name(&name.as_encoded_bytes().escape_ascii().to_string());
+                let (name, frame) = numbered_name(&name);
                 files.push(((below.clone(), name, frame), file));
             }
         }
@@ -218,8 +219,11 @@ fn is_image(path: &Path) -> bool {
     IMAGES.iter().any(|known| extension == *known)
 }
 
-/// The name with the last number before the extension replaced by `#`, and the number.
-fn numbered_name(name: &str) -> (String, Option<i64>) {
+/// The name with the last number before the extension replaced by `#`, and the number. A name that is not UTF-8 has none.
+fn numbered_name(name: &OsStr) -> (String, Option<i64>) {
+    let Some(name) = name.to_str() else {
+        return (name.as_encoded_bytes().escape_ascii().to_string(), None);
+    };
     let stem = name.rfind('.').map_or(name, |dot| &name[..dot]);
     let Some(last) = stem.rfind(|character: char| character.is_ascii_digit()) else {
         return (name.to_owned(), None);
@@ -238,163 +242,4 @@ fn numbered_name(name: &str) -> (String, Option<i64>) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::image_file::PAGE_MARK;
-
-    fn folder(names: &[&str]) -> tempfile::TempDir {
-        let folder = tempfile::tempdir().unwrap();
-        for name in names {
-            let file = folder.path().join(name);
-            std::fs::create_dir_all(file.parent().unwrap()).unwrap();
-            std::fs::write(file, "").unwrap();
-        }
-        folder
-    }
-
-    fn frames_of(paired: &PairedFiles) -> Vec<i64> {
-        paired.pairs.iter().filter_map(|pair| pair.frame).collect()
-    }
-
-    #[test]
-    fn frames_are_paired_by_number() {
-        let ours = folder(&["a.0001.exr", "a.0002.exr", "a.0010.exr", "notes.txt", "a.0003.exr.tmp"]);
-        let theirs = folder(&["b_1.exr", "b_2.exr", "b_3.exr", "b_x.exr", "c_1.exr"]);
-        for place in ["b_#.exr", "b_%d.exr", "b_{frame}.exr"] {
-            let paired = pair_files(&ours.path().join("a.####.exr"), &theirs.path().join(place)).unwrap();
-            assert_eq!(frames_of(&paired), [1, 2]);
-            assert_eq!(paired.only_in_actual, [ours.path().join("a.0010.exr")]);
-            assert_eq!(paired.only_in_reference, [theirs.path().join("b_3.exr")]);
-        }
-        let paired = pair_files(ours.path(), &theirs.path().join("b_#.exr")).unwrap();
-        assert_eq!(frames_of(&paired), [1, 2]);
-    }
-
-    #[test]
-    fn a_minus_belongs_to_a_number_unless_it_follows_a_word() {
-        for (name, frame) in [
-            ("a.-001.exr", -1),
-            ("-3.exr", -3),
-            ("neg_-001.exr", -1),
-            ("shot--001.exr", -1),
-            ("shot-0001.exr", 1),
-            ("v2-0001.exr", 1),
-            ("\u{e9}-0001.exr", 1),
-        ] {
-            assert_eq!(frame_number(Path::new(name)), Some(frame), "{name}");
-        }
-    }
-
-    #[test]
-    fn names_that_render_writes_are_found() {
-        let files =
-            folder(&["a01_01.exr", "a01_02.exr", "p%q.0001.exr", "x0001/y0001.exr", "x0002/y0003.exr"]);
-        for pattern in ["a##_##.exr", "p%%q.%04d.exr", "x####/y####.exr"] {
-            let pattern = files.path().join(pattern);
-            let paired = pair_files(&pattern, &pattern).unwrap();
-            assert_eq!(frames_of(&paired), [1], "{}", pattern.display());
-            assert_eq!(sequence_files(&pattern).unwrap().len(), 1);
-        }
-    }
-
-    #[test]
-    fn folders_of_several_sequences_are_paired_by_name_too() {
-        let ours = folder(&["a.0001.exr", "a.depth.0001.exr", "a.-001.exr"]);
-        let theirs = folder(&["a.0001.exr", "a.depth.0001.exr", "a.0002.exr", "still.png"]);
-        let paired = pair_files(ours.path(), theirs.path()).unwrap();
-        let names: Vec<_> = paired.pairs.iter().map(|pair| pair.actual.file_name().unwrap()).collect();
-        assert_eq!(names, ["a.0001.exr", "a.depth.0001.exr"]);
-        assert!(paired.pairs.iter().all(|pair| pair.actual.file_name() == pair.reference.file_name()));
-        assert_eq!((paired.only_in_actual.len(), paired.only_in_reference.len()), (1, 2));
-    }
-
-    #[test]
-    fn folders_below_are_paired_by_their_paths() {
-        let ours = folder(&[
-            "a.1.exr",
-            "b/x.1.exr",
-            "b/x.2.exr",
-            "b/c/still.exr",
-            "only/z.png",
-            ".git/h.png",
-            "report/images/a.exr",
-            "s.md",
-            "s.md.files/0001-a-new.png",
-        ]);
-        std::fs::write(ours.path().join("report/index.html"), PAGE_MARK).unwrap();
-        let theirs = folder(&["k.1.exr", "b/y.1.exr", "b/y.2.exr", "b/c/still.exr", "b/c/other.exr"]);
-        let paired = pair_files(ours.path(), theirs.path()).unwrap();
-        let of_pair = |pair: &FilePair| {
-            let below = pair.reference.strip_prefix(theirs.path()).unwrap();
-            (below.display().to_string().replace('\\', "/"), pair.frame)
-        };
-        assert_eq!(
-            paired.pairs.iter().map(of_pair).collect::<Vec<_>>(),
-            [("k.1.exr", Some(1)), ("b/y.1.exr", Some(1)), ("b/y.2.exr", Some(2)), ("b/c/still.exr", None)]
-                .map(|(name, frame)| (name.to_owned(), frame))
-        );
-        assert_eq!(paired.only_in_actual, [ours.path().join("only/z.png")]);
-        assert_eq!(paired.only_in_reference, [theirs.path().join("b/c/other.exr")]);
-        // A pattern is of one folder, and so is what it is paired with.
-        let paired = pair_files(ours.path(), &theirs.path().join("k.#.exr")).unwrap();
-        assert_eq!((frames_of(&paired), paired.only_in_actual.len()), (vec![1], 0));
-    }
-
-    #[test]
-    #[cfg(unix)]
-    fn links_to_folders_are_not_followed() {
-        let (ours, theirs) = (folder(&["a.exr", "b/c.exr"]), folder(&["a.exr"]));
-        std::os::unix::fs::symlink(ours.path().join("b"), theirs.path().join("b")).unwrap();
-        std::os::unix::fs::symlink(ours.path(), ours.path().join("b/d")).unwrap();
-        let paired = pair_files(ours.path(), theirs.path()).unwrap();
-        assert_eq!(paired.pairs.len(), 1);
-        assert_eq!(paired.only_in_actual, [ours.path().join("b/c.exr")]);
-    }
-
-    #[test]
-    fn names_that_are_not_valid_are_usage_errors_unless_they_are_files() {
-        let files = folder(&["a.1.exr", "b.%4d.exr"]);
-        let [valid, wrong, file] = ["a.#.exr", "a.%4d.exr", "b.%4d.exr"].map(|name| files.path().join(name));
-        let pairs = [pair_files(&wrong, &valid).map(drop), pair_files(&valid, &wrong).map(drop)];
-        for result in pairs.into_iter().chain([sequence_files(&wrong).map(drop)]) {
-            let error = result.unwrap_err();
-            assert!(error.exit_code() == 2 && error.to_string().contains("must be %04d"), "{error}");
-        }
-        assert_eq!(pair_files(&file, &file).unwrap().pairs.len(), 1);
-    }
-
-    #[test]
-    fn a_word_after_a_percent_sign_is_a_missing_file() {
-        let files = folder(&["50%.exr", "b.1.exr"]);
-        let [word, pattern, file] =
-            ["50%done.exr", "50%d.exr", "b.1.exr"].map(|name| files.path().join(name));
-        assert!(!is_sequence(&word).unwrap() && is_sequence(&pattern).unwrap());
-        assert_eq!(pair_files(&word, &file).unwrap().pairs[0].actual, word);
-        assert_eq!(pair_files(&pattern, &file).unwrap_err().exit_code(), 2);
-    }
-
-    #[test]
-    fn two_files_of_one_frame_number_are_an_error() {
-        let (ours, theirs) = (folder(&["a.01.exr", "a.002.exr", "a.1.exr"]), folder(&["a.1.exr", "a.2.exr"]));
-        for error in [pair_files(ours.path(), theirs.path()), pair_files(theirs.path(), ours.path())] {
-            let error = error.unwrap_err();
-            let message = error.to_string();
-            assert_eq!(error.exit_code(), 2);
-            assert!(message.contains("a.01.exr and ") && message.contains("a.1.exr have"), "{message}");
-        }
-        // A field for the number selects one of them.
-        let paired = pair_files(&ours.path().join("a.##.exr"), theirs.path()).unwrap();
-        assert_eq!(frames_of(&paired), [1]);
-    }
-
-    #[test]
-    fn a_file_beside_a_sequence_and_empty_folders_are_errors() {
-        let (full, empty) = (folder(&["a.0001.exr"]), folder(&["a.txt"]));
-        let file = full.path().join("a.0001.exr");
-        assert_eq!(pair_files(&file, full.path()).unwrap_err().exit_code(), 2);
-        assert_eq!(pair_files(full.path(), empty.path()).unwrap_err().exit_code(), 66);
-        assert_eq!(pair_files(&file, &file).unwrap().pairs.len(), 1);
-        let pattern = full.path().join("a.%04d.png");
-        assert_eq!(pair_files(&pattern, &pattern).unwrap_err().exit_code(), 66);
-    }
-}
+mod tests;

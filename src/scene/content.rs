@@ -140,8 +140,8 @@ impl Scene {
 
     /// The nodes that stand in a scene of the file, which scenes may share.
     pub fn nodes_of_scenes(&self) -> BTreeSet<NodeIndex> {
-        let roots: Vec<_> = self.scenes.iter().flat_map(|scene| &scene.roots).copied().collect();
-        self.nodes_below(&roots).into_iter().collect()
+        let roots: BTreeSet<_> = self.scenes.iter().flat_map(|scene| &scene.roots).copied().collect();
+        self.nodes_below(&roots.into_iter().collect::<Vec<_>>()).into_iter().collect()
     }
 
     /// The cameras that stand below `roots`.

@@ -205,13 +205,13 @@ fn glass_shadows_key(glass_shadows: GlassShadows) -> &'static str {
     }
 }
 
-/// Clips, camera and variant of a selection; no variant where primitives keep their own materials. All of a scene share the rest.
 /// Automatic exposure of several sequences depends on all of them; that of `own` alone is the exposure of one sequence.
 fn shared_exposure_key(shared: &SharedExposure, own: &Selection) -> Option<serde_json::Value> {
     let keys: Vec<_> = shared.selections.iter().map(selection_key).collect();
     (keys != [selection_key(own)]).then(|| keys.into())
 }
 
+/// Clips, camera and variant of a selection; no variant where primitives keep their own materials. All of a scene share the rest.
 fn selection_key(selection: &Selection) -> serde_json::Value {
     let Selection { clips, camera, camera_changes, variant, roots: _, image_light: _ } = selection;
     let clips: Vec<_> = clips.iter().map(|clip| clip.0).collect();

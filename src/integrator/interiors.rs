@@ -10,7 +10,7 @@ use crate::interaction::alpha_at;
 use crate::scene::Material;
 use crate::scene_view::SceneView;
 
-/// The media of a frame's materials, by material index; `None` for materials that bound no volume. Computed once a frame.
+/// The media of a frame's materials, by material index; `None` for materials that bound no volume, and empty where none does. Computed once a frame.
 #[derive(Clone, Debug)]
 pub(super) struct Interiors(Vec<Option<Interior>>);
 
@@ -33,17 +33,22 @@ impl Interiors {
             let half_spread = half_spread.clamp(0.0, (material.ior - 1.0).abs());
             Some(Interior { ior: material.ior, half_spread, extinction })
         };
-        Self(materials.iter().map(interior).collect())
+        let interiors: Vec<_> = materials.iter().map(interior).collect();
+        Self(if interiors.iter().any(Option::is_some) { interiors } else { Vec::new() })
     }
 
     /// Whether no material bounds a volume.
     pub(super) fn is_empty(&self) -> bool {
-        self.0.iter().all(Option::is_none)
+        self.0.is_empty()
+    }
+
+    fn of_instance(&self, instance: &MeshInstance) -> Option<Interior> {
+        *self.0.get(instance.material.index())?
     }
 
     /// The medium inside `instance`, if its material bounds a volume.
     pub(super) fn medium(&self, instance: &MeshInstance) -> Option<Medium> {
-        let Interior { ior, half_spread, extinction } = self.0[instance.material.index()]?;
+        let Interior { ior, half_spread, extinction } = self.of_instance(instance)?;
         let volume =
             VolumeId { node: instance.node, instance: instance.node_instance, material: instance.material };
         Some(Medium { volume, ior, half_spread, extinction })
@@ -54,11 +59,8 @@ impl Interiors {
         let mut bounds = Aabb::EMPTY;
         let ends = frame.instances.iter().skip(1).map(|next| next.first_triangle as usize);
         let ends = ends.chain(std::iter::once(frame.triangles.len()));
-        for (instance, end) in frame
-            .instances
-            .iter()
-            .zip(ends)
-            .filter(|(instance, _)| self.0[instance.material.index()].is_some())
+        for (instance, end) in
+            frame.instances.iter().zip(ends).filter(|(instance, _)| self.of_instance(instance).is_some())
         {
             let corners =
                 frame.triangles[instance.first_triangle as usize..end].iter().flat_map(|t| t.vertices);

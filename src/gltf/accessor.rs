@@ -32,6 +32,8 @@ pub(super) struct Data<'a> {
     pub(super) views: &'a [Option<Vec<u8>>],
     /// Accessors whose elements were decoded from a compressed stream.
     pub(super) decoded: &'a DecodedAccessors,
+    /// The elements that are read, by index; `None` for all.
+    pub(super) vertices: Option<&'a [u32]>,
 }
 
 /// Elements of one parallel task.
@@ -59,7 +61,22 @@ fn is_wrong<const N: usize>(element: &[f32; N]) -> bool {
     element.iter().fold(false, |any, value| any | !value.is_finite())
 }
 
+/// The elements at `indices`.
+fn at_indices<T: Copy>(elements: &[T], indices: &[u32]) -> Vec<T> {
+    indices.iter().filter_map(|&index| elements.get(index as usize)).copied().collect()
+}
+
 impl<'a> Data<'a> {
+    /// Data of which all elements are read.
+    pub(super) fn new(
+        document: &'a Document,
+        buffers: &'a [Option<Cow<'a, [u8]>>],
+        views: &'a [Option<Vec<u8>>],
+        decoded: &'a DecodedAccessors,
+    ) -> Self {
+        Self { document, buffers, views, decoded, vertices: None }
+    }
+
     /// Returns accessor `index`; `pointer` is the JSON pointer of the reference to it.
     pub(super) fn accessor(&self, context: &Context, index: usize, pointer: &str) -> Result<&'a Accessor> {
         let accessors = &self.document.root.accessors;
@@ -115,7 +132,7 @@ impl<'a> Data<'a> {
         Ok(StridedElements { bytes: bytes.get(start..).unwrap_or_default(), stride })
     }
 
-    /// Reads all elements of accessor `index` as floats. Infinities and NaNs are errors.
+    /// Reads accessor `index` as floats. Infinities and NaNs are errors, also in elements that [`Data::vertices`] leaves out.
     pub(super) fn floats<const N: usize>(
         &self,
         context: &mut Context,
@@ -131,7 +148,7 @@ impl<'a> Data<'a> {
         }
     }
 
-    /// Reads all elements of accessor `index` as floats. Elements with infinities or NaNs are zero, with a warning at `pointer`.
+    /// Reads accessor `index` as floats. Elements with infinities or NaNs are zero, with a warning at `pointer`.
     pub(super) fn floats_or_zeros<const N: usize>(
         &self,
         context: &mut Context,
@@ -139,16 +156,16 @@ impl<'a> Data<'a> {
         pointer: &str,
     ) -> Result<Vec<[f32; N]>> {
         let (mut elements, wrong) = self.stored_floats(context, index, pointer)?;
-        if let Some(first) = wrong {
+        if wrong.is_some() {
             context.warn(pointer, "some elements are infinite or not a number; they are taken as zero");
-            for element in elements.iter_mut().skip(first).filter(|element| is_wrong(element)) {
+            for element in elements.iter_mut().filter(|element| is_wrong(element)) {
                 *element = [0.0; N];
             }
         }
         Ok(elements)
     }
 
-    /// Reads all elements of accessor `index` as floats, and the index of the first with an infinity or a NaN.
+    /// Reads accessor `index` as floats, and finds the first of all its elements with an infinity or a NaN.
     fn stored_floats<const N: usize>(
         &self,
         context: &mut Context,
@@ -156,23 +173,27 @@ impl<'a> Data<'a> {
         pointer: &str,
     ) -> Result<(Vec<[f32; N]>, Option<usize>)> {
         let format = self.format(context, index, pointer)?;
-        let elements: Vec<[f32; N]> = match format.component {
-            // A loop without a case for every component.
-            ComponentType::F32 => {
-                let decode = |bytes: &[u8]| component::float(bytes, ComponentType::F32, false);
-                self.elements(context, index, pointer, decode)?
-            }
-            component => {
-                let decode = |bytes: &[u8]| component::float(bytes, component, format.normalized);
-                self.elements(context, index, pointer, decode)?
-            }
-        };
+        if format.component != ComponentType::F32 {
+            let decode = |bytes: &[u8]| component::float(bytes, format.component, format.normalized);
+            return Ok((self.elements(context, (index, pointer), self.vertices, decode)?, None));
+        }
+        // A loop without a case for every component. Primitives that share a list read what they use of it once it is checked.
+        let decode = |bytes: &[u8]| component::float(bytes, ComponentType::F32, false);
+        let is_shared = !self.decoded.contains_key(&index);
+        if self.vertices.is_some() && is_shared && context.finite_accessors.contains(&index) {
+            return Ok((self.elements(context, (index, pointer), self.vertices, decode)?, None));
+        }
+        let elements: Vec<[f32; N]> = self.elements(context, (index, pointer), None, decode)?;
         let wrong = first_wrong(&elements, is_wrong);
         let accessor = self.accessor(context, index, pointer)?;
-        if wrong.is_none() && format.component == ComponentType::F32 && self.is_plain(index, accessor) {
+        if wrong.is_none() && self.is_plain(index, accessor) {
             check_extremes(context, accessor, index, &elements);
         }
-        Ok((elements, wrong))
+        if wrong.is_none() && is_shared {
+            context.finite_accessors.insert(index);
+        }
+        let chosen = self.vertices.map(|vertices| at_indices(&elements, vertices));
+        Ok((chosen.unwrap_or(elements), wrong))
     }
 
     /// Whether the file stores the elements as they are. Compression changes values a little, and its accessors state the originals.
@@ -184,7 +205,7 @@ impl<'a> Data<'a> {
             && !accessor.buffer_view.is_some_and(|view| is_packed(view.value()))
     }
 
-    /// Reads all elements of accessor `index` as unsigned integers.
+    /// Reads accessor `index` as unsigned integers.
     pub(super) fn integers<const N: usize>(
         &self,
         context: &mut Context,
@@ -195,11 +216,11 @@ impl<'a> Data<'a> {
         match format.component {
             ComponentType::U32 => {
                 let decode = |bytes: &[u8]| component::unsigned(bytes, ComponentType::U32);
-                self.elements(context, index, pointer, decode)
+                self.elements(context, (index, pointer), self.vertices, decode)
             }
             component => {
                 let decode = |bytes: &[u8]| component::unsigned(bytes, component);
-                self.elements(context, index, pointer, decode)
+                self.elements(context, (index, pointer), self.vertices, decode)
             }
         }
     }
@@ -210,14 +231,19 @@ impl<'a> Data<'a> {
         })
     }
 
+    /// Decodes the elements at the indices `chosen`, or all.
     fn elements<T: Copy + Default + Send, const N: usize>(
         &self,
         context: &mut Context,
-        index: usize,
-        pointer: &str,
+        (index, pointer): (usize, &str),
+        chosen: Option<&[u32]>,
         decode: impl Fn(&[u8]) -> T + Sync,
     ) -> Result<Vec<[T; N]>> {
         let accessor = self.accessor(context, index, pointer)?;
+        if let (Some(chosen), Some(_)) = (chosen, &accessor.sparse) {
+            let all = self.elements(context, (index, pointer), None, decode)?;
+            return Ok(at_indices(&all, chosen));
+        }
         let format = self.format(context, index, pointer)?;
         let pointer = format!("/accessors/{index}");
         let layout = ElementLayout::new(format.shape, format.component);
@@ -236,14 +262,19 @@ impl<'a> Data<'a> {
             (None, Some(range)) => Some(self.strided_elements(context, &range, &layout, &pointer)?),
             (None, None) => None,
         };
-        let mut elements: Vec<[T; N]> = context.allocate(accessor.count.0, &pointer)?;
-        let count = usize::try_from(accessor.count.0).unwrap_or(usize::MAX);
-        match strided {
-            Some(strided) => {
+        let count = chosen.map_or(accessor.count.0, |chosen| chosen.len() as u64);
+        let mut elements: Vec<[T; N]> = context.allocate(count, &pointer)?;
+        let count = usize::try_from(count).unwrap_or(usize::MAX);
+        match (strided, chosen) {
+            (Some(strided), Some(chosen)) => {
+                let chosen = chosen.par_iter().with_min_len(ELEMENTS_PER_TASK);
+                elements.par_extend(chosen.map(|&i| read(strided.element(i as usize))));
+            }
+            (Some(strided), None) => {
                 let all = (0..count).into_par_iter().with_min_len(ELEMENTS_PER_TASK);
                 elements.par_extend(all.map(|i| read(strided.element(i))));
             }
-            None => elements.resize(count, [T::default(); N]),
+            (None, _) => elements.resize(count, [T::default(); N]),
         }
 
         // Substitute the sparse elements.

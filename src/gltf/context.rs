@@ -19,6 +19,8 @@ pub(super) struct Context<'a> {
     warned: BTreeSet<String>,
     /// Whether animations can change material properties. Then material extensions without an initial effect must be kept.
     pub(super) animates_properties: bool,
+    /// Accessors whose elements are all known to be finite.
+    pub(super) finite_accessors: BTreeSet<usize>,
 }
 
 impl<'a> Context<'a> {
@@ -31,6 +33,7 @@ impl<'a> Context<'a> {
             warnings: Vec::new(),
             warned: BTreeSet::new(),
             animates_properties: false,
+            finite_accessors: BTreeSet::new(),
         }
     }
 

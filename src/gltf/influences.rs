@@ -40,7 +40,7 @@ pub(super) fn read(
         sets.push((joints, weights));
     }
     let vertex_count = sets.first().map_or(0, |(joints, _)| joints.len());
-    let influences = interleave(context, &sets, vertex_count, pointer)?;
+    let influences = interleave(context, &sets, (vertex_count, data.vertices), pointer)?;
     Ok(Some(influences))
 }
 
@@ -50,7 +50,7 @@ type InfluenceSet = (Vec<[u32; SET_SIZE]>, Vec<[f32; SET_SIZE]>);
 fn interleave(
     context: &mut Context,
     sets: &[InfluenceSet],
-    vertex_count: usize,
+    (vertex_count, indices): (usize, Option<&[u32]>),
     pointer: &str,
 ) -> Result<SkinInfluences> {
     let per_vertex = sets.len().saturating_mul(SET_SIZE);
@@ -67,6 +67,8 @@ fn interleave(
         let own_joints = joints.get_mut(start..).unwrap_or_default();
         let own_weights = weights.get_mut(start..).unwrap_or_default();
         let Some(is_weighted) = normalize(own_joints, own_weights) else {
+            let vertex =
+                indices.and_then(|indices| indices.get(vertex)).map_or(vertex, |&index| index as usize);
             let message = format!("vertex {vertex} has weights that are negative or too large");
             return Err(context.invalid(format!("{pointer}/attributes"), message));
         };

@@ -71,6 +71,7 @@ mod tests;
 mod texture;
 mod topology;
 mod uri;
+mod used_vertices;
 mod variants;
 mod vertex_lists;
 
@@ -147,8 +148,8 @@ fn import_file(
     texture::check_references(&context, &document)?;
     let buffers = resources.load_buffers(&mut context, &document, file.bin())?;
     let views = meshopt::decompress_views(&mut context, &document, &buffers)?;
-    let data =
-        Data { document: &document, buffers: &buffers, views: &views, decoded: &DecodedAccessors::default() };
+    let decoded = DecodedAccessors::default();
+    let data = Data::new(&document, &buffers, &views, &decoded);
 
     // Import independent objects first, then those that refer to them.
     let mut textures = texture::TextureTable::new(&document);

@@ -2,13 +2,10 @@
 //!
 //! Source: glTF 2.0 specification, section 3.7.2 (geometry).
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json;
 use gltf::json::mesh::Mode;
 use gltf::json::validation::Checked;
-use rayon::prelude::*;
 
 use super::accessor::Data;
 use super::attributes::{Attributes, Reference, missing_set};
@@ -16,13 +13,10 @@ use super::context::Context;
 use super::extension_names::DRACO;
 use super::raw::Raw;
 use super::tangents::generate;
-use super::vertex_lists::gather_vertices;
+use super::used_vertices::select_vertices;
 use super::{draco, formats, influences, morph, normals, topology, variants};
 use crate::error::Result;
 use crate::scene::{Material, MaterialIndex, Primitive};
-
-/// Triangles of one parallel task.
-const TRIANGLES_PER_TASK: usize = 16_384;
 
 /// Imports one primitive. `None` for a primitive without triangles, after a warning.
 pub(super) fn import_primitive(
@@ -60,20 +54,22 @@ pub(super) fn import_primitive(
     attributes.check_counts(context, data, vertex_count)?;
     attributes.warn_unused(context);
 
-    // Read positions and triangles, then the other attributes.
+    // Read the triangles, then the attributes of the vertices that they use.
+    let mut triangles = match compressed_triangles {
+        Some(triangles) => triangles,
+        None => read_triangles(context, data, primitive, mode, vertex_count as usize, &pointer)?,
+    };
+    let used_vertices = select_vertices(&mut triangles, vertex_count as usize);
+    let data = &Data { vertices: used_vertices.as_deref(), ..*data };
     let positions: Vec<[f32; 3]> = data.floats_as(context, position, &formats::POSITION)?;
     let positions: Vec<Vec3> = positions.into_iter().map(Vec3::from_array).collect();
-    let triangles = match compressed_triangles {
-        Some(triangles) => triangles,
-        None => read_triangles(context, data, primitive, mode, positions.len(), &pointer)?,
-    };
     let frames = read_tangent_frames(context, data, &attributes, &positions, &triangles)?;
     let (normals, tangents) = frames.map_or((None, None), |frames| (Some(frames.normals), frames.tangents));
     let variants = variants::of_primitive(context, data.document, raw)?;
     let indices = std::iter::once(material).chain(variants.iter().map(|(_, material)| *material));
     let used: Vec<&Material> = indices.filter_map(|material| materials.get(material.index())).collect();
     let uv_sets = used.iter().map(|&material| super::material::uv_sets(material)).max();
-    let uvs = read_uvs(context, data, &attributes, uv_sets.unwrap_or(0), vertex_count)?;
+    let uvs = read_uvs(context, data, &attributes, uv_sets.unwrap_or(0), positions.len() as u64)?;
     let mut imported = Primitive {
         colors: read_colors(context, data, &attributes, "COLOR_0")?,
         influences: influences::read(context, data, &attributes, &pointer)?,
@@ -87,7 +83,6 @@ pub(super) fn import_primitive(
         material,
         variants,
     };
-    drop_unused_vertices(&mut imported);
     for material in used {
         add_material_attributes(context, &mut imported, material, &pointer)?;
     }
@@ -237,36 +232,6 @@ pub(super) fn read_colors(
         context.warn(&reference.pointer, format!("{name} has values outside 0 to 1; they are clamped"));
     }
     Ok(Some(colors.into_iter().map(|color| Vec4::from_array(color).clamp(Vec4::ZERO, Vec4::ONE)).collect()))
-}
-
-/// Drops vertices that no triangle uses. Files often share one vertex list among many primitives.
-fn drop_unused_vertices(primitive: &mut Primitive) {
-    let used: Vec<AtomicBool> = primitive.positions.iter().map(|_| AtomicBool::new(false)).collect();
-    primitive.triangles.par_iter().with_min_len(TRIANGLES_PER_TASK).flatten_iter().for_each(|&vertex| {
-        // Most vertices are named several times, and a store takes the cache line from other threads.
-        if let Some(flag) = used.get(vertex as usize)
-            && !flag.load(Ordering::Relaxed)
-        {
-            flag.store(true, Ordering::Relaxed);
-        }
-    });
-    if used.iter().all(|flag| flag.load(Ordering::Relaxed)) {
-        return;
-    }
-    let sources: Vec<u32> = (0_u32..)
-        .zip(&used)
-        .filter_map(|(vertex, flag)| flag.load(Ordering::Relaxed).then_some(vertex))
-        .collect();
-    let mut renamed = vec![0_u32; used.len()];
-    for (new, &old) in (0_u32..).zip(&sources) {
-        if let Some(name) = renamed.get_mut(old as usize) {
-            *name = new;
-        }
-    }
-    for vertex in primitive.triangles.iter_mut().flatten() {
-        *vertex = renamed.get(*vertex as usize).copied().unwrap_or_default();
-    }
-    gather_vertices(primitive, &sources);
 }
 
 /// Adds the vertex data that a material needs: texture coordinate sets, and tangents for a normal map or an anisotropic

@@ -16,6 +16,7 @@ mod materials;
 mod pointers;
 mod properties;
 mod resources;
+mod shared_vertices;
 mod storage;
 mod textures;
 

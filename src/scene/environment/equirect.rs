@@ -194,6 +194,34 @@ impl EquirectImage {
         Self { width: columns, height: rows, pixels }
     }
 
+    /// Means of bilinear lookups over the cells of a grid whose cells are no smaller than texels: what lies half a texel beside a bright one is bright, too.
+    pub(super) fn interpolated_means(&self, width: usize, height: usize) -> Self {
+        let columns = tent_overlaps(self.width, width);
+        let rows = tent_overlaps(self.height, height);
+        let mut pixels = vec![[0.0; 3]; width * height];
+        pixels.par_chunks_exact_mut(width).zip(&rows).for_each(|(pixels, (first_row, row_shares))| {
+            // The column before the first, all columns, and the one after the last
+            let mut band = vec![[0.0_f64; 3]; self.width + 2];
+            for (row, share) in (*first_row..).zip(row_shares) {
+                for (sum, column) in band.iter_mut().zip(-1..) {
+                    for (total, channel) in sum.iter_mut().zip(self.texel_beyond(column, row)) {
+                        *total += f64::from(*channel) * share;
+                    }
+                }
+            }
+            for (pixel, (first_column, column_shares)) in pixels.iter_mut().zip(&columns) {
+                let mut sum = [0.0_f64; 3];
+                for (pixel, share) in band[(*first_column + 1) as usize..].iter().zip(column_shares) {
+                    for (total, channel) in sum.iter_mut().zip(pixel) {
+                        *total += channel * share;
+                    }
+                }
+                *pixel = sum.map(|channel| channel as f32);
+            }
+        });
+        Self { width, height, pixels }
+    }
+
     fn mean_of_rows(&self, first_row: usize, shares: &[f64]) -> Vec<[f64; 3]> {
         let mut band = vec![[0.0_f64; 3]; self.width];
         for (row, share) in self.pixels[first_row * self.width..].chunks_exact(self.width).zip(shares) {
@@ -205,6 +233,24 @@ impl EquirectImage {
         }
         band
     }
+}
+
+/// The weights of linear interpolation between the centres of `old` equal cells, averaged over each of `new` ones: the first old cell, which may be
+/// one before the first, and the weights of it and the following ones.
+fn tent_overlaps(old: usize, new: usize) -> Vec<(i32, Vec<f64>)> {
+    // The integral of the tent from -1
+    let below = |x: f64| {
+        let x = x.clamp(-1.0, 1.0);
+        if x < 0.0 { 0.5 * (x + 1.0) * (x + 1.0) } else { 1.0 - 0.5 * (1.0 - x) * (1.0 - x) }
+    };
+    let size = old as f64 / new as f64;
+    let cell = |index: usize| {
+        let [start, end] = [index, index + 1].map(|edge| edge as f64 * size - 0.5);
+        let (first, last) = ((start.floor() as i32).max(-1), (end.ceil() as i32).min(old as i32));
+        let weight = |center: i32| (below(end - f64::from(center)) - below(start - f64::from(center))) / size;
+        (first, (first..=last).map(weight).collect())
+    };
+    (0..new).map(cell).collect()
 }
 
 /// Overlaps of `new` equal cells of the unit interval with `old` ones: for each new cell, the first old cell that it touches
@@ -263,6 +309,34 @@ mod tests {
         assert_eq!(image.bilinear(Vec2::new(0.0, 0.0)), Vec3::splat(2.0));
         assert_eq!(image.bilinear(Vec2::new(1.0, 1.0)), Vec3::splat(7.0));
         assert_eq!(image.bilinear(Vec2::new(0.5, 0.5)), Vec3::splat(4.5));
+    }
+
+    #[test]
+    fn interpolated_means_are_those_of_lookups() {
+        let (width, height) = (9, 6);
+        let pixels = (0..54).map(|index| [index as f32 * 0.37, (index * index % 11) as f32, 0.1]).collect();
+        let image = EquirectImage { width, height, pixels };
+        for (columns, rows) in [(9, 6), (7, 4), (4, 2), (1, 1)] {
+            let means = image.interpolated_means(columns, rows);
+            for cell in 0..columns * rows {
+                const LOOKUPS: usize = 128;
+                let (column, row) = (cell % columns, cell / columns);
+                let at = |index: usize, cell: usize, cells: usize| {
+                    (cell as f32 + (index as f32 + 0.5) / LOOKUPS as f32) / cells as f32
+                };
+                let lookup = |index: usize| {
+                    let (x, y) = (at(index % LOOKUPS, column, columns), at(index / LOOKUPS, row, rows));
+                    image.bilinear(Vec2::new(x, y)).as_dvec3()
+                };
+                let mean =
+                    (0..LOOKUPS * LOOKUPS).map(lookup).sum::<glam::DVec3>() / (LOOKUPS * LOOKUPS) as f64;
+                let found = Vec3::from(means.pixels[cell]).as_dvec3();
+                assert!(
+                    (found - mean).abs().max_element() < 0.02,
+                    "{columns}x{rows}, {cell}: {found} {mean}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -355,11 +355,12 @@ fn distribution(image: &EquirectImage) -> EnvironmentDistribution {
     EnvironmentDistribution::new(columns, luminances)
 }
 
-/// Columns and mean luminances of cells no wider than half a texel, or of `rows` rows, a multiple of `multiple` as all numbers of rows.
+/// Columns and mean luminances of cells no wider than half a texel, or of `rows` rows, a multiple of `multiple` as all numbers of rows. The means are those
+/// of what rays see: lookups between texels.
 fn luminances(image: &EquirectImage, rows: usize, multiple: usize) -> (u32, Vec<f32>) {
     let columns = 2 * rows;
-    let cells = if image.height >= 2 * rows {
-        image.resampled(columns, rows)
+    let cells = if image.height > rows && image.width >= columns {
+        image.interpolated_means(columns, rows)
     } else {
         image.interpolated((2 * image.height).min(rows).next_multiple_of(multiple))
     };

@@ -1,8 +1,8 @@
 //! Peaks of an environment image: its sun and its small lamps, which become directional lights with exact shadows.
 //!
 //! A peak is a connected region of texels, around the brightest one, with at least 1/16 of its luminance. It counts where it is smaller
-//! than a disk 10° wide and brings at least 2 % of the image's light. Its light beyond that of the texels around it is taken out of
-//! the image; the same irradiance comes from one direction instead.
+//! than a disk 10° wide, no wider than about that, and brings at least 2 % of the image's light: tubes, rings and bright horizons have no
+//! one direction. Its light beyond that of the texels around it is taken out of the image; the same irradiance comes from one direction instead.
 
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
@@ -22,6 +22,8 @@ const MOST_REGIONS: usize = 32;
 const LEAST_SHARE: f32 = 1.0 / 16.0;
 /// Largest solid angle of a peak, steradians: a disk of 10°.
 const MOST_SOLID_ANGLE: f64 = 0.0239;
+/// Least length of the mean direction of a peak's light: a disk of 10° has 0.998, a tube of 17° as little as this.
+const LEAST_MEAN_DIRECTION: f64 = 0.996;
 /// Least part of a peak in the light of the whole image.
 const LEAST_LIGHT: f64 = 0.02;
 
@@ -157,7 +159,7 @@ impl Grid {
         region
     }
 
-    /// The light of a region beyond that of its border; `None` for one that is too large or not brighter.
+    /// The light of a region beyond that of its border; `None` for one that is too large, too long or not brighter.
     fn peak(&self, image: &EquirectImage, region: &Region) -> Option<Peak> {
         if !region.is_small || region.border.is_empty() {
             return None;
@@ -179,6 +181,9 @@ impl Grid {
             irradiance += beyond.as_dvec3() * solid_angle;
             toward += direction_from_uv(uv).as_dvec3() * texel_light;
             light += texel_light;
+        }
+        if toward.length() < LEAST_MEAN_DIRECTION * light {
+            return None;
         }
         let direction_to_light = toward.try_normalize()?.as_vec3().normalize();
         let key = KeyLight { direction_to_light, irradiance: irradiance.as_vec3() };
@@ -248,6 +253,21 @@ mod tests {
         {
             let (peaks, without) = take_peaks(&image);
             assert!(peaks.is_empty() && without.is_none());
+        }
+    }
+
+    #[test]
+    fn long_thin_lights_stay() {
+        // Tubes 0.7° thick and 120° or 20° long, a ring around the zenith, and a line around the horizon, whose directions cancel
+        let tube = |d: Vec3, degrees: f32| {
+            d.x.abs() < 0.006 && d.z < 0.0 && d.y.abs() < libm::sinf(degrees.to_radians())
+        };
+        let shapes: [&dyn Fn(Vec3) -> bool; 4] =
+            [&|d| tube(d, 60.0), &|d| tube(d, 10.0), &|d| (d.y - 0.9).abs() < 0.002, &|d| d.y.abs() < 0.003];
+        for (index, shape) in shapes.iter().enumerate() {
+            let image = EquirectImage::of(1024, |d| if shape(d) { Vec3::splat(500.0) } else { sky(d) });
+            let (peaks, without) = take_peaks(&image);
+            assert!(peaks.is_empty() && without.is_none(), "{index}: {peaks:?}");
         }
     }
 

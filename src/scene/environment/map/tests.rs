@@ -92,3 +92,37 @@ fn lookups_do_not_depend_on_threads() {
     assert_eq!(one.tables.irradiance, three.tables.irradiance);
     assert_eq!(one.tables.prefiltered, three.tables.prefiltered);
 }
+
+#[test]
+fn densities_cover_the_edge_of_a_sun_at_any_size() {
+    // A hard disk of 0.35°; between its texels and their neighbours lookups fall off over a texel.
+    let toward = Vec3::new(0.36, 0.48, 0.8);
+    for height in [256, 512, 700, 1023, 1024, 1100, 1500] {
+        let image = EquirectImage::of(2 * height, |direction| {
+            let is_sun = direction.cross(toward).length() < 0.0061;
+            Vec3::splat(if is_sun && direction.dot(toward) > 0.0 { 20_000.0 } else { 0.3 })
+        });
+        let distribution = distribution(&image);
+        let [side, up] = [toward.any_orthonormal_vector(), toward.cross(toward.any_orthonormal_vector())];
+        let (mut light, mut missed, mut second_moment) = (0.0, 0.0, 0.0);
+        const STEPS: i32 = 400;
+        for index in 0..STEPS * STEPS {
+            let offset = |index: i32| 0.02 * (2.0 * (index as f32 + 0.5) / STEPS as f32 - 1.0);
+            let direction = toward + side * offset(index % STEPS) + up * offset(index / STEPS);
+            let direction = direction.normalize();
+            let radiance = f64::from(luminance(image.bilinear(uv_from_direction(direction)))) - 0.3;
+            let pdf = f64::from(distribution.pdf(direction));
+            light += radiance;
+            if pdf > 0.0 {
+                second_moment += radiance * radiance / pdf;
+            } else if radiance > 3.0 {
+                missed += radiance;
+            }
+        }
+        // One sample's variance over the squared mean, plus one
+        let solid_angle = f64::from(0.04 / STEPS as f32).powi(2);
+        let noise = second_moment / (light * light * solid_angle);
+        assert!(missed < 1e-3 * light, "{height} rows: {}", missed / light);
+        assert!(noise < 2.5, "{height} rows: {noise}");
+    }
+}

@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
+use super::light_pass::LightPass;
 use super::random::{Purpose, Seed};
 use super::settings::{Integrator, IntegratorSettings, LightSize};
 use crate::frame::{Frame, PosedLight};
@@ -172,6 +173,11 @@ impl PreparedLight {
     }
 
     /// Whether the light is a peak of the environment, which rays see, too.
+    /// The pass of light that a surface receives without a detour: the environment's lamps belong to the environment.
+    pub(super) fn light_pass(&self) -> LightPass {
+        if self.is_peak { LightPass::Environment } else { LightPass::Direct }
+    }
+
     pub(super) fn is_peak(&self) -> bool {
         self.is_peak
     }

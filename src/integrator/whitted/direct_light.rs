@@ -5,7 +5,6 @@ use glam::Vec3;
 use super::frosted_glass::UnbentLightLobes;
 use super::lamps_through_glass::TransmittedLampLight;
 use super::shading::Shading;
-use crate::integrator::LightPass;
 use crate::integrator::least_weights::MIN_SCATTERED;
 use crate::integrator::media::SurfaceMedia;
 use crate::integrator::tracing::{ShadowRay, Tracer};
@@ -58,7 +57,7 @@ impl Tracer<'_, '_> {
                     light: index,
                     ray: light.shadow_ray(end, shading.state.seed, index),
                     sample: shading.state.sample,
-                    light_pass: shading.light_pass.unwrap_or(LightPass::Direct),
+                    light_pass: shading.light_pass.unwrap_or(light.light_pass()),
                     contribution,
                     for_hidden: Vec3::ZERO,
                     environment_clamp: None,

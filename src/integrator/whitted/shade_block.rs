@@ -50,7 +50,7 @@ impl Tracer<'_, '_> {
                     light: index,
                     ray: light.shadow_ray(end, state.seed, index),
                     sample: state.sample,
-                    light_pass: light_pass.unwrap_or(LightPass::Direct),
+                    light_pass: light_pass.unwrap_or(light.light_pass()),
                     contribution,
                     for_hidden: Vec3::ZERO,
                     environment_clamp: None,

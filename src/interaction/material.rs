@@ -262,11 +262,8 @@ fn coverage(material: &Material, alpha: f32) -> f32 {
     match material.alpha_mode {
         AlphaMode::Opaque => 1.0,
         AlphaMode::Mask { cutoff } => {
-            if alpha >= cutoff {
-                1.0
-            } else {
-                0.0
-            }
+            // Rounding of interpolated values does not open holes.
+            if alpha >= cutoff * (1.0 - 1e-6) { 1.0 } else { 0.0 }
         }
         AlphaMode::Blend => alpha.clamp(0.0, 1.0),
     }

@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
+use super::surface::is_smooth;
 use super::surface_point::SurfacePoint;
 use super::texture_lookup::Lookups;
 use crate::frame::PosedVertex;
@@ -11,6 +12,8 @@ use crate::scene_view::SceneView;
 
 /// Bisection steps of [`bent_into_view`]; its angle is exact to about 2⁻²⁰.
 const BEND_STEPS: usize = 20;
+/// Cosine between a mean vertex normal and the reversed normal of its triangle above which the former is inside out: 37°.
+const INSIDE_OUT_COSINE: f32 = 0.8;
 
 /// Unit normal of the front face; in f64, so that slivers and huge triangles keep a normal.
 pub(super) fn of_triangle(triangle: &Triangle) -> Vec3 {
@@ -80,9 +83,20 @@ fn front_normal_by(
         }
         None => normal,
     };
-    // Normals that were authored inside out tell the curvature of the surface, not the side it faces. The map was made for their
-    // frame, so the mapped normal is inverted.
-    if normal.dot(front_normal) < 0.0 { -shading } else { shading }
+    // The map was made for the frame of the authored normals, so the mapped normal is inverted with them.
+    shading * authored_side(vertices.map(|vertex| vertex.normal), front_normal)
+}
+
+/// −1 where the vertex normals of a triangle were authored inside out, and 1 elsewhere. Inside-out normals tell the curvature of the surface, not the side it
+/// faces: their mean is close to the reversed normal of the triangle. Those that lean away less belong to the side that they are stored for, such as
+/// the upright normals of grass.
+#[inline(always)]
+pub(super) fn authored_side([a, b, c]: [Vec3; 3], front_normal: Vec3) -> f32 {
+    let sum = a + b + c;
+    let cosine = sum.dot(front_normal);
+    let is_close = cosine * cosine > INSIDE_OUT_COSINE * INSIDE_OUT_COSINE * sum.dot(sum);
+    let is_inside_out = is_smooth([a, b, c]) & (cosine < 0.0) & is_close;
+    if is_inside_out { -1.0 } else { 1.0 }
 }
 
 /// Sum of three vertex normals, weighted.
@@ -276,6 +290,24 @@ mod tests {
             assert!(wo.dot(bent) > 0.0 && mirrored.z >= 0.0, "{bent}");
             assert!(bent.dot(shading) > Vec3::Z.dot(shading), "bent no further than needed: {bent}");
         }
+    }
+
+    #[test]
+    fn normals_near_the_reversed_one_are_inside_out() {
+        let leaning = |degrees: f32| {
+            let (sin, cos) = libm::sincosf(degrees.to_radians());
+            [Vec3::new(sin, 0.0, cos); 3]
+        };
+        for (degrees, side) in
+            [(0.0, 1.0), (89.0, 1.0), (135.0, 1.0), (143.0, 1.0), (144.0, -1.0), (180.0, -1.0)]
+        {
+            assert_eq!(authored_side(leaning(degrees), Vec3::Z), side, "{degrees}");
+        }
+        // A cube whose vertices share reversed normals
+        let corner = |x: f32, y: f32| Vec3::new(x, y, -1.0).normalize();
+        assert_eq!(authored_side([corner(1.0, 1.0), corner(-1.0, 1.0), corner(1.0, -1.0)], Vec3::Z), -1.0);
+        // Without all normals the triangle has its own.
+        assert_eq!(authored_side([Vec3::ZERO, Vec3::NEG_Z, Vec3::NEG_Z], Vec3::Z), 1.0);
     }
 
     #[test]

@@ -61,8 +61,10 @@ impl<'a> SurfacePoint<'a> {
         let vertices = &frame.vertices[point.instance.first_vertex..];
         let normals = point.corners.map(|corner| vertices[corner as usize].normal);
         point.shadow_position = if is_smooth(normals) {
-            let up = point.geometric_normal;
-            terminator_free_point(point.position, up, triangle.vertices, normals, point.weights)
+            let (up, side) = (point.geometric_normal, point.side());
+            let side = side * normal::authored_side(normals, up * side);
+            let outward = normals.map(|normal| normal * side);
+            terminator_free_point(point.position, up, triangle.vertices, outward, point.weights)
         } else {
             point.position
         };
@@ -131,7 +133,7 @@ pub(super) fn offset_distance(normal: Vec3, position: Vec3, corners: [Vec3; 3]) 
 /// chapter 4): the point is lifted onto the curved surface that the vertex normals define, so that flat facets of a smooth
 /// surface do not shadow themselves.
 ///
-/// Normals are taken on the side of `wo`, inside-out ones too. A normal that still points below the triangle lifts nothing.
+/// `up` and the normals are on the side of the viewer. A normal that still points below the triangle lifts nothing.
 #[inline(always)]
 pub(super) fn terminator_free_point(
     position: Vec3,
@@ -140,10 +142,9 @@ pub(super) fn terminator_free_point(
     normals: [Vec3; 3],
     weights: [f32; 3],
 ) -> Vec3 {
-    let side = if normal::weighted_sum(normals, weights).dot(up) < 0.0 { -1.0 } else { 1.0 };
     let mut lifted = position;
     for corner in 0..3 {
-        let normal = normals[corner] * side;
+        let normal = normals[corner];
         let height = (position - corners[corner]).dot(normal);
         let raised = lifted - normal * (height * weights[corner]);
         let lifts = height < 0.0 && normal.dot(up) > 0.0;

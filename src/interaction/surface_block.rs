@@ -264,12 +264,13 @@ impl SurfaceLanes {
             // Interpolated normals
             let normals = triple(&hits.normals, lane);
             let is_smooth = is_smooth(normals);
-            let lifted = terminator_free_point(position, geometric_normal, corners, normals, weights);
+            let authored_side = normal::authored_side(normals, front_normal);
+            let outward = normals.map(|normal| normal * (side * authored_side));
+            let lifted = terminator_free_point(position, geometric_normal, corners, outward, weights);
             self.shadow_position.set(lane, if is_smooth { lifted } else { position });
             let smooth = unit_or(normal::weighted_sum(normals, weights), front_normal);
             let normal = if is_smooth { smooth } else { front_normal };
-            let outward = if normal.dot(front_normal) < 0.0 { -normal } else { normal };
-            self.shading_normal.set(lane, outward * side);
+            self.shading_normal.set(lane, normal * (side * authored_side));
         }
         self.find_normals_in_view();
     }
@@ -318,8 +319,9 @@ impl SurfaceLanes {
         for lane in 0..LANES {
             let [row, column] = &self.weight_steps;
             let weight_steps = [row.get(lane), column.get(lane)];
-            let (normals, up) = (triple(&hits.normals, lane), self.geometric_normal.get(lane));
-            let steps = normal_steps(normals, hits.weights(lane), weight_steps, up);
+            let normals = triple(&hits.normals, lane);
+            let side = hits.side[lane] * normal::authored_side(normals, self.front_normal.get(lane));
+            let steps = normal_steps(normals, hits.weights(lane), weight_steps, side);
             let [row, column] = &mut self.normal_steps;
             row.set(lane, steps[0]);
             column.set(lane, steps[1]);

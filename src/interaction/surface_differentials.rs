@@ -4,7 +4,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::normal::weighted_sum;
+use super::normal::{authored_side, weighted_sum};
 use super::ray_differential::{RayDifferential, weight_steps};
 use super::surface::is_smooth;
 use super::surface_point::SurfacePoint;
@@ -63,25 +63,26 @@ impl SurfacePoint<'_> {
             let normals = self.corners.map(|corner| vertices[corner as usize].normal);
             let corners = frame.triangles[self.triangle as usize].vertices;
             let weight_steps = weight_steps(corners, self.position_steps);
-            normal_steps(normals, self.weights, weight_steps, self.geometric_normal)
+            let side = self.side();
+            let side = side * authored_side(normals, self.geometric_normal * side);
+            normal_steps(normals, self.weights, weight_steps, side)
         })
     }
 }
 
-/// Derivatives of an interpolated normal on the side of `up` by two steps of the barycentric weights; zero unless all vertices have
+/// Derivatives of an interpolated normal times `side`, 1 or −1, by two steps of the barycentric weights; zero unless all vertices have
 /// normals. For loops over lanes.
 #[inline(always)]
 pub(super) fn normal_steps(
     normals: [Vec3; 3],
     weights: [f32; 3],
     weight_steps: [Vec2; 2],
-    up: Vec3,
+    side: f32,
 ) -> [Vec3; 2] {
     let [a, b, c] = normals;
     let sum = weighted_sum(normals, weights);
     let length = sum.dot(sum).sqrt();
     let normal = sum / length;
-    let side = if normal.dot(up) < 0.0 { -1.0 } else { 1.0 };
     let scale = side / length;
     let is_curved = is_smooth(normals) && length != 0.0;
     let derivative = |step: Vec2| {

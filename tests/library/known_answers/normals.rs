@@ -73,6 +73,24 @@ fn a_dent_with_inside_out_normals_does_not_shadow_itself() {
 }
 
 #[test]
+fn upright_normals_light_leaning_cards_alike() {
+    // Cards that face +Z under a sun, as grass is stored: normals point up, whichever way the card leans.
+    let look = |up: Vec3, integrator| {
+        let mut stage = Stage::new();
+        stage.settings.integrator = integrator;
+        let material = Material { double_sided: true, ..lambert(Vec3::ONE) };
+        stage.add(Primitive { normals: Some(vec![up.normalize(); 4]), ..square() }, material);
+        stage.add_light(LightKind::Directional, PI, Vec3::ZERO, Vec3::NEG_Y);
+        stage.look(Vec3::new(0.1, 0.7, 3.0), Vec3::new(0.1, 0.2, 0.0)).x
+    };
+    for integrator in [Integrator::Whitted, Integrator::Path] {
+        let [back, front, far] = [0.01, -0.01, -0.7].map(|z| look(Vec3::new(0.0, 1.0, z), integrator));
+        assert!((back - front).abs() < 0.02 && front > 0.7, "{integrator:?}: {back} {front}");
+        assert!(far > 0.5, "{integrator:?}: {far}");
+    }
+}
+
+#[test]
 fn smooth_meshes_have_smooth_terminators() {
     // A tube of six sides. The light is 100° from the normal of the side that is seen, and 100° − atan(tan 30° / 2) from the normal
     // that is interpolated three quarters along it.

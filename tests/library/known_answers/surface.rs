@@ -1,7 +1,7 @@
 //! Coverage and sides of surfaces.
 
 use glam::{Vec3, Vec4};
-use rayframe::scene::{AlphaMode, LightKind, Material};
+use rayframe::scene::{AlphaMode, LightKind, Material, Primitive};
 
 use crate::stage::{Stage, assert_close, lambert, rectangle, unlit};
 
@@ -53,6 +53,21 @@ fn masked_surfaces_are_opaque_or_absent() {
             card(1.0, Vec4::new(1.0, 1.0, 1.0, alpha), AlphaMode::Mask { cutoff: 0.5 });
         stage.add(primitive, material);
         assert_eq!(look_through(&stage).x, seen);
+    }
+}
+
+#[test]
+fn masks_at_their_cutoff_have_no_holes() {
+    // Weighted sums of equal values round below them at some points.
+    for alpha in [1.0, 0.5, 128.0 / 255.0] {
+        let mut stage = Stage::new();
+        let (primitive, material) = card(1.0, Vec4::ONE, AlphaMode::Mask { cutoff: alpha });
+        let colors = Some(vec![Vec4::new(1.0, 1.0, 1.0, alpha); 4]);
+        stage.add(Primitive { colors, ..primitive }, material);
+        for index in 0..400 {
+            let at = Vec3::new(0.043 * (index % 20) as f32 - 0.4, 0.041 * (index / 20) as f32 - 0.4, 0.0);
+            assert!(stage.look(at + Vec3::Z * 3.0, at).x > 0.99, "{alpha}: {at}");
+        }
     }
 }
 

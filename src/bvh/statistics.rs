@@ -34,6 +34,8 @@ pub enum RebuildReason {
     RefittingOff,
     /// The set of traced triangles changed.
     OtherTriangles,
+    /// Parts of split triangles take longer to follow than to build anew.
+    SplitTriangles,
     /// After refitting, rays would lose more time than a rebuild takes.
     CostRatioTooHigh,
     /// Recent attempts failed, so no attempt was made in this frame.

@@ -247,6 +247,7 @@ fn rebuild_reason_text(reason: RebuildReason) -> &'static str {
         RebuildReason::NoPreviousTree => "no previous tree to refit",
         RebuildReason::RefittingOff => "refitting is off",
         RebuildReason::OtherTriangles => "the set of triangles changed",
+        RebuildReason::SplitTriangles => "split triangles are faster to build",
         RebuildReason::CostRatioTooHigh => "a refitted tree would cost the rays more",
         RebuildReason::Pausing => "refitting did not pay recently",
     }

@@ -11,7 +11,7 @@
 //! quality. The SAH cost is the number of nodes and leaves that a long ray visits, at about [`NS_PER_VISIT`] each. A refitted
 //! tree of cost `C` over `n` references is therefore kept for `r` rays if `r (C − C_least) visit ≤ n saved`. Otherwise the tree is
 //! rebuilt and the time of the attempt is lost. The number of frames until the next attempt doubles with each failure, up to
-//! [`MAX_PAUSE`]; a success resets it.
+//! [`MAX_PAUSE`]; a success resets it. Trees of split triangles are always rebuilt: their parts take longer to follow than the references to sort.
 
 mod parts;
 #[cfg(test)]
@@ -123,12 +123,18 @@ impl Refitter {
         if tree.nodes.is_empty() {
             return Ok(Attempt::Rebuild(RebuildReason::NoPreviousTree));
         }
+        if is_split && settings.refit == Refit::Auto {
+            return Ok(Attempt::Rebuild(RebuildReason::SplitTriangles));
+        }
         if self.pause > 0 {
             self.pause -= 1;
             return Ok(Attempt::Rebuild(RebuildReason::Pausing));
         }
+        if !has_count(input, traced) {
+            return Ok(Attempt::Rebuild(RebuildReason::OtherTriangles));
+        }
         let least_cost = self.cost_before(tree, is_split);
-        if !has_count(input, traced) || !self.move_triangles(tree, input)? {
+        if !self.move_triangles(tree, input)? {
             return Ok(Attempt::Rebuild(RebuildReason::OtherTriangles));
         }
 
@@ -339,9 +345,7 @@ impl NodeBox {
 /// Whether exactly `traced` triangles are traced.
 fn has_count(Input { triangles, flags, .. }: Input, traced: usize) -> bool {
     let is_counted = |(triangle, flags): &(&Triangle, &TriangleFlags)| is_traced(triangle, **flags);
-    let counted = triangles.par_iter().zip(flags).with_min_len(SLOTS_PER_TASK).filter(is_counted);
-    // If all must be traced, the leaves detect those that are not.
-    triangles.len() == traced || counted.count() == traced
+    triangles.par_iter().zip(flags).with_min_len(SLOTS_PER_TASK).filter(is_counted).count() == traced
 }
 
 /// Maximum cost of a refitted tree that is kept.

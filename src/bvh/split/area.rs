@@ -15,7 +15,8 @@
 //! number of references for every SA_max. The SA_max that is used is the larger of the one asked for and the lowest bin edge
 //! within the budget. The latter depends on the triangles alone, so a smaller area never makes fewer references.
 //!
-//! While the histogram is filled, boxes of areas that no longer fit the budget are not cut. That saves time, and the bins above
+//! The histogram is filled down to a threshold that is lowered by [`OCTAVES_PER_PASS`] until its cuts no longer fit: a pass costs a multiple of all
+//! before it, and none cuts much more than the budget. Within a pass, boxes of areas that no longer fit are not cut. The bins above
 //! are complete whatever the order, so the result does not depend on the number of threads.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -33,6 +34,8 @@ use crate::parallel_resize::resize_with;
 const LOG2_BINS_PER_OCTAVE: u32 = 4;
 /// Number of bins, 64 octaves below the largest area; the last one holds all smaller areas.
 const BINS: usize = 64 << LOG2_BINS_PER_OCTAVE;
+/// Octaves of area by which a pass goes further than the one before.
+const OCTAVES_PER_PASS: u64 = 3;
 /// Cuts that a task counts between updates of the shared histogram.
 const FLUSH_EVERY: usize = 1 << 12;
 
@@ -78,17 +81,30 @@ struct Histogram {
 }
 
 impl Histogram {
-    /// Counts the cuts of all boxes with areas above `sa_max` that fit into `limit` references.
+    /// Counts the cuts of all boxes with areas above `sa_max`, or above a larger area where they exceed `limit` references.
     fn fill(input: Input, sa_max: f64, limit: u64, triangles: usize) -> Result<Self, Cancelled> {
         let area =
             |chunk| input.chunk(chunk).fold(0.0, |a: f64, (_, triangle)| a.max(triangle.bounds().area()));
         let largest = (0..input.chunks()).into_par_iter().map(area).reduce(|| 0.0, f64::max);
-        let histogram = Self {
-            top: largest.to_bits(),
-            limit: limit.saturating_sub(triangles as u64),
-            bins: Mutex::new(vec![0; BINS]),
-            fitting: AtomicUsize::new(BINS),
-        };
+        let mut bins = 0;
+        loop {
+            bins += OCTAVES_PER_PASS << LOG2_BINS_PER_OCTAVE;
+            let mut histogram = Self {
+                top: largest.to_bits(),
+                limit: limit.saturating_sub(triangles as u64),
+                bins: Mutex::new(vec![0; BINS]),
+                fitting: AtomicUsize::new(BINS),
+            };
+            let least = sa_max.max(histogram.edge(bins));
+            histogram.count(input, least)?;
+            if least <= sa_max || *histogram.fitting.get_mut() < BINS {
+                return Ok(histogram);
+            }
+        }
+    }
+
+    /// Counts the cuts of all boxes with areas above `sa_max`.
+    fn count(&self, input: Input, sa_max: f64) -> Result<(), Cancelled> {
         (0..input.chunks()).into_par_iter().try_for_each(|chunk| {
             let mut own = vec![0; BINS];
             let mut count = 0;
@@ -97,8 +113,8 @@ impl Histogram {
                 todo.push(triangle.bounds());
                 while let Some(bounds) = todo.pop() {
                     let area = bounds.area();
-                    let bin = histogram.bin_of(area);
-                    if area <= sa_max || bin >= histogram.fitting.load(Ordering::Relaxed) {
+                    let bin = self.bin_of(area);
+                    if area <= sa_max || bin >= self.fitting.load(Ordering::Relaxed) {
                         continue;
                     }
                     let parts = parts_of(triangle, &bounds);
@@ -107,14 +123,13 @@ impl Histogram {
                     count += 1;
                     if count % FLUSH_EVERY == 0 {
                         input.cancel.check()?;
-                        histogram.add(&mut own);
+                        self.add(&mut own);
                     }
                 }
             }
-            histogram.add(&mut own);
+            self.add(&mut own);
             Ok(())
-        })?;
-        Ok(histogram)
+        })
     }
 
     /// Adds the counts of a task, which become zero.
@@ -139,12 +154,15 @@ impl Histogram {
 
     /// Smallest SA_max within the budget; zero if all areas are.
     fn threshold(&self) -> f64 {
-        let fitting = self.fitting.load(Ordering::Relaxed) as u64;
-        if fitting == BINS as u64 {
+        self.edge(self.fitting.load(Ordering::Relaxed) as u64)
+    }
+
+    /// The least area of the first `bins`; zero for all.
+    fn edge(&self, bins: u64) -> f64 {
+        if bins >= BINS as u64 {
             return 0.0;
         }
-        let below = fitting << (f64::MANTISSA_DIGITS - 1 - LOG2_BINS_PER_OCTAVE);
-        f64::from_bits(self.top.saturating_sub(below))
+        f64::from_bits(self.top.saturating_sub(bins << (f64::MANTISSA_DIGITS - 1 - LOG2_BINS_PER_OCTAVE)))
     }
 }
 

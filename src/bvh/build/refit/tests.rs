@@ -222,6 +222,10 @@ fn split_triangles_are_refitted_in_parts() {
         assert_eq!(hits(&bvh), hits(&build(&triangles, &flags, &settings(Refit::Off), None)));
         last = Some(bvh);
     }
+    // Building them anew takes less time.
+    let auto = BuildSettings { refit: Refit::Auto, ..split };
+    let kinds = build_kinds(&[sheet(0.0), sheet(0.1)], &auto);
+    assert_eq!(kinds[1], BuildKind::Built(RebuildReason::SplitTriangles));
 }
 
 #[test]

@@ -5,8 +5,9 @@
 //! one of two.
 //!
 //! Where most of an image is black, its median says nothing about what is in it: the published tool then compares at up to 23 stops more than
-//! for what is lit, and residues of a millionth turn white. Here the last exposure is six stops beyond the one for what is lit. All other images have
-//! the published exposures.
+//! for what is lit, and residues of a millionth turn white. Here the last exposure is six stops beyond the one for what is lit, or the one for the
+//! median of what is not black, if that is darker: beside a lamp, surfaces that it lights count as the rest does elsewhere. All other
+//! images have the published exposures.
 //!
 //! A reference without light has no exposures of its own: the images are compared at those of the other one, at most five stops below white.
 //!
@@ -38,7 +39,8 @@ pub(in crate::regression) const LEAST_LUMINANCE: f32 = 1.0 / 32.0;
 pub struct Exposures {
     /// The exposure for the brightest light of the reference.
     pub start: f32,
-    /// The exposure for the median of the reference; where most of it is black, six stops beyond the one for what is lit.
+    /// The exposure for the median of the reference; where most of it is black, that for the median of the rest, but at least six stops beyond the one for what
+    /// is lit.
     pub stop: f32,
     /// Number of exposures, evenly spaced, both ends included.
     pub count: u32,
@@ -69,7 +71,14 @@ impl Exposures {
         let largest = luminances.last().copied().unwrap_or_default();
         let median = luminances.get(half).copied().unwrap_or_default();
         let lit = quantile_of_lit(luminances, 0.5);
-        let median = if median < BLACK_SHARE * lit { LEAST_SHARE * lit } else { median };
+        let black = BLACK_SHARE * lit;
+        let median = if median < black {
+            let rest = &luminances[luminances.partition_point(|&luminance| luminance < black)..];
+            let median = rest.get(rest.len() / 2).copied().unwrap_or_default();
+            median.min(LEAST_SHARE * lit)
+        } else {
+            median
+        };
         let stops = |luminance: f32| {
             let luminance = if luminance > f32::EPSILON { luminance } else { f32::EPSILON };
             libm::log2f(light_shown_as(SHOWN) / luminance)
@@ -187,6 +196,28 @@ mod tests {
         ] {
             let range = Exposures::of(&image);
             assert!((range.stop - range.start - libm::log2f(ratio)).abs() < 1e-3, "{ratio}: {range:?}");
+        }
+    }
+
+    #[test]
+    fn surfaces_beside_a_lamp_on_black_are_compared_at_their_own_exposure() {
+        // A lamp of 60 pixels, 200 pixels that it lights, and black
+        let image = |black: f32| {
+            let value = |i: i32| {
+                if i < 60 {
+                    1e4
+                } else if i < 260 {
+                    1.0
+                } else {
+                    black
+                }
+            };
+            (0..1000).map(|i| [value(i); 3]).collect::<Vec<_>>()
+        };
+        for black in [0.0, 1e-6] {
+            let range = Exposures::of(&image(black));
+            let last = range.scales()[range.count as usize - 1];
+            assert!((tone_mapped(last) - SHOWN).abs() < 1e-3, "{range:?}");
         }
     }
 

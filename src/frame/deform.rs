@@ -35,11 +35,32 @@ pub(super) enum VertexTransform<'a> {
     },
 }
 
+/// What of vertices is posed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) enum VertexParts {
+    /// Everything.
+    #[default]
+    All,
+    /// Positions; normals and tangents are zero.
+    Positions,
+}
+
+impl VertexTransform<'_> {
+    /// The node's matrix.
+    fn world_from_node(&self) -> &Mat4 {
+        match self {
+            Self::Rigid(matrix) => matrix,
+            Self::Skinned { world_from_node, .. } => world_from_node,
+        }
+    }
+}
+
 /// The posed vertices of `primitive`, computed in parallel.
 pub(super) fn posed_vertices(
     primitive: &Primitive,
     weights: &[f32],
     transform: VertexTransform<'_>,
+    parts: VertexParts,
 ) -> impl IndexedParallelIterator<Item = PosedVertex> {
     let active = active_targets(primitive, weights);
     let rigid = match transform {
@@ -47,6 +68,17 @@ pub(super) fn posed_vertices(
         VertexTransform::Skinned { .. } => None,
     };
     let posed = move |index: usize| {
+        if parts == VertexParts::Positions {
+            let skinned = match transform {
+                VertexTransform::Rigid(_) => None,
+                VertexTransform::Skinned { joint_matrices, .. } => {
+                    skin_matrix(primitive, index, joint_matrices)
+                }
+            };
+            let position = morphed_position(primitive, &active, index);
+            let position = skinned.as_ref().unwrap_or(transform.world_from_node()).transform_point3(position);
+            return PosedVertex { position, ..PosedVertex::default() };
+        }
         let local = morphed(primitive, &active, index);
         match (&rigid, transform) {
             (Some((matrix, map)), _) => transformed(&local, matrix, map),
@@ -66,14 +98,21 @@ fn active_targets<'a>(primitive: &'a Primitive, weights: &[f32]) -> Vec<(&'a Mor
     weighted.filter(|&(_, weight)| weight != 0.0).collect()
 }
 
-fn morphed(primitive: &Primitive, active: &[(&MorphTarget, f32)], index: usize) -> PosedVertex {
+fn morphed_position(primitive: &Primitive, active: &[(&MorphTarget, f32)], index: usize) -> Vec3 {
     let mut position = primitive.positions[index];
-    let mut normal = primitive.normals.as_ref().map_or(Vec3::ZERO, |normals| normals[index]);
-    let mut tangent = primitive.tangents.as_ref().map_or(Vec4::ZERO, |tangents| tangents[index]);
     for &(target, weight) in active {
         if let Some(deltas) = &target.positions {
             position += deltas[index] * weight;
         }
+    }
+    position
+}
+
+fn morphed(primitive: &Primitive, active: &[(&MorphTarget, f32)], index: usize) -> PosedVertex {
+    let position = morphed_position(primitive, active, index);
+    let mut normal = primitive.normals.as_ref().map_or(Vec3::ZERO, |normals| normals[index]);
+    let mut tangent = primitive.tangents.as_ref().map_or(Vec4::ZERO, |tangents| tangents[index]);
+    for &(target, weight) in active {
         if let (Some(deltas), Some(_)) = (&target.normals, &primitive.normals) {
             normal += deltas[index] * weight;
         }
@@ -173,8 +212,12 @@ mod tests {
     }
 
     fn posed(primitive: &Primitive, weights: &[f32], transform: VertexTransform<'_>) -> PosedVertex {
-        let vertices: Vec<_> = posed_vertices(primitive, weights, transform).collect();
-        vertices[0]
+        let [whole, alone] = [VertexParts::All, VertexParts::Positions].map(|parts| {
+            let vertices: Vec<_> = posed_vertices(primitive, weights, transform, parts).collect();
+            vertices[0]
+        });
+        assert_eq!(alone, PosedVertex { position: whole.position, ..PosedVertex::default() });
+        whole
     }
 
     #[test]

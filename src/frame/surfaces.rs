@@ -10,7 +10,7 @@ use crate::scene::{
     ImageLightPose, Material, Node, NodeIndex, Primitive, Scene, Selection, Skin, VariantIndex,
 };
 
-use super::deform::{self, MorphedAttributes, PosedVertex, VertexTransform};
+use super::deform::{self, MorphedAttributes, PosedVertex, VertexParts, VertexTransform};
 use super::material_flags::material_flags;
 use super::mesh_instance::MeshInstance;
 use super::posed_nodes::{PosedCamera, PosedLight, posed_light};
@@ -54,9 +54,15 @@ pub(super) struct Scratch {
     /// Of the time that the frame was posed for before.
     before: SurfacePose,
     joint_matrices: Vec<Mat4>,
+    parts: VertexParts,
 }
 
 impl Frame {
+    /// A frame that poses positions alone, for what needs no shading: its vertices have no normals and tangents.
+    pub(crate) fn of_positions() -> Self {
+        Self { scratch: Scratch { parts: VertexParts::Positions, ..Scratch::default() }, ..Self::default() }
+    }
+
     /// World-space origin of a node, metres; `None` for an index that the posed scene does not have.
     pub fn node_position(&self, node: NodeIndex) -> Option<Vec3> {
         self.scratch.now.world.get(node.index()).map(|matrix| matrix.w_axis.truncate())
@@ -139,7 +145,7 @@ impl Frame {
 
     /// Poses the listed instances, or only those that have moved.
     fn pose_instances(&mut self, scene: &Scene, keeps_unmoved: bool) {
-        let Scratch { now, before, joint_matrices: joints } = &mut self.scratch;
+        let Scratch { now, before, joint_matrices: joints, parts } = &mut self.scratch;
         let unmoved = keeps_unmoved.then(|| Unmoved::new(scene, before, now));
         let SurfacePose { pose, world, material_flags } = &*now;
         let mut skin_of_joints = None;
@@ -167,7 +173,7 @@ impl Frame {
                 _ => VertexTransform::Rigid(world_from_node),
             };
             instance.mirrored = deform::mirrors(transform);
-            let vertices = deform::posed_vertices(primitive, weights, transform);
+            let vertices = deform::posed_vertices(primitive, weights, transform, *parts);
             write_at(&mut self.vertices, instance.first_vertex, vertices);
 
             // Gather the triangles

@@ -76,7 +76,7 @@ impl Subject<'_> {
             let Some(index) = open.max_by(|&a, &b| excess(a).total_cmp(&excess(b))) else { break };
             let (selection, time) = searched[farthest[index].1];
             reached = larger(reached, &boxes.supports_at(&self.selections[selection], time));
-            let mut frame = Frame::default();
+            let mut frame = Frame::of_positions();
             frame.pose_surfaces(self.scene, &self.selections[selection], time);
             let supports = self.supports_of(&frame.triangles, &frame.flags, &directions);
             if supports.iter().zip(&hull).any(|(support, hull)| *support > hull + tolerance) {

@@ -215,7 +215,7 @@ impl<'a> Subject<'a> {
             return visited.for_each(|index| visit(&kept[index].triangles, &kept[index].flags));
         }
         visit(&self.frame.triangles, &self.frame.flags);
-        let (mut frame, mut posed) = (Frame::default(), None);
+        let (mut frame, mut posed) = (Frame::of_positions(), None);
         for (selection, time) in visited.skip(1).map(|index| self.times[index]) {
             let of_clips = &self.selections[selection];
             if posed == Some(selection) {

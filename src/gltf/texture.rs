@@ -41,6 +41,16 @@ pub(super) struct TextureTable<'a> {
     image_of: BTreeMap<usize, ImageIndex>,
 }
 
+/// The texture info of a material.
+#[derive(Debug)]
+struct TextureInfo {
+    pointer: String,
+    /// Index of the texture in the file.
+    index: usize,
+    uv_set: usize,
+    transform: UvTransform,
+}
+
 impl<'a> TextureTable<'a> {
     pub(super) fn new(document: &'a Document) -> Self {
         Self {
@@ -53,20 +63,20 @@ impl<'a> TextureTable<'a> {
         }
     }
 
-    /// Resolves the texture info that is the member `key` of `owner`.
-    pub(super) fn reference(
-        &mut self,
-        context: &mut Context,
-        owner: &Raw,
-        key: &str,
-    ) -> Result<Option<TextureRef>> {
+    /// Checks the texture info that is the member `key` of `owner`.
+    pub(super) fn check_reference(&self, context: &Context, owner: &Raw, key: &str) -> Result<()> {
+        self.info(context, owner, key).map(|_| ())
+    }
+
+    /// Reads the texture info that is the member `key` of `owner`.
+    fn info(&self, context: &Context, owner: &Raw, key: &str) -> Result<Option<TextureInfo>> {
         let Some(info) = owner.field(key) else {
             return Ok(None);
         };
         info.expect_object(context)?;
-        let pointer = format!("{}/index", info.pointer);
+        let index_pointer = format!("{}/index", info.pointer);
         let Some(index) = info.index(context, "index")? else {
-            return Err(context.invalid(pointer, "is missing"));
+            return Err(context.invalid(index_pointer, "is missing"));
         };
         let mut uv_set = info.index(context, "texCoord")?.unwrap_or(0);
         let mut transform = UvTransform::default();
@@ -79,9 +89,24 @@ impl<'a> TextureTable<'a> {
                 scale: Vec2::from_array(extension.numbers(context, "scale", [1.0; 2], ANY)?),
             };
         }
+        context.check_index(index, self.document.root.textures.len(), &index_pointer, "texture")?;
+        Ok(Some(TextureInfo { pointer: info.pointer, index, uv_set, transform }))
+    }
+
+    /// Resolves the texture info that is the member `key` of `owner`, and adds its texture.
+    pub(super) fn reference(
+        &mut self,
+        context: &mut Context,
+        owner: &Raw,
+        key: &str,
+    ) -> Result<Option<TextureRef>> {
+        let Some(info) = self.info(context, owner, key)? else {
+            return Ok(None);
+        };
+        let TextureInfo { pointer, index, uv_set, transform } = info;
         if uv_set >= MAX_UV_SETS {
             let message = format!("uses TEXCOORD_{uv_set}; no more than {MAX_UV_SETS} sets are supported");
-            return Err(context.refused(info.pointer, message));
+            return Err(context.refused(pointer, message));
         }
         let Some(texture) = self.texture(context, index, &pointer)? else {
             return Ok(None);
@@ -113,20 +138,18 @@ impl<'a> TextureTable<'a> {
         self.uses.extend(encodings.iter().map(|encoding| (*image, *encoding)));
     }
 
-    /// Adds the texture `index`. `None`, after a warning, if it has no image.
+    /// Adds the texture `index`, to which the texture info at `pointer` refers. `None`, after a warning, if it has no image.
     fn texture(
         &mut self,
         context: &mut Context,
         index: usize,
         pointer: &str,
     ) -> Result<Option<TextureIndex>> {
-        let textures = &self.document.root.textures;
-        context.check_index(index, textures.len(), pointer, "texture")?;
         if let Some(&known) = self.texture_of.get(&index) {
             return Ok(Some(known));
         }
-        let Some(texture) = textures.get(index) else {
-            return Err(context.invalid(pointer, "there is no such texture"));
+        let Some(texture) = self.document.root.textures.get(index) else {
+            return Err(context.invalid(format!("{pointer}/index"), "there is no such texture"));
         };
         let Some(image) = self.image(context, texture, index)? else {
             return Ok(None);

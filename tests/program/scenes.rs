@@ -106,7 +106,7 @@ fn many_large_textures_are_refused_by_their_total_and_shown_without_decoding_the
         "asset": {"version": "2.0"},
         "images": numbered(&|index| serde_json::json!({"uri": format!("t{index}.png")})),
         "textures": numbered(&|index| serde_json::json!({"source": index})),
-        "materials": numbered(&|index| serde_json::json!({"emissiveTexture": {"index": index}})),
+        "materials": numbered(&|index| serde_json::json!({"normalTexture": {"index": index}})),
     });
     let path = folder.path().join("walls.gltf");
     std::fs::write(&path, document.to_string()).unwrap();

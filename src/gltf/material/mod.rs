@@ -2,12 +2,12 @@
 //!
 //! Source: glTF 2.0 specification, section 3.9 (materials); the texts of `KHR_materials_emissive_strength` and
 //! `KHR_materials_unlit`. Submodules import the other extensions: `transmission` transmitted light, `specular` strength
-//! and colour of reflections, `surface_extensions` coats and highlights. `texture_info` reads texture
-//! references with parameters.
+//! and colour of reflections, `surface_extensions` coats and highlights. `part_textures` reads texture
+//! references, and leaves out those that the material does not keep.
 
+mod part_textures;
 mod specular;
 mod surface_extensions;
-mod texture_info;
 mod transmission;
 
 use glam::{Vec3, Vec4};
@@ -16,13 +16,13 @@ use gltf::json::validation::Checked;
 
 use super::context::Context;
 use super::document::Document;
-use super::extension_names::{EMISSIVE_STRENGTH, UNLIT};
+use super::extension_names::{EMISSIVE_STRENGTH, SPECULAR_GLOSSINESS, UNLIT};
 use super::raw::{NOT_NEGATIVE, Raw, TOLERANCE};
 use super::texture::TextureTable;
 use crate::error::Result;
 use crate::scene::{AlphaMode, Material};
 
-use texture_info::{normal_texture, occlusion_texture};
+use part_textures::PartTextures;
 
 pub(super) use transmission::{distance_or_infinite, ior_or_one};
 
@@ -52,27 +52,45 @@ fn import_material(
         name: json.name.clone(),
         alpha_mode: alpha_mode(context, json, raw)?,
         double_sided: json.double_sided,
-        normal_texture: normal_texture(context, raw, "normalTexture", textures)?,
-        occlusion_texture: occlusion_texture(context, raw, textures)?,
-        emissive: Vec3::from_array(emissive_factor(context, raw)?),
-        emissive_texture: textures.reference(context, raw, "emissiveTexture")?,
         ..Material::default()
     };
+    apply_core_extensions(context, &mut material, raw)?;
+    let all = &mut PartTextures::new(textures);
+    apply_core(context, &mut material, raw, all)?;
+    // An unlit surface shows its base colour alone, which specular-glossiness replaces.
+    let is_lit = !material.unlit;
+    transmission::apply(context, &mut material, raw, &mut all.if_kept(is_lit))?;
+    specular::apply(context, &mut material, raw, all)?;
+    surface_extensions::apply(context, &mut material, raw, &mut all.if_kept(is_lit))?;
+    Ok(material)
+}
+
+/// Reads what materials have without extensions.
+fn apply_core(
+    context: &mut Context,
+    material: &mut Material,
+    raw: &Raw,
+    textures: &mut PartTextures<'_, '_>,
+) -> Result<()> {
+    // AOVs have the mapped normals of unlit surfaces, too.
+    material.normal_texture = textures.normal_texture(context, raw, "normalTexture")?;
+    let is_lit = !material.unlit;
+    material.occlusion_texture = textures.if_kept(is_lit).occlusion_texture(context, raw)?;
+    material.emissive_factor = Vec3::from_array(emissive_factor(context, raw)?);
+    material.emissive = material.emissive_factor * material.emissive_strength;
+    let emits = material.emissive != Vec3::ZERO || context.animates_properties;
+    material.emissive_texture =
+        textures.if_kept(is_lit && emits).reference(context, raw, "emissiveTexture")?;
     if let Some(pbr) = raw.field("pbrMetallicRoughness") {
+        let mut base = textures.if_kept(raw.extension(SPECULAR_GLOSSINESS).is_none());
         material.base_color = Vec4::from_array(pbr.units(context, "baseColorFactor", [1.0; 4])?);
-        material.base_color_texture = textures.reference(context, &pbr, "baseColorTexture")?;
+        material.base_color_texture = base.reference(context, &pbr, "baseColorTexture")?;
         material.metallic = pbr.unit(context, "metallicFactor", 1.0)?;
         material.roughness = pbr.unit(context, "roughnessFactor", 1.0)?;
         material.metallic_roughness_texture =
-            textures.reference(context, &pbr, "metallicRoughnessTexture")?;
+            base.if_kept(is_lit).reference(context, &pbr, "metallicRoughnessTexture")?;
     }
-    apply_core_extensions(context, &mut material, raw)?;
-    transmission::apply(context, &mut material, raw, textures)?;
-    specular::apply(context, &mut material, raw, textures)?;
-    surface_extensions::apply(context, &mut material, raw, textures)?;
-    material.emissive_factor = material.emissive;
-    material.emissive *= material.emissive_strength;
-    Ok(material)
+    Ok(())
 }
 
 fn alpha_mode(context: &Context, json: &json::Material, raw: &Raw) -> Result<AlphaMode> {

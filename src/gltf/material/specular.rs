@@ -5,11 +5,11 @@
 
 use glam::{Vec3, Vec4};
 
+use super::part_textures::PartTextures;
 use crate::error::Result;
 use crate::gltf::context::Context;
 use crate::gltf::extension_names::{IOR, SPECULAR, SPECULAR_GLOSSINESS};
 use crate::gltf::raw::{NOT_NEGATIVE, Raw};
-use crate::gltf::texture::TextureTable;
 use crate::scene::{Glossiness, Material, Specular};
 
 /// Applies the extensions of this module to `material`.
@@ -17,10 +17,12 @@ pub(super) fn apply(
     context: &mut Context,
     material: &mut Material,
     raw: &Raw,
-    textures: &mut TextureTable,
+    textures: &mut PartTextures<'_, '_>,
 ) -> Result<()> {
     if let Some(extension) = raw.extension_object(context, SPECULAR)? {
-        material.specular = specular(context, &extension, textures)?;
+        let is_replaced = raw.extension(SPECULAR_GLOSSINESS).is_some();
+        let mut textures = textures.if_kept(!is_replaced && !material.unlit);
+        material.specular = specular(context, &extension, &mut textures)?;
     }
     if let Some(extension) = raw.extension_object(context, SPECULAR_GLOSSINESS)? {
         for other in [IOR, SPECULAR] {
@@ -36,7 +38,11 @@ pub(super) fn apply(
 }
 
 /// Reads the extension. `None` if it has no effect.
-fn specular(context: &mut Context, extension: &Raw, textures: &mut TextureTable) -> Result<Option<Specular>> {
+fn specular(
+    context: &mut Context,
+    extension: &Raw,
+    textures: &mut PartTextures<'_, '_>,
+) -> Result<Option<Specular>> {
     let specular = Specular {
         factor: extension.unit(context, "specularFactor", 1.0)?,
         texture: textures.reference(context, extension, "specularTexture")?,
@@ -52,11 +58,12 @@ fn specular_glossiness(
     context: &mut Context,
     material: &mut Material,
     extension: &Raw,
-    textures: &mut TextureTable,
+    textures: &mut PartTextures<'_, '_>,
 ) -> Result<()> {
     material.base_color = Vec4::from_array(extension.units(context, "diffuseFactor", [1.0; 4])?);
     material.base_color_texture = textures.reference(context, extension, "diffuseTexture")?;
-    let texture = textures.reference(context, extension, "specularGlossinessTexture")?;
+    let texture =
+        textures.if_kept(!material.unlit).reference(context, extension, "specularGlossinessTexture")?;
     let color = extension.units(context, "specularFactor", [1.0; 3])?;
     material.specular =
         Some(Specular { factor: 1.0, texture: None, color: Vec3::from_array(color), color_texture: texture });

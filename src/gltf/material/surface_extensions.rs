@@ -5,12 +5,11 @@
 
 use glam::Vec3;
 
-use super::texture_info::normal_texture;
+use super::part_textures::PartTextures;
 use crate::error::Result;
 use crate::gltf::context::Context;
 use crate::gltf::extension_names::{ANISOTROPY, CLEAR_COAT, IRIDESCENCE, SHEEN};
 use crate::gltf::raw::{ANY, NOT_NEGATIVE, Raw};
-use crate::gltf::texture::TextureTable;
 use crate::scene::{Anisotropy, ClearCoat, Iridescence, Material, Sheen};
 
 /// Applies the extensions of this module to `material`.
@@ -18,7 +17,7 @@ pub(super) fn apply(
     context: &mut Context,
     material: &mut Material,
     raw: &Raw,
-    textures: &mut TextureTable,
+    textures: &mut PartTextures<'_, '_>,
 ) -> Result<()> {
     if let Some(extension) = raw.extension_object(context, CLEAR_COAT)? {
         material.clear_coat = clear_coat(context, &extension, textures)?;
@@ -38,35 +37,48 @@ pub(super) fn apply(
 fn clear_coat(
     context: &mut Context,
     extension: &Raw,
-    textures: &mut TextureTable,
+    textures: &mut PartTextures<'_, '_>,
 ) -> Result<Option<ClearCoat>> {
+    let factor = extension.unit(context, "clearcoatFactor", 0.0)?;
+    let is_kept = factor > 0.0 || context.animates_properties;
+    let mut textures = textures.if_kept(is_kept);
     let coat = ClearCoat {
-        factor: extension.unit(context, "clearcoatFactor", 0.0)?,
+        factor,
         texture: textures.reference(context, extension, "clearcoatTexture")?,
         roughness: extension.unit(context, "clearcoatRoughnessFactor", 0.0)?,
         roughness_texture: textures.reference(context, extension, "clearcoatRoughnessTexture")?,
-        normal_texture: normal_texture(context, extension, "clearcoatNormalTexture", textures)?,
+        normal_texture: textures.normal_texture(context, extension, "clearcoatNormalTexture")?,
     };
-    Ok((coat.factor > 0.0 || context.animates_properties).then_some(coat))
+    Ok(is_kept.then_some(coat))
 }
 
-fn sheen(context: &mut Context, extension: &Raw, textures: &mut TextureTable) -> Result<Option<Sheen>> {
+fn sheen(
+    context: &mut Context,
+    extension: &Raw,
+    textures: &mut PartTextures<'_, '_>,
+) -> Result<Option<Sheen>> {
+    let color = Vec3::from_array(extension.units(context, "sheenColorFactor", [0.0; 3])?);
+    let is_kept = color != Vec3::ZERO || context.animates_properties;
+    let mut textures = textures.if_kept(is_kept);
     let sheen = Sheen {
-        color: Vec3::from_array(extension.units(context, "sheenColorFactor", [0.0; 3])?),
+        color,
         color_texture: textures.reference(context, extension, "sheenColorTexture")?,
         roughness: extension.unit(context, "sheenRoughnessFactor", 0.0)?,
         roughness_texture: textures.reference(context, extension, "sheenRoughnessTexture")?,
     };
-    Ok((sheen.color != Vec3::ZERO || context.animates_properties).then_some(sheen))
+    Ok(is_kept.then_some(sheen))
 }
 
 fn iridescence(
     context: &mut Context,
     extension: &Raw,
-    textures: &mut TextureTable,
+    textures: &mut PartTextures<'_, '_>,
 ) -> Result<Option<Iridescence>> {
+    let factor = extension.unit(context, "iridescenceFactor", 0.0)?;
+    let is_kept = factor > 0.0 || context.animates_properties;
+    let mut textures = textures.if_kept(is_kept);
     let film = Iridescence {
-        factor: extension.unit(context, "iridescenceFactor", 0.0)?,
+        factor,
         texture: textures.reference(context, extension, "iridescenceTexture")?,
         ior: extension.number(context, "iridescenceIor", 1.3, 1.0..=f32::MAX)?,
         thickness_minimum_nm: extension.number(
@@ -83,18 +95,20 @@ fn iridescence(
         )?,
         thickness_texture: textures.reference(context, extension, "iridescenceThicknessTexture")?,
     };
-    Ok((film.factor > 0.0 || context.animates_properties).then_some(film))
+    Ok(is_kept.then_some(film))
 }
 
 fn anisotropy(
     context: &mut Context,
     extension: &Raw,
-    textures: &mut TextureTable,
+    textures: &mut PartTextures<'_, '_>,
 ) -> Result<Option<Anisotropy>> {
+    let strength = extension.unit(context, "anisotropyStrength", 0.0)?;
+    let is_kept = strength > 0.0 || context.animates_properties;
     let anisotropy = Anisotropy {
-        strength: extension.unit(context, "anisotropyStrength", 0.0)?,
+        strength,
         rotation_radians: extension.number(context, "anisotropyRotation", 0.0, ANY)?,
-        texture: textures.reference(context, extension, "anisotropyTexture")?,
+        texture: textures.if_kept(is_kept).reference(context, extension, "anisotropyTexture")?,
     };
-    Ok((anisotropy.strength > 0.0 || context.animates_properties).then_some(anisotropy))
+    Ok(is_kept.then_some(anisotropy))
 }

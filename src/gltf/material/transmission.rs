@@ -5,11 +5,11 @@
 
 use glam::Vec3;
 
+use super::part_textures::PartTextures;
 use crate::error::Result;
 use crate::gltf::context::Context;
 use crate::gltf::extension_names::{DIFFUSE_TRANSMISSION, DISPERSION, IOR, TRANSMISSION, VOLUME};
 use crate::gltf::raw::{NOT_NEGATIVE, Raw};
-use crate::gltf::texture::TextureTable;
 use crate::scene::{DiffuseTransmission, Material, Transmission, Volume};
 
 /// Applies the extensions of this module to `material`.
@@ -17,7 +17,7 @@ pub(super) fn apply(
     context: &mut Context,
     material: &mut Material,
     raw: &Raw,
-    textures: &mut TextureTable,
+    textures: &mut PartTextures<'_, '_>,
 ) -> Result<()> {
     if let Some(extension) = raw.extension_object(context, IOR)? {
         let ior = extension.number(context, "ior", 1.5, NOT_NEGATIVE)?;
@@ -25,9 +25,9 @@ pub(super) fn apply(
     }
     if let Some(extension) = raw.extension_object(context, TRANSMISSION)? {
         let factor = extension.unit(context, "transmissionFactor", 0.0)?;
-        let texture = textures.reference(context, &extension, "transmissionTexture")?;
-        material.transmission =
-            (factor > 0.0 || context.animates_properties).then_some(Transmission { factor, texture });
+        let is_kept = factor > 0.0 || context.animates_properties;
+        let texture = textures.if_kept(is_kept).reference(context, &extension, "transmissionTexture")?;
+        material.transmission = is_kept.then_some(Transmission { factor, texture });
     }
     if let Some(extension) = raw.extension_object(context, VOLUME)? {
         material.volume = volume(context, &extension)?;
@@ -90,13 +90,15 @@ fn volume(context: &mut Context, extension: &Raw) -> Result<Option<Volume>> {
 fn diffuse_transmission(
     context: &mut Context,
     extension: &Raw,
-    textures: &mut TextureTable,
+    textures: &mut PartTextures<'_, '_>,
 ) -> Result<Option<DiffuseTransmission>> {
     let factor = extension.unit(context, "diffuseTransmissionFactor", 0.0)?;
     let color = extension.units(context, "diffuseTransmissionColorFactor", [1.0; 3])?;
+    let is_kept = factor > 0.0 || context.animates_properties;
+    let mut textures = textures.if_kept(is_kept);
     let texture = textures.reference(context, extension, "diffuseTransmissionTexture")?;
     let color_texture = textures.reference(context, extension, "diffuseTransmissionColorTexture")?;
-    Ok((factor > 0.0 || context.animates_properties).then_some(DiffuseTransmission {
+    Ok(is_kept.then_some(DiffuseTransmission {
         factor,
         texture,
         color: Vec3::from_array(color),

@@ -113,7 +113,8 @@ fn textured(sets: &[usize], used: usize) -> Document {
     let mut document = Document::triangle();
     document.json["images"] = json!([{"uri": super::materials::png_uri([1, 2, 3, 4])}]);
     document.json["textures"] = json!([{"source": 0}]);
-    document.json["materials"] = json!([{"emissiveTexture": {"index": 0, "texCoord": used}}]);
+    document.json["materials"] =
+        json!([{"emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0, "texCoord": used}}]);
     document.json["meshes"][0]["primitives"][0]["material"] = json!(0);
     for set in sets {
         document.attribute(&format!("TEXCOORD_{set}"), "VEC2", &[*set as f32; 6]);

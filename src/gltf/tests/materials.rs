@@ -36,15 +36,114 @@ pub(super) fn import_material(material: Value) -> Result<Scene> {
 
 #[test]
 fn only_used_images_are_read() {
-    let scene = import_material(json!({"emissiveTexture": {"index": 1}})).unwrap();
+    let scene = import_material(json!({"normalTexture": {"index": 1}})).unwrap();
     assert_eq!(scene.images.len(), 1);
     // The contents determine the format. The media type wrongly says JPEG.
     assert_eq!(scene.images[0].texels, Texels::Rgba8(vec![[1, 2, 3, 4]]));
     let sampler = scene.textures[0].sampler;
     assert_eq!((sampler.wrap_u, sampler.wrap_v), (WrapMode::ClampToEdge, WrapMode::MirroredRepeat));
     assert_eq!((sampler.magnify, sampler.minify), (Filter::Nearest, Filter::Linear));
-    error_text(import_material(json!({"emissiveTexture": {"index": 0}})), 66);
-    error_text(import_material(json!({"emissiveTexture": {"index": 2}})), 65);
+    error_text(import_material(json!({"normalTexture": {"index": 0}})), 66);
+    error_text(import_material(json!({"normalTexture": {"index": 2}})), 65);
+}
+
+/// Materials in whose textures `texture` nothing looks up, and the number of the other textures that they have.
+fn materials_without_lookups(texture: &Value) -> Vec<(Value, usize)> {
+    let used = json!({"index": 1});
+    let mut materials = vec![
+        (json!({"emissiveTexture": texture}), 0),
+        (
+            json!({
+                "pbrMetallicRoughness": {"baseColorTexture": texture, "metallicRoughnessTexture": texture},
+                "extensions": {
+                    "KHR_materials_pbrSpecularGlossiness": {"diffuseTexture": used},
+                    "KHR_materials_specular": {"specularTexture": texture, "specularColorTexture": texture}
+                }
+            }),
+            1,
+        ),
+        (
+            // AOVs have the normals of unlit surfaces.
+            json!({
+                "pbrMetallicRoughness": {"baseColorTexture": used, "metallicRoughnessTexture": texture},
+                "normalTexture": used, "occlusionTexture": texture,
+                "emissiveFactor": [1, 1, 1], "emissiveTexture": texture,
+                "extensions": {
+                    "KHR_materials_unlit": {},
+                    "KHR_materials_anisotropy": {"anisotropyStrength": 1, "anisotropyTexture": texture},
+                    "KHR_materials_transmission": {"transmissionFactor": 1, "transmissionTexture": texture},
+                    "KHR_materials_specular": {"specularTexture": texture}
+                }
+            }),
+            2,
+        ),
+        (
+            json!({"extensions": {
+                "KHR_materials_unlit": {},
+                "KHR_materials_pbrSpecularGlossiness":
+                    {"diffuseTexture": used, "specularGlossinessTexture": texture}
+            }}),
+            1,
+        ),
+    ];
+    for (extension, keys) in [
+        (
+            "KHR_materials_clearcoat",
+            &["clearcoatTexture", "clearcoatRoughnessTexture", "clearcoatNormalTexture"][..],
+        ),
+        ("KHR_materials_sheen", &["sheenColorTexture", "sheenRoughnessTexture"]),
+        ("KHR_materials_iridescence", &["iridescenceTexture", "iridescenceThicknessTexture"]),
+        ("KHR_materials_anisotropy", &["anisotropyTexture"]),
+        ("KHR_materials_transmission", &["transmissionTexture"]),
+        (
+            "KHR_materials_diffuse_transmission",
+            &["diffuseTransmissionTexture", "diffuseTransmissionColorTexture"],
+        ),
+    ] {
+        let members: Value = keys.iter().map(|&key| (key.to_owned(), texture.clone())).collect();
+        materials.push((json!({"extensions": {extension: members}}), 0));
+    }
+    materials
+}
+
+#[test]
+fn images_that_nothing_looks_up_are_not_read() {
+    // The image is missing, and the set of coordinates beyond the limit.
+    for (material, used) in materials_without_lookups(&json!({"index": 0, "texCoord": 64})) {
+        let scene = import_material(material.clone()).unwrap();
+        assert_eq!(scene.textures.len(), used.min(1), "{material}");
+        assert_eq!(scene.materials[0].texture_refs().count(), used, "{material}");
+        assert_eq!(scene.unused_textures, 2 - used.min(1), "{material}");
+    }
+    // References are checked all the same.
+    for wrong in [json!({"index": 2}), json!({}), json!({"index": 0, "texCoord": -1}), json!([])] {
+        for (material, _) in materials_without_lookups(&wrong) {
+            error_text(import_material(material), 65);
+        }
+    }
+}
+
+#[test]
+fn images_that_animations_may_show_are_read() {
+    let read = |material: Value| {
+        let document = json!({
+            "asset": {"version": "2.0"}, "extensionsUsed": ["KHR_animation_pointer"],
+            "images": [{"uri": png_uri([1, 2, 3, 4])}], "textures": [{"source": 0}], "materials": [material]
+        });
+        import_bytes("a.gltf", document.to_string().as_bytes()).unwrap().materials[0].texture_refs().count()
+    };
+    assert_eq!(read(json!({"emissiveTexture": {"index": 0}})), 1);
+    let coat = json!({"clearcoatTexture": {"index": 0}, "clearcoatNormalTexture": {"index": 0}});
+    assert_eq!(read(json!({"extensions": {"KHR_materials_clearcoat": coat}})), 2);
+    // Nothing animates what an unlit material is, and what another model replaces.
+    assert_eq!(read(json!({"emissiveTexture": {"index": 0}, "extensions": {"KHR_materials_unlit": {}}})), 0);
+    assert_eq!(
+        read(json!({
+            "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+            "extensions": {"KHR_materials_pbrSpecularGlossiness": {}}
+        })),
+        0
+    );
 }
 
 #[test]
@@ -53,7 +152,7 @@ fn texture_transforms_of_every_slot_are_imported() {
         {"offset": [0.5, 0.25], "rotation": 1.5, "scale": [2, 3], "texCoord": 1}}});
     let scene = import_material(json!({
         "pbrMetallicRoughness": {"baseColorTexture": info, "metallicRoughnessTexture": info},
-        "normalTexture": info, "occlusionTexture": info, "emissiveTexture": info,
+        "normalTexture": info, "occlusionTexture": info, "emissiveFactor": [1, 1, 1], "emissiveTexture": info,
         "extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.5, "transmissionTexture": info}}
     }))
     .unwrap();
@@ -176,7 +275,7 @@ fn unsupported_images_are_errors_only_if_used() {
         "asset": {"version": "2.0"}, "extensionsUsed": ["EXT_texture_avif"],
         "images": [{"uri": "a.avif"}],
         "textures": [{"extensions": {"EXT_texture_avif": {"source": 0}}}],
-        "materials": [{"emissiveTexture": {"index": 0}}]
+        "materials": [{"emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0}}]
     });
     let text = error_text(import_bytes("a.gltf", avif.to_string().as_bytes()), 65);
     assert!(text.contains("EXT_texture_avif"), "{text}");

@@ -57,7 +57,7 @@ fn sampler_filters_are_imported() {
             assert_eq!(import_json(&document).unwrap().textures[0].sampler, sampler);
         }
         // Emitters are measured in them, too.
-        document["materials"] = json!([{"emissiveTexture": {"index": 0}}]);
+        document["materials"] = json!([{"emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0}}]);
         assert_eq!(import_json(&document).unwrap().mips[0].levels(Encoding::Srgb).len(), 2);
     }
 }
@@ -96,7 +96,9 @@ fn twenty_images_stay_within_the_memory_limit_or_are_refused_by_name() {
     let images: Vec<Value> =
         (0..20).map(|index| json!({"name": format!("wall {index}"), "uri": png(64, 255, index)})).collect();
     let textures: Vec<Value> = (0..20).map(|source| json!({"source": source})).collect();
-    let materials: Vec<Value> = (0..20).map(|index| json!({"emissiveTexture": {"index": index}})).collect();
+    let materials: Vec<Value> = (0..20)
+        .map(|index| json!({"emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": index}}))
+        .collect();
     let document = json!({
         "asset": {"version": "2.0"}, "images": images, "textures": textures, "materials": materials
     });

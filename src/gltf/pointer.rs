@@ -5,7 +5,7 @@
 use std::ops::RangeInclusive;
 
 use super::document::Document;
-use super::extension_names::{EMISSIVE_STRENGTH, IMAGE_LIGHTS, IOR, LIGHTS, SPECULAR, SPECULAR_GLOSSINESS};
+use super::extension_names::{IMAGE_LIGHTS, IOR, LIGHTS, SPECULAR, SPECULAR_GLOSSINESS};
 use super::raw::{ANY, POSITIVE, Raw};
 use crate::scene::{
     AnimationTarget, CameraIndex, CameraProperty, ImageLightIndex, ImageLightProperty, LightIndex,
@@ -132,6 +132,16 @@ const CAMERA: [(&str, CameraProperty); 8] = [
 /// Properties without a default value. They can be animated only if the file gives them a value.
 const NO_DEFAULT: [&str; 3] = ["aspectRatio", "zfar", "range"];
 
+/// Objects whose properties have their default values where they are absent, which the object model counts as defined.
+const MAY_BE_ABSENT: [&str; 6] = [
+    "/pbrMetallicRoughness",
+    "/extensions/KHR_materials_ior",
+    "/extensions/KHR_materials_emissive_strength",
+    "/extensions/KHR_materials_dispersion",
+    "/extensions/KHR_texture_transform",
+    "/extensions/KHR_node_visibility",
+];
+
 /// Resolves `pointer`. `None` if the file has no such property or the property is not supported.
 pub(super) fn resolve(document: &Document, pointer: &str) -> Option<Property> {
     let pointer = &corrected(pointer);
@@ -172,12 +182,11 @@ fn corrected(pointer: &str) -> String {
     pointer.trim_end_matches(' ').replace("/spot.", "/spot/")
 }
 
-/// The object at `pointer`, or its material where it is an extension that is absent while it has its default values.
+/// The object at `pointer`, or the one that it would be in where it may be absent.
 fn owner_at<'a>(document: &'a Document, pointer: &str) -> Option<Raw<'a>> {
     Raw::at(&document.value, pointer).or_else(|| {
-        let (material, extension) = pointer.split_once("/extensions/")?;
-        let can_be_absent = [IOR, EMISSIVE_STRENGTH].contains(&extension);
-        if can_be_absent { Raw::at(&document.value, material) } else { None }
+        let outer = MAY_BE_ABSENT.iter().find_map(|absent| pointer.strip_suffix(absent))?;
+        Raw::at(&document.value, outer)
     })
 }
 

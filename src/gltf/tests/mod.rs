@@ -2,6 +2,7 @@
 
 #![expect(clippy::arithmetic_side_effects, reason = "an overflow in a test is a failed test")]
 
+mod absent_properties;
 mod accessors;
 mod animated_values;
 mod animations;

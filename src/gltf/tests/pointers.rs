@@ -210,26 +210,6 @@ fn pointers_that_blender_misspells_resolve() {
 }
 
 #[test]
-fn extensions_with_default_values_may_be_absent() {
-    let mut document = animatable();
-    let plain = document.push("materials", json!({"emissiveFactor": [1, 1, 1]}));
-    let extensions = format!("/materials/{plain}/extensions");
-    animate(&mut document, &format!("{extensions}/KHR_materials_ior/ior"), "LINEAR", "SCALAR", &[1.2, 1.9]);
-    let strength = format!("{extensions}/KHR_materials_emissive_strength/emissiveStrength");
-    animate(&mut document, &strength, "LINEAR", "SCALAR", &[1.0, 7.0]);
-    // Without a coat there is nothing to animate.
-    let coat = format!("{extensions}/KHR_materials_clearcoat/clearcoatFactor");
-    animate(&mut document, &coat, "LINEAR", "SCALAR", &[0.0, 1.0]);
-    let scene = document.import().unwrap();
-    let targets = scene.animations.iter().map(|clip| clip.channels.first().map(|channel| channel.target));
-    let material = |property| Some(AnimationTarget::Material(MaterialIndex(plain as u32), property));
-    let expected = [material(MaterialProperty::Ior), material(MaterialProperty::EmissiveStrength), None];
-    assert_eq!(targets.collect::<Vec<_>>(), expected);
-    assert_eq!(scene.warnings.len(), 1, "{:?}", scene.warnings);
-    assert!(scene.warnings[0].message.contains("clearcoatFactor"));
-}
-
-#[test]
 fn unknown_pointers_are_warned_about_and_other_channels_imported() {
     for pointer in [
         "/materials/2/emissiveFactor",

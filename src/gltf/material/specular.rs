@@ -22,7 +22,7 @@ pub(super) fn apply(
     if let Some(extension) = raw.extension_object(context, SPECULAR)? {
         let is_replaced = raw.extension(SPECULAR_GLOSSINESS).is_some();
         let mut textures = textures.if_kept(!is_replaced && !material.unlit);
-        material.specular = specular(context, &extension, &mut textures)?;
+        material.specular = Some(specular(context, &extension, &mut textures)?);
     }
     if let Some(extension) = raw.extension_object(context, SPECULAR_GLOSSINESS)? {
         for other in [IOR, SPECULAR] {
@@ -37,20 +37,14 @@ pub(super) fn apply(
     Ok(())
 }
 
-/// Reads the extension. `None` if it has no effect.
-fn specular(
-    context: &mut Context,
-    extension: &Raw,
-    textures: &mut PartTextures<'_, '_>,
-) -> Result<Option<Specular>> {
-    let specular = Specular {
+/// Reads the extension. Without values it has an effect, too: it decides the Fresnel curve of high indices of refraction.
+fn specular(context: &mut Context, extension: &Raw, textures: &mut PartTextures<'_, '_>) -> Result<Specular> {
+    Ok(Specular {
         factor: extension.unit(context, "specularFactor", 1.0)?,
         texture: textures.reference(context, extension, "specularTexture")?,
         color: Vec3::from_array(extension.numbers(context, "specularColorFactor", [1.0; 3], NOT_NEGATIVE)?),
         color_texture: textures.reference(context, extension, "specularColorTexture")?,
-    };
-    let neutral = Specular { factor: 1.0, texture: None, color: Vec3::ONE, color_texture: None };
-    Ok((specular != neutral || context.animates_properties).then_some(specular))
+    })
 }
 
 /// Replaces the parameters of the metallic-roughness model.

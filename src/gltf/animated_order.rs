@@ -4,7 +4,7 @@
 //! each animation, and just before them, where values jump; a property that no animation animates has its value in the file. Two animations of one
 //! light or camera, which may play together or alone, are not compared.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::camera::check_planes;
 use super::context::Context;
@@ -21,12 +21,21 @@ const ROUNDING: f32 = 4.0 * f32::EPSILON;
 /// The channels of one animation.
 #[derive(Debug)]
 pub(super) struct ImportedChannels<'a> {
-    /// All animations.
-    pub(super) animations: &'a [Animation],
-    /// Index of this one.
-    pub(super) index: usize,
+    pub(super) animation: &'a Animation,
+    /// The properties of [`compared_properties`] of all animations.
+    pub(super) animated: &'a BTreeSet<AnimationTarget>,
     /// JSON pointers of the outputs of the samplers of its channels.
     pub(super) outputs: &'a [String],
+}
+
+/// The properties that may be compared and that any of `animations` animates.
+pub(super) fn compared_properties(animations: &[Animation]) -> BTreeSet<AnimationTarget> {
+    let channels = animations.iter().flat_map(|animation| &animation.channels);
+    channels.map(|channel| channel.target).filter(|target| is_compared(*target)).collect()
+}
+
+fn is_compared(target: AnimationTarget) -> bool {
+    matches!(target, AnimationTarget::Light(..) | AnimationTarget::Camera(..))
 }
 
 /// A property during an animation.
@@ -44,15 +53,14 @@ impl ImportedChannels<'_> {
         lights: &[Light],
         cameras: &[Camera],
     ) -> Result<()> {
-        let Some(animation) = self.animations.get(self.index) else { return Ok(()) };
-        let is_compared = |target| matches!(target, AnimationTarget::Light(..) | AnimationTarget::Camera(..));
-        let compared = animation.channels.iter().zip(self.outputs).filter(|pair| is_compared(pair.0.target));
+        let channels = self.animation.channels.iter().zip(self.outputs);
+        let compared = channels.filter(|pair| is_compared(pair.0.target));
         let keyframes: BTreeMap<_, _> =
             compared.clone().map(|(channel, _)| (channel.target, &channel.keyframes)).collect();
-        // What another animation animates has no value of its own here.
+        // What another animation alone animates has no value of its own here.
         let values = |target, at_rest| match keyframes.get(&target) {
             Some(keyframes) => Some(Values::Animated(keyframes)),
-            None => (!self.is_animated_elsewhere(target)).then_some(Values::Static(at_rest)),
+            None => (!self.animated.contains(&target)).then_some(Values::Static(at_rest)),
         };
         for (channel, output) in compared {
             match channel.target {
@@ -90,11 +98,6 @@ impl ImportedChannels<'_> {
             }
         }
         Ok(())
-    }
-
-    fn is_animated_elsewhere(&self, target: AnimationTarget) -> bool {
-        let others = self.animations.iter().enumerate().filter(|(index, _)| *index != self.index);
-        others.flat_map(|(_, animation)| &animation.channels).any(|channel| channel.target == target)
     }
 }
 

@@ -10,7 +10,7 @@ use gltf::json::animation::{Interpolation as JsonInterpolation, Property as Path
 use gltf::json::validation::Checked;
 
 use super::accessor::Data;
-use super::animated_order::ImportedChannels;
+use super::animated_order::{ImportedChannels, compared_properties};
 use super::attributes::Reference;
 use super::context::Context;
 use super::document::NO_NODE;
@@ -107,8 +107,9 @@ pub(super) fn import(
         animations.push(Animation { name: animation.name.clone(), channels });
         all_outputs.push(outputs);
     }
-    for (index, outputs) in all_outputs.iter().enumerate() {
-        let imported = ImportedChannels { animations: &animations, index, outputs };
+    let animated = compared_properties(&animations);
+    for (animation, outputs) in animations.iter().zip(&all_outputs) {
+        let imported = ImportedChannels { animation, animated: &animated, outputs };
         imported.check_order(context, targets.lights, targets.cameras)?;
     }
     Ok((animations, ignored))

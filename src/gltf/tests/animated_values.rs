@@ -112,6 +112,30 @@ fn animated_cones_in_the_wrong_order_are_told_as_static_ones() {
 }
 
 #[test]
+fn cones_of_two_animations_are_not_compared_in_either_order() {
+    // The inner cone of an animation is wider than the outer one in the file, which another animation makes wider still.
+    for order in [["innerConeAngle", "outerConeAngle"], ["outerConeAngle", "innerConeAngle"]] {
+        let mut document = animatable();
+        document.json["extensions"]["KHR_lights_punctual"]["lights"][0]["spot"] =
+            json!({"innerConeAngle": 0.25, "outerConeAngle": 0.5});
+        for key in order {
+            let end = if key == "innerConeAngle" { 0.75 } else { 1.0 };
+            animate(&mut document, &format!("{SPOT}/{key}"), "LINEAR", "SCALAR", &[0.5, end]);
+        }
+        assert_eq!(warnings(&document.import().unwrap()), [], "{order:?}");
+        // Two animations of the inner cone are both compared with the file.
+        document.json["animations"].as_array_mut().unwrap().retain(|animation| {
+            let target = &animation["channels"][0]["target"]["extensions"]["KHR_animation_pointer"];
+            target["pointer"].as_str().unwrap().ends_with("innerConeAngle")
+        });
+        animate(&mut document, &format!("{SPOT}/innerConeAngle"), "LINEAR", "SCALAR", &[0.5, 0.625]);
+        let scene = document.import().unwrap();
+        let told: Vec<&str> = warnings(&scene).iter().map(|(pointer, _)| *pointer).collect();
+        assert_eq!(told, ["/animations/0/samplers/0/output", "/animations/1/samplers/0/output"]);
+    }
+}
+
+#[test]
 fn cones_are_compared_at_the_keys_of_either() {
     // The outer cone is 0.5 at half time, where the inner has a key of 0.75.
     let mut document = animatable();

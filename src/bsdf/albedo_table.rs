@@ -18,7 +18,7 @@ use crate::geometry::{ActiveLanes, F32Lanes, LANES, vectorized};
 pub(crate) struct AlbedoTable {
     slice: AlbedoSlice,
     /// Values of the grid points: the albedo with F = 1 and that with Schlick's F without the mirror's part, both in multiples of [`UNIT`],
-    /// and that with the exact F without the mirror's part. Empty where the slice has no such table.
+    /// and that with the exact F without the mirror's part. Empty where the slice has no such table, or does the lookups itself.
     points: Vec<Vec4>,
 }
 
@@ -57,6 +57,17 @@ impl AlbedoTable {
             None => Vec::new(),
         };
         Self { slice, points }
+    }
+
+    /// The same values without memory of their own: the slice does each lookup.
+    pub(crate) fn of_slice(ior_outside: f32, ior_inside: f32) -> Self {
+        Self { slice: AlbedoSlice::between(ior_outside, ior_inside), points: Vec::new() }
+    }
+
+    /// Bytes on the heap.
+    #[cfg(test)]
+    pub(crate) fn heap_bytes(&self) -> usize {
+        self.points.capacity() * size_of::<Vec4>()
     }
 
     /// The slice of the table.
@@ -121,12 +132,14 @@ mod tests {
     fn terms_are_those_of_the_slice() {
         let lanes = ActiveLanes::first(LANES);
         for ior in [1.0, 1.004, 1.2, 1.5, 1.9, 40.0, 0.7] {
-            let (table, slice) = (AlbedoTable::between(1.0, ior), AlbedoSlice::between(1.0, ior));
+            let tables = [AlbedoTable::between(1.0, ior), AlbedoTable::of_slice(1.0, ior)];
+            let slice = AlbedoSlice::between(1.0, ior);
             for row in 0..20 {
                 let roughness =
                     [if row == 0 { 0.0 } else { (row as f32 / 19.0) * (row as f32 / 19.0) }; LANES];
                 let cos_o: F32Lanes = std::array::from_fn(|lane| lane as f32 / 15.0);
-                for level in [Level::fallback(), Level::new()] {
+                let levels = [Level::fallback(), Level::new()];
+                for (table, level) in tables.iter().flat_map(|table| levels.map(|level| (table, level))) {
                     let mut out = AlbedoTermLanes::default();
                     table.terms((level, lanes), &cos_o, &roughness, &mut out);
                     for lane in lanes {

@@ -8,7 +8,7 @@ use super::resources::Resources;
 use super::uri;
 use crate::error::Result;
 use crate::image_file::{
-    ImageFormat, ImageHeader, decompression_bomb, image_format, image_header, png_decompression_bomb,
+    ImageFormat, ImageHeader, image_format, image_header, png_size_refusal, size_refusal,
 };
 
 /// Encoded image file in memory, with its parsed header.
@@ -54,12 +54,12 @@ pub(super) fn fetch<'a>(
             return Err(context.invalid(pointer, message));
         }
     }
-    if let Some(why) = png_decompression_bomb(&bytes) {
+    if let Some(why) = png_size_refusal(&bytes) {
         return Err(context.refused(pointer, format!("the image{quoted} {why}")));
     }
     let header =
         image_header(&bytes).map_err(|why| context.invalid(&pointer, format!("the image{quoted} {why}")))?;
-    if let Some(why) = decompression_bomb(&header, bytes.len()) {
+    if let Some(why) = size_refusal(&header, bytes.len()) {
         return Err(context.refused(pointer, format!("the image{quoted} {why}")));
     }
     Ok(EncodedImage { name, pointer, bytes, header })

@@ -6,8 +6,7 @@ use super::environment_read::{hdr_bytes, read_environment};
 use super::exr_rgba::{check_memory, decode_exr_window, exr_display_size};
 use super::regular_file::check_fetched;
 use super::texture_decode::{
-    DecodedTexels, decode_upright_texels, decompression_bomb, image_header, png_decompression_bomb,
-    upright_size,
+    DecodedTexels, decode_upright_texels, image_header, png_size_refusal, size_refusal, upright_size,
 };
 use super::texture_format::{ImageFormat, image_format};
 use crate::color::{srgb8_to_linear, srgb16_to_linear};
@@ -42,17 +41,18 @@ pub struct PlateHeader {
 /// Reads the header of `bytes`, the content of `path`. The first bytes tell the format.
 ///
 /// # Errors
-/// [`Error::Invalid`] for other formats, [`Error::Refused`] for decompression bombs and images that take more than `max_memory_bytes`.
+/// [`Error::Invalid`] for other formats, [`Error::Refused`] for decompression bombs, PNG files of more than 65,536 columns or rows, and images
+/// that take more than `max_memory_bytes`.
 pub fn plate_header(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<PlateHeader> {
     check_fetched(path, "", bytes)?;
     let invalid = |why: String| Error::invalid(path, "", why);
     let (size, is_display_referred, decoded_bytes) = match image_format(bytes) {
         ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP => {
-            if let Some(why) = png_decompression_bomb(bytes) {
+            if let Some(why) = png_size_refusal(bytes) {
                 return Err(Error::refused(path, "", why));
             }
             let header = image_header(bytes).map_err(invalid)?;
-            if let Some(why) = decompression_bomb(&header, bytes.len()) {
+            if let Some(why) = size_refusal(&header, bytes.len()) {
                 return Err(Error::refused(path, "", why));
             }
             // Decoders keep the texels of the file besides those that they return.

@@ -18,6 +18,9 @@ const MAX_TEXELS_PER_BYTE: u64 = 64;
 /// Largest number of texels per byte of a JPEG: each block of 64 samples takes a bit or more, and one sample stands for 16 texels at most.
 const MAX_JPEG_TEXELS_PER_BYTE: u64 = 8 * 64 * 16;
 
+/// Most texels along a side of an image.
+const MAX_SIDE: u32 = 1 << 16;
+
 /// Row-major RGBA texels, top row first, as stored in the file: sRGB values are not decoded.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum DecodedTexels {
@@ -27,16 +30,16 @@ pub(crate) enum DecodedTexels {
     Rgba16(Vec<[u16; 4]>),
 }
 
-/// Error message for a PNG that is refused as a decompression bomb before its decoder is opened. The decoder's own limit would give a less
-/// clear message.
-pub(crate) fn png_decompression_bomb(bytes: &[u8]) -> Option<String> {
+/// Error message for a PNG that is refused by its size, before its decoder is opened. The decoder's own limits would give less clear
+/// messages.
+pub(crate) fn png_size_refusal(bytes: &[u8]) -> Option<String> {
     // The first chunk is the header: 8 bytes of magic, length and name, then width and height.
     let field = |start: usize| -> Option<u32> {
         let bytes = bytes.get(start..)?.first_chunk::<4>()?;
         Some(u32::from_be_bytes(*bytes))
     };
     let header = ImageHeader { width: field(16)?, height: field(20)?, texel_bytes: 4, decoded_bytes: 0 };
-    if image_format(bytes) == ImageFormat::Png { decompression_bomb(&header, bytes.len()) } else { None }
+    if image_format(bytes) == ImageFormat::Png { size_refusal(&header, bytes.len()) } else { None }
 }
 
 /// Reads the header of a PNG, JPEG, WebP or KTX2.
@@ -61,14 +64,20 @@ pub(crate) fn image_header(bytes: &[u8]) -> Result<ImageHeader, String> {
     Ok(ImageHeader { width, height, texel_bytes, decoded_bytes: texels.saturating_mul(texel_bytes) })
 }
 
-/// Error message for an image that is refused as a decompression bomb: it is large, and its file is very small in comparison.
-pub(crate) fn decompression_bomb(header: &ImageHeader, file_bytes: usize) -> Option<String> {
-    let texels = u64::from(header.width).saturating_mul(u64::from(header.height));
+/// Error message for an image that is refused by its size: a decompression bomb, which is large while its file is very small in comparison,
+/// or one with too many texels along a side.
+pub(crate) fn size_refusal(header: &ImageHeader, file_bytes: usize) -> Option<String> {
+    let ImageHeader { width, height, .. } = *header;
+    let texels = u64::from(width).saturating_mul(u64::from(height));
     let max_texels = (file_bytes as u64).saturating_mul(MAX_TEXELS_PER_BYTE);
-    (texels > UNCHECKED_TEXELS && texels > max_texels).then(|| {
+    if texels > UNCHECKED_TEXELS && texels > max_texels {
+        return Some(format!(
+            "unpacks {file_bytes} bytes to {width}x{height} texels, which looks like a decompression bomb; store a smaller image"
+        ));
+    }
+    (width.max(height) > MAX_SIDE).then(|| {
         format!(
-            "unpacks {file_bytes} bytes to {}x{} texels, which looks like a decompression bomb; store a smaller image",
-            header.width, header.height
+            "has {width}x{height} texels, more than the limit of {MAX_SIDE} along a side; store a smaller image"
         )
     })
 }
@@ -193,8 +202,8 @@ fn with_decoder<'a, T>(
 fn limits() -> Limits {
     let mut limits = Limits::default();
     limits.max_alloc = Some(4 << 30);
-    limits.max_image_width = Some(1 << 16);
-    limits.max_image_height = Some(1 << 16);
+    limits.max_image_width = Some(MAX_SIDE);
+    limits.max_image_height = Some(MAX_SIDE);
     limits
 }
 
@@ -325,7 +334,18 @@ mod tests {
         let header = image_header(&file).unwrap();
         assert_eq!((header.width, header.height, header.decoded_bytes), (3, 2, 24));
         let bomb = ImageHeader { width: 16000, height: 8000, texel_bytes: 4, decoded_bytes: 512_000_000 };
-        assert!(decompression_bomb(&bomb, 500_000).is_some());
-        assert!(decompression_bomb(&bomb, 5_000_000).is_none());
+        assert!(size_refusal(&bomb, 500_000).is_some_and(|why| why.contains("decompression bomb")));
+        assert_eq!(size_refusal(&bomb, 5_000_000), None);
+    }
+
+    #[test]
+    fn long_images_are_refused_with_size_and_limit() {
+        for (width, height, is_refused) in [(65536, 1, false), (65537, 1, true), (1, 70000, true)] {
+            let file = png(width, height, &vec![9; (width * height) as usize], ExtendedColorType::L8);
+            let size = format!("has {width}x{height} texels, more than the limit of 65536");
+            let refusal = png_size_refusal(&file);
+            assert_eq!(refusal.is_some_and(|why| why.contains(&size)), is_refused, "{size}");
+            assert_eq!(decode_texels(&file).is_err(), is_refused);
+        }
     }
 }

@@ -146,6 +146,29 @@ fn twenty_images_stay_within_the_memory_limit_or_are_refused_by_name() {
 }
 
 #[test]
+fn images_of_more_texels_along_a_side_than_the_limit_are_refused() {
+    let texels = vec![255; 70_000];
+    for (width, height) in [(70_000, 1), (1, 70_000)] {
+        let mut file = Vec::new();
+        image::codecs::png::PngEncoder::new(&mut file)
+            .write_image(&texels, width, height, ExtendedColorType::L8)
+            .unwrap();
+        let uri =
+            format!("data:image/png;base64,{}", base64::engine::general_purpose::STANDARD.encode(&file));
+        let document = json!({
+            "asset": {"version": "2.0"},
+            "images": [{"uri": uri, "name": "strip"}], "textures": [{"source": 0}],
+            "materials": [{"normalTexture": {"index": 0}}]
+        });
+        let told = error_text(import_json(&document), 77);
+        let size = format!(
+            "/images/0: the image \"strip\" has {width}x{height} texels, more than the limit of 65536"
+        );
+        assert!(told.contains(&size), "{told}");
+    }
+}
+
+#[test]
 fn images_and_mip_levels_of_the_cache_are_not_decoded() {
     // False texels and levels with true checksums under the true keys.
     let folder = tempfile::tempdir().unwrap();

@@ -40,33 +40,47 @@ pub fn exposure_ev(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32, Cancel
     match job.exposure {
         Exposure::Ev(ev) => Ok(ev),
         Exposure::Auto => match &job.shared_exposure {
-            Some(shared) => shared.find(|| auto_exposure(job, &shared.selections, cancel)),
-            None => auto_exposure(job, std::slice::from_ref(&job.selection), cancel),
+            Some(shared) => {
+                let content = Content { selections: &shared.selections, resolution: shared.resolution };
+                shared.find(|| auto_exposure(job, content, cancel))
+            }
+            None => {
+                let selections = std::slice::from_ref(&job.selection);
+                auto_exposure(job, Content { selections, resolution: job.render.resolution }, cancel)
+            }
         },
     }
 }
 
+/// What an exposure is that of.
+#[derive(Clone, Copy)]
+struct Content<'c> {
+    selections: &'c [Selection],
+    /// Columns and rows of the images.
+    resolution: (u32, u32),
+}
+
 /// Measures the light on the scene's surfaces; where these cover next to nothing, that of the background. An environment that
 /// was made for an exposure decides instead where it lights the scene alone, and less the more of the light comes from emissive surfaces.
-fn auto_exposure(job: &SequenceJob, selections: &[Selection], cancel: &CancelFlag) -> Result<f32, Cancelled> {
+fn auto_exposure(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -> Result<f32, Cancelled> {
     let has_lamps = job.render.light_scale > 0.0 && job.selection.has_lights(&job.scene);
     let Some(built_in_ev) = job.environment.exposure_ev().filter(|_| !has_lamps) else {
-        return measured_ev(job, selections, cancel);
+        return measured_ev(job, content, cancel);
     };
-    let share = if may_have_emissive_lamps(job) { emitted_share(job, selections, cancel)? } else { 0.0 };
+    let share = if may_have_emissive_lamps(job) { emitted_share(job, content, cancel)? } else { 0.0 };
     let [least, most] = EMITTED_SHARES;
     let blend = ((share - least) / (most - least)).clamp(0.0, 1.0);
     if blend == 0.0 {
         return Ok(built_in_ev);
     }
-    let measured = measured_ev(job, selections, cancel)?;
+    let measured = measured_ev(job, content, cancel)?;
     let ev = built_in_ev + (measured - built_in_ev) * (blend * blend * (3.0 - 2.0 * blend)) as f32;
     Ok((ev * 100.0).round() / 100.0 + 0.0)
 }
 
-fn measured_ev(job: &SequenceJob, selections: &[Selection], cancel: &CancelFlag) -> Result<f32, Cancelled> {
+fn measured_ev(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -> Result<f32, Cancelled> {
     let measure = |show_background| {
-        let measured = Measured { selections, environment: &job.environment, most_times: TIMES[1] };
+        let measured = Measured { content, environment: &job.environment, most_times: TIMES[1] };
         small_renders(job, &measured, show_background, cancel)
     };
     let surfaces = measure(false)?;
@@ -77,10 +91,10 @@ fn measured_ev(job: &SequenceJob, selections: &[Selection], cancel: &CancelFlag)
 }
 
 /// The share of emissive surfaces in the light on the others, by the first selection at few times.
-fn emitted_share(job: &SequenceJob, selections: &[Selection], cancel: &CancelFlag) -> Result<f64, Cancelled> {
-    let selections = selections.get(..1).unwrap_or_default();
+fn emitted_share(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -> Result<f64, Cancelled> {
+    let content = Content { selections: content.selections.get(..1).unwrap_or_default(), ..content };
     let measure = |environment| {
-        let measured = Measured { selections, environment, most_times: TIMES[0] };
+        let measured = Measured { content, environment, most_times: TIMES[0] };
         Ok(measured_light_stops(&small_renders(job, &measured, false, cancel)?))
     };
     let [all, emitted] = [measure(&job.environment)?, measure(&Environment::None)?];
@@ -107,7 +121,7 @@ fn may_have_emissive_lamps(job: &SequenceJob) -> bool {
 
 /// What small renders show.
 struct Measured<'m> {
-    selections: &'m [Selection],
+    content: Content<'m>,
     environment: &'m Environment,
     /// Most times of an animation.
     most_times: usize,
@@ -115,11 +129,11 @@ struct Measured<'m> {
 
 fn small_renders(
     job: &SequenceJob,
-    &Measured { selections, environment, most_times }: &Measured<'_>,
+    &Measured { content: Content { selections, resolution }, environment, most_times }: &Measured<'_>,
     show_background: bool,
     cancel: &CancelFlag,
 ) -> Result<Vec<Film>, Cancelled> {
-    let size = measured_size(job.render.resolution);
+    let size = measured_size(resolution);
     let settings = RenderSettings {
         resolution: size,
         window: PixelWindow::full(size.0, size.1),

@@ -133,7 +133,8 @@ fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
     }
     let is_shown = decides_about_samples || output.format() != OutputFormat::Exr;
     let measured = shared_exposure.as_ref().filter(|_| is_shown && *exposure == Exposure::Auto);
-    if let Some(key) = measured.and_then(|shared| shared_exposure_key(shared, selection)) {
+    if let Some(key) = measured.and_then(|shared| shared_exposure_key(shared, (selection, render.resolution)))
+    {
         content["measured"] = key;
     }
     content
@@ -205,9 +206,17 @@ fn glass_shadows_key(glass_shadows: GlassShadows) -> &'static str {
     }
 }
 
-/// Automatic exposure of several sequences depends on all of them; that of `own` alone is the exposure of one sequence.
-fn shared_exposure_key(shared: &SharedExposure, own: &Selection) -> Option<serde_json::Value> {
+/// Automatic exposure of several sequences depends on all of them, and on the shape of the first; that of one sequence alone, by its
+/// own selection and resolution, is hashed already.
+fn shared_exposure_key(
+    shared: &SharedExposure,
+    (own, own_resolution): (&Selection, (u32, u32)),
+) -> Option<serde_json::Value> {
     let keys: Vec<_> = shared.selections.iter().map(selection_key).collect();
+    let (width, height) = shared.resolution;
+    if shared.resolution != own_resolution {
+        return Some(json!({ "resolution": [width, height], "selections": keys }));
+    }
     (keys != [selection_key(own)]).then(|| keys.into())
 }
 

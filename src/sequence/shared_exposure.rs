@@ -12,13 +12,16 @@ use crate::scene::Selection;
 pub struct SharedExposure {
     /// The measured selections, with their cameras.
     pub selections: Vec<Selection>,
+    /// Columns and rows of the images whose shape is measured, whichever sequence asks first.
+    pub resolution: (u32, u32),
     found_ev: OnceLock<f32>,
 }
 
 impl SharedExposure {
-    /// The exposure of `selections`, which is measured when the first of their sequences needs it.
-    pub fn new(selections: Vec<Selection>) -> Self {
-        Self { selections, found_ev: OnceLock::new() }
+    /// The exposure of `selections` in images of the shape of `resolution`, which is measured when the first of their sequences
+    /// needs it.
+    pub fn new(selections: Vec<Selection>, resolution: (u32, u32)) -> Self {
+        Self { selections, resolution, found_ev: OnceLock::new() }
     }
 
     /// The exposure, measured by `measure` unless it is known.

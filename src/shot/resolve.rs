@@ -248,11 +248,11 @@ fn resolve_sequences(
 
 /// Gives the jobs of one scene one automatic exposure.
 fn share_exposure(jobs: &mut [RenderJob]) {
-    if jobs.len() < 2 {
-        return;
-    }
+    let Some(first) = jobs.first().filter(|_| jobs.len() > 1) else { return };
+    // Cameras may have shapes of their own, and which of them needs the exposure first depends on what is there.
+    let resolution = first.sequence.render.resolution;
     let selections = jobs.iter().map(|job| job.sequence.selection.clone()).collect();
-    let shared = Arc::new(SharedExposure::new(selections));
+    let shared = Arc::new(SharedExposure::new(selections, resolution));
     for job in jobs {
         job.sequence.shared_exposure = Some(Arc::clone(&shared));
     }

@@ -99,14 +99,37 @@ fn emissive_surfaces_that_light_a_scene_decide_instead_of_the_studio() {
 fn runs_that_share_the_exposure_of_their_selection_render_the_same_frames() {
     let mut job = beside_panel(20.0, true, Environment::None, Integrator::Path);
     let (hash, alone) = (render_hash(&job, 1), exposure_of(&job));
-    job.shared_exposure = Some(Arc::new(SharedExposure::new(vec![job.selection.clone()])));
+    job.shared_exposure =
+        Some(Arc::new(SharedExposure::new(vec![job.selection.clone()], job.render.resolution)));
     assert_eq!((render_hash(&job, 1), exposure_of(&job)), (hash.clone(), alone));
     // With another selection it is another exposure.
     let other = Selection { camera: SelectedCamera::Auto, ..job.selection.clone() };
     for selections in [vec![other.clone()], vec![job.selection.clone(), other]] {
-        job.shared_exposure = Some(Arc::new(SharedExposure::new(selections)));
+        job.shared_exposure = Some(Arc::new(SharedExposure::new(selections, job.render.resolution)));
         assert_ne!(render_hash(&job, 1), hash);
     }
+}
+
+/// A run that resumes may need the exposure for another of the sequences first.
+#[test]
+fn a_shared_exposure_has_one_shape_whichever_sequence_needs_it_first() {
+    let wide = beside_panel(20.0, true, Environment::None, Integrator::Path);
+    let mut tall = wide.clone();
+    tall.render.resolution = (9, 16);
+    tall.render.window = rayframe::film::PixelWindow::full(9, 16);
+    let own = exposure_of(&wide);
+    assert_ne!(own, exposure_of(&tall), "the shape decides");
+    let share = |job: &SequenceJob, resolution| {
+        let shared = SharedExposure::new(vec![wide.selection.clone()], resolution);
+        SequenceJob { shared_exposure: Some(Arc::new(shared)), ..job.clone() }
+    };
+    for job in [&wide, &tall] {
+        assert_eq!(exposure_of(&share(job, (16, 9))), own);
+    }
+    // Another shape is another exposure, and so another hash.
+    let [of_wide, of_tall] = [(16, 9), (9, 16)].map(|resolution| render_hash(&share(&tall, resolution), 1));
+    assert_ne!(of_wide, of_tall);
+    assert_eq!(of_tall, render_hash(&tall, 1));
 }
 
 #[test]

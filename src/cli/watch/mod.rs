@@ -223,7 +223,7 @@ fn refuse_many(job: &SequenceJob) -> Result<()> {
 
 /// Gives the coarse image and the full one the same automatic exposure.
 fn measure_exposure_once(job: &mut SequenceJob) {
-    let shared = SharedExposure::new(vec![job.selection.clone()]);
+    let shared = SharedExposure::new(vec![job.selection.clone()], job.render.resolution);
     job.shared_exposure = Some(Arc::new(shared));
 }
 

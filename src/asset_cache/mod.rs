@@ -5,7 +5,8 @@
 //! accepts an entry only if its header, its length and the checksum of every block match; everything else is a miss, whose entry is
 //! written anew. So the cache never changes an image, and needs no lock.
 //!
-//! The folder is bounded: before an entry is written, those that were used longest ago are removed. Failures end the use of the cache
+//! The folder is bounded: before an entry is written that would not fit, those that were used longest ago are removed. Processes that write
+//! at the same time may exceed the bound a little. Failures end the use of the cache
 //! for writing and never the import; [`AssetCache::write_error`] tells the first.
 
 mod entry;
@@ -28,7 +29,7 @@ use crate::scene::AssetCacheUse;
 use crate::sha256::hex;
 
 use entry::{EntryReader, EntryWriter};
-use eviction::{ENDING, make_space, trim};
+use eviction::{ENDING, Occupancy};
 pub(crate) use texels::ImageShape;
 
 /// Raised when texels or mip levels of equal files change within a version of the program.
@@ -41,7 +42,9 @@ pub(crate) struct AssetCache {
     max_bytes: u64,
     hits: AtomicU32,
     misses: AtomicU32,
-    /// Why the first entry that could not be written was not. Locked while an entry is made space for.
+    /// What the folder holds. Locked while space is made for an entry.
+    occupancy: Mutex<Occupancy>,
+    /// Why the first entry that could not be written was not.
     write_error: Mutex<Option<String>>,
 }
 
@@ -66,9 +69,14 @@ impl AssetCache {
     /// The cache in `folder`, whose entries take `max_bytes` at most: those beyond are removed. The folder is created when the first entry is
     /// written.
     pub(crate) fn open(folder: &Path, max_bytes: u64) -> Self {
-        trim(folder, max_bytes);
-        let (hits, misses) = (AtomicU32::new(0), AtomicU32::new(0));
-        Self { folder: folder.to_owned(), max_bytes, hits, misses, write_error: Mutex::default() }
+        Self {
+            folder: folder.to_owned(),
+            max_bytes,
+            hits: AtomicU32::new(0),
+            misses: AtomicU32::new(0),
+            occupancy: Mutex::new(Occupancy::read(folder, max_bytes)),
+            write_error: Mutex::default(),
+        }
     }
 
     /// How often entries were found so far.
@@ -116,15 +124,12 @@ impl AssetCache {
         file_bytes: u64,
         write: impl FnOnce(&mut EntryWriter<'_>) -> io::Result<()>,
     ) {
-        if file_bytes > self.max_bytes {
+        if file_bytes > self.max_bytes || self.first_error().is_some() {
             return;
         }
         let has_space = {
-            let error = self.first_error();
-            if error.is_some() {
-                return;
-            }
-            make_space(&self.folder, file_bytes, self.max_bytes)
+            let mut occupancy = self.occupancy.lock().unwrap_or_else(PoisonError::into_inner);
+            occupancy.make_space(&self.folder, file_bytes, self.max_bytes)
         };
         let stored = match has_space {
             Ok(true) => self.write(key, write).map_err(|error| error.to_string()),

@@ -180,6 +180,33 @@ fn threads_and_processes_that_store_at_once_see_whole_entries() {
     assert!(names(folder.path()).iter().all(|name| name.ends_with(ENDING)));
 }
 
+/// Reading it for each entry took longer than decoding where it had very many.
+#[test]
+fn the_folder_is_read_after_a_twentieth_of_the_bound() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = |cache: &AssetCache, number: u8| {
+        // 48 bytes of the header, 48 of the block and 4 of its checksum.
+        cache.store(&[number; 32], 100, |entry| entry.block(&[0; 48]));
+        assert_eq!(cache.write_error(), None);
+        names(folder.path()).len()
+    };
+    // A hundred entries fit, and five are a twentieth.
+    let [first, second] = [(), ()].map(|()| AssetCache::open(folder.path(), 10_000));
+    assert_eq!(store(&first, 0), 1);
+    for number in 1..100 {
+        assert_eq!(store(&second, number), usize::from(number) + 1);
+    }
+    // The first process does not know of the entries of the second yet.
+    for number in 100..104 {
+        assert_eq!(store(&first, number), usize::from(number) + 1);
+    }
+    // Then a tenth of the bound is freed, so that the folder need not be read again soon.
+    assert_eq!(store(&first, 104), 90);
+    for number in 105..109 {
+        assert_eq!(store(&first, number), usize::from(number) - 14);
+    }
+}
+
 #[test]
 fn folders_that_cannot_be_written_are_told_once() {
     let folder = tempfile::tempdir().unwrap();

@@ -134,7 +134,7 @@ impl Settings {
         let (key, value) = definition_text
             .split_once('=')
             .ok_or_else(|| wrong("write KEY=VALUE, such as samples=16".to_owned()))?;
-        let key = key.trim().replace('-', "_");
+        let (key, value) = (key.trim().replace('-', "_"), value.trim());
         let definition = find(&key).map_err(|why| wrong(format!("\"{}\" {why}", key.escape_debug())))?;
         let parsed = DeValue::parse(value).ok();
         let texts = parsed.and_then(|value| texts(definition.form, value.get_ref()));

@@ -146,6 +146,11 @@ fn definitions_are_toml_or_text() {
     );
     assert_eq!(values.camera, Some(parse::camera("cam 1")));
     assert_eq!(defined(&["samples=3", "samples=5"]).unwrap().values().samples, 5);
+    // Blanks around the sign are no part of either. Quotes keep those within.
+    for text in ["env = none ", " env =\tnone", "env = 'none' "] {
+        assert_eq!(defined(&[text]).unwrap().values().env, Some(EnvironmentSource::None), "{text}");
+    }
+    assert_eq!(defined(&["camera = ' 1 '"]).unwrap().values().camera, Some(parse::camera(" 1 ")));
     for (text, word) in [
         ("samples", "write KEY=VALUE"),
         ("sampels=4", "did you mean \"samples\"?"),

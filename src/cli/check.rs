@@ -26,7 +26,7 @@ use verdict::of_file;
 /// Options of `rayframe check`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct CheckArgs {
-    /// Files, folders, or names with ####, %04d or {frame:04}; without any, those of the manifest
+    /// Files, folders with those below them, or names with ####, %04d or {frame:04}; without any, those of the manifest
     #[arg(value_name = "FILES", required_unless_present = "manifest")]
     files: Vec<PathBuf>,
     /// The manifest of the run: all of its files must be there, with the same bytes, and no others

@@ -98,12 +98,13 @@ pub fn pair_files(actual: &Path, reference: &Path) -> Result<PairedFiles> {
     Ok(paired)
 }
 
-/// The files of a sequence, sorted by name and frame.
+/// The files of a sequence, sorted by folder, name and frame. Of a folder these are those of all folders below it as well, but for hidden
+/// ones, links, and reports of this program.
 ///
 /// # Errors
 /// [`Error::Missing`] when a folder cannot be read or holds no frame, and those of [`is_sequence`].
 pub fn sequence_files(path: &Path) -> Result<Vec<PathBuf>> {
-    let mut files = keyed_files(path, Depth::One)?;
+    let mut files = keyed_files(path, Depth::All)?;
     files.sort_unstable();
     Ok(files.into_iter().map(|(_, file)| file).collect())
 }

@@ -327,6 +327,21 @@ fn deliveries_with_folders_are_compared_with_their_manifest() {
 }
 
 #[test]
+fn folders_are_checked_at_any_depth_without_a_manifest() {
+    let stage = Stage::of_frames("1-2");
+    std::fs::create_dir_all(stage.path("out/b/c")).unwrap();
+    for (name, new) in [("out/a.0001.exr", "out/b/c/a.0001.exr"), ("out/a.0002.exr", "out/b/a.0002.exr")] {
+        std::fs::rename(stage.path(name), stage.path(new)).unwrap();
+    }
+    assert_eq!(stage.check(&["out"]), (Some(0), vec!["4 whole files".to_owned()]));
+    let bytes = stage.bytes("out/b/c/a.0001.exr");
+    stage.write("out/b/c/a.0001.exr", &bytes[..bytes.len() / 2]);
+    let (code, lines) = stage.check(&["out"]);
+    assert!(code == Some(1) && lines[0].starts_with("FAIL out/b/c/a.0001.exr: "), "{lines:?}");
+    assert_eq!(lines[1..], ["3 whole files, 1 failed"]);
+}
+
+#[test]
 fn files_without_a_checksum_are_not_taken_for_whole() {
     let stage = Stage::new();
     let foreign = stage.path("foreign.exr");

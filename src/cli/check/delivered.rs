@@ -31,7 +31,7 @@ impl DeliveredFile {
     }
 }
 
-/// The file `path`, or the frames of the sequence or folder.
+/// The file `path`, or the frames of the sequence, or of the folder and the folders below it.
 ///
 /// # Errors
 /// Those of [`is_sequence`] and [`sequence_files`].
@@ -40,7 +40,7 @@ pub(super) fn frames(path: &Path) -> Result<Vec<DeliveredFile>> {
     Ok(files.into_iter().map(|path| DeliveredFile { path, depth: 1 }).collect())
 }
 
-/// The same, but all files of the folder and of the folders below it.
+/// The same, but all files of the folder and of the folders below it, whatever they are.
 ///
 /// # Errors
 /// Those of [`frames`] and [`all_files_below`].

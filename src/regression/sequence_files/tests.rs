@@ -32,6 +32,15 @@ fn frames_are_paired_by_number() {
 }
 
 #[test]
+fn the_files_of_a_folder_are_those_below_it_in_order() {
+    let files = folder(&["b/c.0001.exr", "b/a.0010.exr", "b/a.0002.exr", ".h/a.exr", "a/x/d.png", "z.png"]);
+    #[cfg(unix)]
+    std::os::unix::fs::symlink("b", files.path().join("link")).unwrap();
+    let expected = ["z.png", "a/x/d.png", "b/a.0002.exr", "b/a.0010.exr", "b/c.0001.exr"];
+    assert_eq!(sequence_files(files.path()).unwrap(), expected.map(|name| files.path().join(name)));
+}
+
+#[test]
 fn a_minus_belongs_to_a_number_unless_it_follows_a_word() {
     for (name, frame) in [
         ("a.-001.exr", -1),

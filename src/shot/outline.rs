@@ -204,10 +204,11 @@ fn output_pattern(
     Ok(OutputPattern::default_for(stem, &names, numbered))
 }
 
-/// Whether the output names one image for each scene, and no frames are requested.
+/// Whether the output names one image for each scene, and neither frames nor a movie, which shows all of them, are requested.
 fn is_thumbnail(args: &SettingValues, pattern: &OutputPattern) -> bool {
     let names_scenes = pattern.has_name(Placeholder::Scene) || pattern.has_name(Placeholder::Shot);
-    let requests_frames = args.all || args.turntable.is_some() || args.frames.is_some();
+    let requests_frames =
+        args.all || args.turntable.is_some() || args.frames.is_some() || args.movie.is_some();
     let requests_range = args.start.is_some() || args.end.is_some() || args.step.is_some();
     names_scenes && !(pattern.is_numbered() || pattern.is_movie() || requests_frames || requests_range)
 }

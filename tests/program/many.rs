@@ -125,6 +125,15 @@ fn files_of_one_name_are_refused_before_the_first_frame() {
         }
         assert_eq!(names(folder), before, "{arguments:?}");
     }
+    // A movie shows all frames.
+    write(folder, "m.gltf", &moving(&[("walk", 0.5)], 1));
+    let movie = ["m.gltf", "-o", "{scene}.png", "--movie", "{scene}.gif"];
+    let told = assert_code(&rayframe(folder, &movie), 2);
+    assert!(told.contains("####") && !folder.join("m.gif").exists(), "{told}");
+    assert_code(&rayframe(folder, &crate::both(&movie, &["-f", "1"])), 0);
+    for name in ["m.gltf", "m.png", "m.gif"] {
+        std::fs::remove_file(folder.join(name)).unwrap();
+    }
     // Files of something else are found before the first frame, too.
     std::fs::write(folder.join("B.exr"), "something").unwrap();
     let is_found = |options: &[&str]| {

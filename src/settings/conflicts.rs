@@ -44,6 +44,9 @@ pub(crate) const OF_INTEGRATORS: [OfIntegrator; 12] = [
     of_whitted("max_samples", |values| values.max_samples.is_some()),
 ];
 
+/// The settings that decide about the size of the image.
+const SIZE: &[&str] = &["resolution", "width", "height", "scale"];
+
 /// Settings that give way to stronger ones.
 struct Conflict {
     weaker: &'static [&'static str],
@@ -83,11 +86,7 @@ const CONFLICTS: &[Conflict] = &[
     // Images.
     Conflict { weaker: &["max_samples"], stronger: &["samples"], applies: has_fewer_on_edges },
     Conflict { weaker: &["samples"], stronger: &["max_samples"], applies: has_fewer_on_edges },
-    Conflict {
-        weaker: &["crop"],
-        stronger: &["resolution", "width", "height", "scale"],
-        applies: reaches_beyond_the_image,
-    },
+    Conflict { weaker: &["crop"], stronger: SIZE, applies: reaches_beyond_the_image },
     Conflict { weaker: &["aperture"], stronger: &["ortho"], applies: lacks_focal_length },
     Conflict { weaker: &["ortho"], stronger: &["aperture"], applies: lacks_focal_length },
     // Ranges of samples. Each gives way to what it cannot be beside, and to nothing else.
@@ -121,6 +120,12 @@ pub(super) fn conflicts(name: &str, stronger: &Settings, values: &SettingValues)
             && (conflict.applies)(values)
     };
     (is_given(&"integrator") && OF_INTEGRATORS.iter().any(is_of_another)) || CONFLICTS.iter().any(applies)
+}
+
+/// Whether it depends on the camera if a crop that is weaker than `stronger` settings reaches beyond the image.
+pub(super) fn camera_decides_about_crop(stronger: &Settings, values: &SettingValues) -> bool {
+    let is_given = |name: &&str| stronger.origin_of(name).is_some();
+    SIZE.iter().any(is_given) && matches!(values.known_image_size(), Ok(None))
 }
 
 fn format(values: &SettingValues) -> OutputFormat {

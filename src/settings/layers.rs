@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::error::{Error, Provenance, Result, SettingError};
 
-use super::conflicts::conflicts;
+use super::conflicts::{camera_decides_about_crop, conflicts};
 use super::definitions::{DEFINITIONS, Definition, Settings};
 
 impl Settings {
@@ -23,6 +23,9 @@ impl Settings {
             }
         }
         let values = both.values();
+        if self.crop.is_none() && both.crop.is_some() {
+            both.crop_gives_way = lower.crop_gives_way || camera_decides_about_crop(self, &values);
+        }
         let gives_way = |definition: &Definition| {
             is_new(definition) && (self.excludes(definition) || conflicts(definition.name, self, &values))
         };

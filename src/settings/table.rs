@@ -14,6 +14,9 @@ macro_rules! settings {
         #[non_exhaustive]
         pub struct Settings {
             $($(#[doc = $doc])+ pub $name: Option<Assigned<<$type as SettingType>::Value>>,)+
+            /// Whether `crop` gives way where it reaches beyond the image: a stronger level decides about the size of the image, and so
+            /// does the camera.
+            pub(crate) crop_gives_way: bool,
         }
 
         /// All settings with defaults applied.
@@ -21,12 +24,17 @@ macro_rules! settings {
         #[non_exhaustive]
         pub struct SettingValues {
             $($(#[doc = $doc])+ pub $name: value_type!($type $(, $default)?),)+
+            /// Whether `crop` gives way where it reaches beyond the image.
+            pub(crate) crop_gives_way: bool,
         }
 
         impl Settings {
             /// The values, with defaults for what is not given.
             pub fn values(&self) -> SettingValues {
-                SettingValues { $($name: value_of!(self.$name $(, $default)?),)+ }
+                SettingValues {
+                    $($name: value_of!(self.$name $(, $default)?),)+
+                    crop_gives_way: self.crop_gives_way,
+                }
             }
         }
 

@@ -24,13 +24,7 @@ pub(crate) fn render_settings(
 ) -> Result<RenderSettings> {
     let of_file = file_camera(scene, selection).filter(|_| !view.replaces_camera());
     let resolution = args.image_size(camera_aspect(of_file))?;
-    let window = args.crop.unwrap_or(PixelWindow::full(resolution.0, resolution.1));
-    if window.x1 > resolution.0 || window.y1 > resolution.1 {
-        return Err(Error::setting(
-            "crop",
-            format!("reaches beyond the image of {}x{} pixels", resolution.0, resolution.1),
-        ));
-    }
+    let window = pixel_window(args, resolution)?;
     check_path_settings(args)?;
     let aovs = exr_output(args).aov_flags();
     let guides = args.denoise != DenoiserKind::None;
@@ -56,6 +50,17 @@ pub(crate) fn render_settings(
         ground: None,
         aovs: AovFlags { guides: guides || aovs.guides, ..aovs },
     })
+}
+
+/// The pixels that are rendered. A crop that reaches beyond the image gives way to a stronger setting of its size.
+fn pixel_window(args: &SettingValues, (width, height): (u32, u32)) -> Result<PixelWindow> {
+    match args.crop {
+        Some(crop) if crop.x1 <= width && crop.y1 <= height => Ok(crop),
+        Some(_) if !args.crop_gives_way => {
+            Err(Error::setting("crop", format!("reaches beyond the image of {width}x{height} pixels")))
+        }
+        _ => Ok(PixelWindow::full(width, height)),
+    }
 }
 
 /// Settings of paths.

@@ -1,5 +1,7 @@
 //! All settings of a job, with what the scene decides in their places.
 
+use crate::film::PixelWindow;
+use crate::render::RenderSettings;
 use crate::scene::{BuiltInLight, SelectedCamera};
 use crate::sequence::{FrameSpec, SequenceJob};
 use crate::settings::{Assigned, EnvironmentSource, Placeholder, Settings, parse};
@@ -20,6 +22,9 @@ pub fn resolved_settings(shot: &ShotSettings, jobs: &[RenderJob]) -> Settings {
         clear(&mut settings, &["width", "height", "scale"]);
         settings.resolution = Some(first.render.resolution.into());
     }
+    if settings.crop_gives_way && jobs.iter().all(is_whole) {
+        clear(&mut settings, &["crop"]);
+    }
     // The printed file is another shot file.
     let files =
         [&mut settings.movie, &mut settings.contact_sheet, &mut settings.stats, &mut settings.manifest];
@@ -39,6 +44,12 @@ pub fn resolved_settings(shot: &ShotSettings, jobs: &[RenderJob]) -> Settings {
         settings.env = Some(source.into());
     }
     settings.with_defaults(&std::env::current_dir().unwrap_or_default())
+}
+
+/// Whether all pixels of the image are rendered.
+fn is_whole(job: &RenderJob) -> bool {
+    let RenderSettings { resolution: (width, height), window, .. } = job.sequence.render;
+    window == PixelWindow::full(width, height)
 }
 
 fn clear(settings: &mut Settings, names: &[&str]) {

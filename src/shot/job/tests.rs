@@ -1,4 +1,5 @@
 use super::*;
+use crate::film::PixelWindow;
 use crate::settings::EnvironmentSource;
 
 /// A folder with a scene, a shot in a folder of its own, and a suite file.
@@ -40,6 +41,33 @@ fn overrides_come_before_the_shot_before_the_suite_before_defaults() {
     let path = folder.path().join("shots/a.toml");
     let alone = shot_job(&ShotRequest { path: &path, suite: None, overrides: &[] }).unwrap().sequence;
     assert_eq!(alone.render.samples, 3);
+}
+
+/// The other side follows from the camera, whose aspect ratio is 16:9.
+#[test]
+fn crops_give_way_to_one_stronger_side_where_they_reach_beyond_the_image() {
+    let folder = suite("scene = 'a.gltf'\nresolution = [640, 320]\ncrop = [0, 0, 64, 32]", "");
+    for (definition, window) in [
+        ("width=64", PixelWindow { x0: 0, y0: 0, x1: 64, y1: 32 }),
+        ("height=400", PixelWindow { x0: 0, y0: 0, x1: 64, y1: 32 }),
+        ("width=62", PixelWindow::full(62, 35)),
+        ("width=54", PixelWindow::full(54, 30)),
+        ("height=31", PixelWindow::full(55, 31)),
+    ] {
+        let sequence = job_of(folder.path(), "shots/a.toml", &[definition]).unwrap().sequence;
+        assert_eq!(sequence.render.window, window, "{definition}");
+    }
+    // A stronger crop is wrong, and so is one beside the size in the same file.
+    let text = "crop=[0,0,64,32]";
+    for (shot, overrides) in [
+        ("scene = 'a.gltf'\nheight = 31", &[text][..]),
+        ("scene = 'a.gltf'", &[text, "width=62"]),
+        ("scene = 'a.gltf'\nwidth = 62\ncrop = [0, 0, 64, 32]", &[]),
+    ] {
+        let folder = suite(shot, "");
+        let error = job_of(folder.path(), "shots/a.toml", overrides).unwrap_err();
+        assert!(error.to_string().contains("reaches beyond the image of"), "{error}");
+    }
 }
 
 #[test]

@@ -165,11 +165,17 @@ fn parse_number(text: &str) -> Result<(i64, &str), String> {
     if digits == 0 {
         return Err(format!("a frame number is missing before \"{text}\""));
     }
-    // Files store frame numbers in 32 bits.
-    let number = number
-        .parse::<i32>()
-        .map_err(|_| format!("{number} is beyond the frame numbers that files can hold, ±2147483647"))?;
-    Ok((i64::from(number), rest.trim_start()))
+    Ok((stored_frame(number, 10)?, rest.trim_start()))
+}
+
+/// The frame number that `text` is in a radix. Files store frame numbers in 32 bits.
+///
+/// # Errors
+/// One line, where it is beyond them.
+pub(crate) fn stored_frame(text: &str, radix: u32) -> Result<i64, String> {
+    i32::from_str_radix(text, radix)
+        .map(i64::from)
+        .map_err(|_| format!("{text} is beyond the frame numbers that files can hold, ±2147483647"))
 }
 
 /// Number of frames of a range.

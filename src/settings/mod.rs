@@ -62,6 +62,7 @@ pub use environment_source::{BackgroundSource, EnvironmentSource};
 pub use existing_files::ExistingFiles;
 pub use exposure::Exposure;
 pub use frame_rate::FrameRate;
+pub(crate) use frame_spec::stored_frame;
 pub use frame_spec::{FrameSpec, NamedFrame, first_middle_last, frames_text};
 pub use home_folder::check_expanded;
 pub(crate) use image_size::DEFAULT_RESOLUTION;

@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 use crate::error::Result;
 use crate::framing::NamedView;
 use crate::scene::NameOrIndex;
-use crate::settings::{Named as _, NamedFrame, TomlEntry, TomlFile, entries, nearest};
+use crate::settings::{Named as _, NamedFrame, TomlEntry, TomlFile, entries, nearest, stored_frame};
 
 /// Keys of the table that are not limits.
 pub(super) const COVERAGE_KEYS: [&str; 6] = ["frames", "cameras", "views", "clips", "variants", WHOLE_SCENE];
@@ -100,21 +100,22 @@ fn views(file: &TomlFile<'_>, entry: TomlEntry<'_>) -> Result<Vec<NamedView>> {
 fn frames(file: &TomlFile<'_>, entry: TomlEntry<'_>) -> Result<Vec<NamedFrame>> {
     let expected = "an array of frames, such as [\"first\", \"middle\", \"last\"] or [0, 12]";
     let DeValue::Array(elements) = entry.value else { return Err(file.wrong_kind(entry, expected)) };
+    let unexpected = || file.wrong_value(entry, format!("expected {expected}"));
     let frame = |value: &DeValue<'_>| match value {
-        DeValue::Integer(number) => number.to_string().parse().ok().map(NamedFrame::Number),
+        DeValue::Integer(number) => {
+            let number = stored_frame(number.as_str(), number.radix());
+            number.map(NamedFrame::Number).map_err(|why| file.wrong_value(entry, why))
+        }
         DeValue::String(word) => match word.as_ref() {
-            "first" => Some(NamedFrame::First),
-            "middle" => Some(NamedFrame::Middle),
-            "last" => Some(NamedFrame::Last),
-            _ => None,
+            "first" => Ok(NamedFrame::First),
+            "middle" => Ok(NamedFrame::Middle),
+            "last" => Ok(NamedFrame::Last),
+            _ => Err(unexpected()),
         },
-        _ => None,
+        _ => Err(unexpected()),
     };
-    let frames: Option<Vec<_>> = elements.iter().map(|element| frame(element.get_ref())).collect();
-    match frames {
-        Some(frames) if !frames.is_empty() => Ok(frames),
-        _ => Err(file.wrong_value(entry, format!("expected {expected}"))),
-    }
+    let frames: Vec<_> = elements.iter().map(|element| frame(element.get_ref())).collect::<Result<_>>()?;
+    if frames.is_empty() { Err(unexpected()) } else { Ok(frames) }
 }
 
 /// The texts of an array that is not empty.
@@ -164,6 +165,12 @@ mod tests {
             ("whole_scene = 1", "whole_scene: expected true or false"),
             ("frames = 0", "frames: expected an array of frames"),
             ("frames = ['end']", "frames: expected an array of frames"),
+            ("frames = []", "frames: expected an array of frames"),
+            (
+                "frames = [0, 99999999999]",
+                "frames: 99999999999 is beyond the frame numbers that files can hold",
+            ),
+            ("frames = [-2147483649]", "frames: -2147483649 is beyond"),
         ] {
             let error = with(Coverage::default(), text).unwrap_err().to_string();
             assert!(error.contains(words) && error.contains("suite.toml:2:1"), "{error}");

@@ -77,10 +77,9 @@ pub fn crop(text: &str) -> Result<PixelWindow, String> {
     }
 }
 
-/// `4G`, `512MiB`, `2.5GB`, in bytes. Letters alone and with B are decimal, with iB binary.
+/// `4G`, `512MiB`, `2.5GB`, `4e9`, in bytes. Letters alone and with B are decimal, with iB binary.
 pub fn memory_size(text: &str) -> Result<u64, String> {
-    let number_length = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
-    let (number, unit) = text.split_at(number_length);
+    let (number, unit) = text.split_at(number_length(text));
     let unit: f64 = match unit.trim().to_ascii_lowercase().as_str() {
         "" | "b" => 1.0,
         "k" | "kb" => 1e3,
@@ -97,6 +96,17 @@ pub fn memory_size(text: &str) -> Result<u64, String> {
         Ok(value) if value * unit >= 1.0 && value * unit < 1e18 => Ok((value * unit) as u64),
         _ => Err("write a size such as 4G, 512M or 8GiB".to_owned()),
     }
+}
+
+/// Length of the decimal number that a text begins with, which may have an exponent.
+fn number_length(text: &str) -> usize {
+    let is_digit = |c: char| c.is_ascii_digit();
+    let after_point = text.trim_start_matches(|c| is_digit(c) || c == '.');
+    let exponent =
+        after_point.strip_prefix(['e', 'E']).map(|rest| rest.strip_prefix(['+', '-']).unwrap_or(rest));
+    let after =
+        exponent.filter(|rest| rest.starts_with(is_digit)).map(|rest| rest.trim_start_matches(is_digit));
+    text.len() - after.unwrap_or(after_point).len()
 }
 
 /// `auto`, `off` or an area in square metres.
@@ -332,6 +342,9 @@ mod tests {
         assert_eq!(memory_size("4G"), Ok(4_000_000_000));
         assert_eq!(memory_size("1KiB"), Ok(1024));
         assert_eq!(memory_size("2.5MB"), Ok(2_500_000));
+        // As TOML writes numbers.
+        assert_eq!((memory_size("1e9"), memory_size("2.5E+3 kB")), (Ok(1_000_000_000), Ok(2_500_000)));
+        assert!(memory_size("1e").is_err() && memory_size("1e-9").is_err() && memory_size("e9").is_err());
         assert!(memory_size("G").is_err() && memory_size("4X").is_err() && memory_size("0").is_err());
     }
 

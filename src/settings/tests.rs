@@ -146,6 +146,9 @@ fn definitions_are_toml_or_text() {
     );
     assert_eq!(values.camera, Some(parse::camera("cam 1")));
     assert_eq!(defined(&["samples=3", "samples=5"]).unwrap().values().samples, 5);
+    let read = read("max_memory = 1e9\nasset_cache_size = 1_000.0").unwrap().values();
+    assert_eq!((read.max_memory, read.asset_cache_size), (Some(1_000_000_000), 1000));
+    assert_eq!(defined(&["max_memory=1e9"]).unwrap().values().max_memory, Some(1_000_000_000));
     // Blanks around the sign are no part of either. Quotes keep those within.
     for text in ["env = none ", " env =\tnone", "env = 'none' "] {
         assert_eq!(defined(&[text]).unwrap().values().env, Some(EnvironmentSource::None), "{text}");

@@ -254,7 +254,8 @@ settings! {
     /// Material variant: a name, '#0' for the first, or each
     /// . each renders a sequence of every variant, all with one automatic exposure and camera
     variant: VariantType, Scene { value_name: "VARIANT", default_help: "none" }
-    /// Factor of all lights of the file
+    /// Factor of the point, spot and directional lights of the file
+    /// . Its image-based light is an environment, which `env_intensity` scales
     light_scale: Factor = 1.0, Scene { value_name: "X" }
     /// Radius of point and spot lights in metres, for soft shadows
     /// . Their noise falls with more samples

@@ -34,6 +34,9 @@ pub const SUMMARY_MARK: &str = "<!-- rayframe summary -->";
 /// The tag by which a report page is recognised.
 pub const PAGE_MARK: &str = "<meta name=\"generator\" content=\"rayframe\">";
 
+/// What to do about a file that is not replaced.
+const REMEDY: &str = "choose another name, or `overwrite` replaces it";
+
 /// The purpose of an output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OutputKind {
@@ -98,6 +101,15 @@ impl OutputKind {
         }
     }
 
+    /// What to do about a file of another purpose.
+    fn remedy(self) -> &'static str {
+        match self {
+            // Their names are those of the verbs, and what writes them replaces nothing else.
+            Self::ManualPage => "choose another folder, or remove the file",
+            _ => REMEDY,
+        }
+    }
+
     /// Beginning of a file, and the marks in it.
     fn marks(self) -> (&'static [u8], Vec<&'static [u8]>) {
         match self {
@@ -130,7 +142,7 @@ impl OutputKind {
 /// # Errors
 /// [`Error::CannotCreate`] for a file of another program or purpose, and for a link.
 pub fn check_output(path: &Path, kind: OutputKind, overwrites: bool) -> Result<()> {
-    check_existing(path, kind.name(), overwrites, || {
+    check_replaced(path, (kind.name(), kind.remedy()), overwrites, || {
         let ends = ends_of(path)?;
         Ok(kind.is_mark_of(&ends) || kind == OutputKind::CodeQuality && ends.trim_ascii() == b"[]")
     })
@@ -146,11 +158,20 @@ pub(crate) fn check_existing(
     overwrites: bool,
     is_own: impl FnOnce() -> io::Result<bool>,
 ) -> Result<()> {
+    check_replaced(path, (name, REMEDY), overwrites, is_own)
+}
+
+fn check_replaced(
+    path: &Path,
+    (name, remedy): (&str, &str),
+    overwrites: bool,
+    is_own: impl FnOnce() -> io::Result<bool>,
+) -> Result<()> {
     if overwrites {
         return Ok(());
     }
     let refused = |why: &str| {
-        let message = format!("is there already and {why}; choose another name, or `overwrite` replaces it");
+        let message = format!("is there already and {why}; {remedy}");
         Err(Error::CannotCreate { path: path.to_owned(), message })
     };
     match std::fs::symlink_metadata(path) {

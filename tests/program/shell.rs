@@ -99,6 +99,12 @@ fn manual_pages_are_printed_or_written_and_replace_only_their_like() {
     );
     assert_eq!(std::fs::read(man.join("rayframe-render.1")).unwrap(), page.stdout);
     std::fs::write(man.join("rayframe-diff.1"), "mine").unwrap();
-    assert_eq!(write().status.code(), Some(73));
+    let refused = write();
+    assert_eq!(refused.status.code(), Some(73));
+    let told = stderr(&refused);
+    assert!(
+        told.contains("choose another folder, or remove the file") && !told.contains("overwrite"),
+        "{told}"
+    );
     assert_eq!(std::fs::read(man.join("rayframe-diff.1")).unwrap(), b"mine");
 }

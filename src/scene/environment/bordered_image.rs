@@ -27,6 +27,19 @@ impl BorderedImage {
         }
     }
 
+    /// The same with these values at the upper and the lower pole, from which others are interpolated to the rows beside them.
+    pub(super) fn with_poles(image: &EquirectImage, [upper, lower]: [Vec3; 2]) -> Self {
+        let mut bordered = Self::new(image);
+        let (stride, last) = (bordered.stride, (image.height + 1) * bordered.stride);
+        // A pole is half way between the row beyond it and the one beside it.
+        for column in 0..stride {
+            let beside = [stride, last - stride].map(|row| bordered.texels[row + column]);
+            bordered.texels[column] = upper.extend(0.0) * 2.0 - beside[0];
+            bordered.texels[last + column] = lower.extend(0.0) * 2.0 - beside[1];
+        }
+        bordered
+    }
+
     /// The value of [`EquirectImage::bilinear`] at a position in the unit square.
     #[inline(always)]
     pub(super) fn bilinear(&self, uv: Vec2) -> Vec3 {
@@ -55,6 +68,24 @@ impl BorderedImage {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn poles_have_their_values_whatever_the_column() {
+        let pixels = (0..32).map(|index| [index as f32 * 0.5, 1.0, 0.25]).collect();
+        let image = EquirectImage { width: 8, height: 4, pixels };
+        let poles = [Vec3::new(40.0, 2.0, 0.0), Vec3::new(0.5, 0.0, 3.0)];
+        let map = BorderedImage::with_poles(&image, poles);
+        for column in 0..=20 {
+            let x = column as f32 / 20.0;
+            for (pole, y, beside) in [(poles[0], 0.0, 0.125), (poles[1], 1.0, 0.875)] {
+                assert!((map.bilinear(Vec2::new(x, y)) - pole).abs().max_element() < 1e-4);
+                let row = image.bilinear(Vec2::new(x, beside));
+                assert!((map.bilinear(Vec2::new(x, beside)) - row).abs().max_element() < 1e-4);
+                let between = map.bilinear(Vec2::new(x, (y + beside) * 0.5));
+                assert!((between - (pole + row) * 0.5).abs().max_element() < 1e-4);
+            }
+        }
+    }
 
     #[test]
     fn lookups_have_the_bits_of_those_without_a_border() {

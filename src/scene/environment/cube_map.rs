@@ -8,9 +8,11 @@ use std::f32::consts::PI;
 use glam::Vec3;
 use rayon::prelude::*;
 
+#[cfg(test)]
+use super::bordered_image::BorderedImage;
 use super::equirect::{EquirectImage, direction_from_uv};
 #[cfg(test)]
-use super::irradiance::irradiance_image;
+use super::irradiance::irradiance_map;
 use super::map::EnvironmentMap;
 use super::prefilter::{Pyramid, STEPS, prefiltered_images};
 use crate::scene::{CubeLevel, ImageLight, ImageLightIndex, ImageLightPose};
@@ -54,9 +56,9 @@ impl EnvironmentMap {
 
     /// Irradiance integrated from the faces, the reference for the file's spherical harmonics.
     #[cfg(test)]
-    fn reference_irradiance(light: &ImageLight) -> EquirectImage {
+    fn reference_irradiance(light: &ImageLight) -> BorderedImage {
         let image = image_of(256, |direction| radiance(&light.levels[0], direction));
-        irradiance_image(&image)
+        irradiance_map(&image)
     }
 }
 

@@ -7,42 +7,60 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
+use glam::Vec3;
+
+use super::bordered_image::BorderedImage;
 use super::equirect::EquirectImage;
 
 /// Columns of the result, which has half as many rows. A cosine lobe is wide, so this suffices.
 const WIDTH: usize = 64;
 const HEIGHT: usize = WIDTH / 2;
 
-/// Irradiance E(n) = ∫ L(ω) max(n·ω, 0) dω for normals on a 64x32 grid. The width of `source` must be a multiple of 64.
+/// Irradiance E(n) = ∫ L(ω) max(n·ω, 0) dω for normals on a 64x32 grid and at the poles, as level floors and ceilings have them. The width
+/// of `source` must be a multiple of 64.
 ///
 /// The sum of the kernel is scaled to π for each normal, so that uniform light is exact.
-pub(super) fn irradiance_image(source: &EquirectImage) -> EquirectImage {
-    let cosines = azimuth_cosines(source.width);
-    let columns: Vec<ColumnRow> = source.pixels.chunks_exact(source.width).map(ColumnRow::new).collect();
-    let rows: Vec<Vec<[f32; 3]>> = (0..HEIGHT)
-        .into_par_iter()
-        .map(|row| irradiance_row((source, &columns), &cosines, (row as f64 + 0.5) / HEIGHT as f64 * PI))
-        .collect();
-    EquirectImage { width: WIDTH, height: HEIGHT, pixels: rows.concat() }
+pub(super) fn irradiance_map(source: &EquirectImage) -> BorderedImage {
+    let source = Source::new(source);
+    let poles = [0.0, PI].map(|polar| Vec3::from(source.irradiance_row(polar)[0]));
+    BorderedImage::with_poles(&source.irradiance_image(), poles)
 }
 
-fn irradiance_row(
-    (source, columns): (&EquirectImage, &[ColumnRow]),
-    azimuth_cosines: &[f64],
-    normal_polar: f64,
-) -> Vec<[f32; 3]> {
-    let mut sums = [[0.0_f64; 3]; WIDTH];
-    let mut kernel_sum = 0.0;
-    for (row, columns) in columns.iter().enumerate() {
-        let kernel = row_kernel(source.height, row, azimuth_cosines, normal_polar);
-        let row_sum: f64 = kernel.iter().map(|&weight| f64::from(weight)).sum();
-        if row_sum == 0.0 {
-            continue;
-        }
-        kernel_sum += row_sum;
-        columns.add(&kernel, &mut sums);
+/// The image with what all rows of the result need.
+struct Source {
+    /// Rows of the image.
+    columns: Vec<ColumnRow>,
+    /// See [`azimuth_cosines`].
+    azimuth_cosines: Vec<f64>,
+}
+
+impl Source {
+    fn new(image: &EquirectImage) -> Self {
+        let columns = image.pixels.chunks_exact(image.width).map(ColumnRow::new).collect();
+        Self { columns, azimuth_cosines: azimuth_cosines(image.width) }
     }
-    sums.iter().map(|sum| sum.map(|channel| (channel * PI / kernel_sum) as f32)).collect()
+
+    fn irradiance_image(&self) -> EquirectImage {
+        let polar = |row: usize| (row as f64 + 0.5) / HEIGHT as f64 * PI;
+        let rows = (0..HEIGHT).into_par_iter().map(|row| self.irradiance_row(polar(row)));
+        let rows: Vec<[[f32; 3]; WIDTH]> = rows.collect();
+        EquirectImage { width: WIDTH, height: HEIGHT, pixels: rows.concat() }
+    }
+
+    fn irradiance_row(&self, normal_polar: f64) -> [[f32; 3]; WIDTH] {
+        let mut sums = [[0.0_f64; 3]; WIDTH];
+        let mut kernel_sum = 0.0;
+        for (row, columns) in self.columns.iter().enumerate() {
+            let kernel = row_kernel(self.columns.len(), row, &self.azimuth_cosines, normal_polar);
+            let row_sum: f64 = kernel.iter().map(|&weight| f64::from(weight)).sum();
+            if row_sum == 0.0 {
+                continue;
+            }
+            kernel_sum += row_sum;
+            columns.add(&kernel, &mut sums);
+        }
+        sums.map(|sum| sum.map(|channel| (channel * PI / kernel_sum) as f32))
+    }
 }
 
 /// Weights of the texels of a source row, from the texel whose left edge is at or before the normal's azimuth.
@@ -110,15 +128,14 @@ impl ColumnRow {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::super::equirect::{direction_from_uv, uv_from_direction};
     use super::*;
 
     #[test]
     fn uniform_light_gives_pi() {
         for width in [64, 128, 256] {
-            let result = irradiance_image(&EquirectImage::of(width, |_| Vec3::new(1.0, 2.0, 0.0)));
+            let result =
+                Source::new(&EquirectImage::of(width, |_| Vec3::new(1.0, 2.0, 0.0))).irradiance_image();
             for pixel in &result.pixels {
                 assert!((pixel[0] - std::f32::consts::PI).abs() < 1e-4);
                 assert!((pixel[1] - 2.0 * std::f32::consts::PI).abs() < 2e-4);
@@ -130,7 +147,7 @@ mod tests {
     #[test]
     fn low_harmonics_have_their_known_factors() {
         // A cosine lobe scales linear functions by 2π/3 and x² − 1/3 by π/4 (Ramamoorthi and Hanrahan 2001, equation 8).
-        let result = irradiance_image(&EquirectImage::of(256, |d| {
+        let result = irradiance_map(&EquirectImage::of(256, |d| {
             Vec3::new(1.0 + 0.5 * d.x, 1.0 - 0.8 * d.z, 1.0 + d.y * d.y - 1.0 / 3.0)
         }));
         for index in 0..200 {
@@ -148,6 +165,22 @@ mod tests {
     }
 
     #[test]
+    fn level_floors_receive_nothing_from_below_the_horizon() {
+        // Bands of the sky above and below the horizon: 2.8°, or two rows of texels. A floor receives π sin² of the height.
+        let height = 2.0 * PI / 128.0;
+        for side in [1.0, -1.0] {
+            let band =
+                |d: Vec3| if (0.0..libm::sin(height) as f32).contains(&(d.y * side)) { 1.0 } else { 0.0 };
+            let map = irradiance_map(&EquirectImage::of(256, |d| Vec3::splat(band(d))));
+            let sine = libm::sin(height);
+            let lit = map.bilinear(uv_from_direction(Vec3::Y * side)).x;
+            assert!((f64::from(lit) / (PI * sine * sine) - 1.0).abs() < 0.02, "{lit}");
+            let dark = map.bilinear(uv_from_direction(Vec3::NEG_Y * side));
+            assert!(dark.abs().max_element() < 1e-6, "{dark}");
+        }
+    }
+
+    #[test]
     fn a_small_sun_gives_its_cosine() {
         // A texel of radiance L and solid angle Ω far away gives L Ω cos θ, and nothing below the horizon.
         let mut image = EquirectImage::of(256, |_| Vec3::ZERO);
@@ -157,7 +190,7 @@ mod tests {
         let edge = |row: usize| libm::cos(row as f64 / 128.0 * PI) as f32;
         let band = edge(row) - edge(row + 1);
         let power = 1e4 * band * 2.0 * std::f32::consts::PI / 256.0;
-        let result = irradiance_image(&image);
+        let result = Source::new(&image).irradiance_image();
         for row in 0..HEIGHT {
             for column in 0..WIDTH {
                 let n = direction_from_uv(result.texel_uv(column, row));

@@ -13,7 +13,7 @@ use super::bordered_image::BorderedImage;
 use super::distribution::EnvironmentDistribution;
 use super::equirect::{EquirectImage, uv_from_direction, uvs_from_directions};
 use super::filtered_image::FilteredImage;
-use super::irradiance::irradiance_image;
+use super::irradiance::irradiance_map;
 use super::light_grid::LightGrid;
 use super::lookup_lanes::LookupLanes;
 use super::map_rotation::MapRotation;
@@ -105,7 +105,7 @@ impl EnvironmentMap {
         let (peaks, without_peaks) = take_peaks(&image);
         let pyramid = Pyramid::new(without_peaks.as_ref().unwrap_or(&image));
         let tables = Tables {
-            irradiance: BorderedImage::new(&irradiance_image(pyramid.at_most(256))),
+            irradiance: irradiance_map(pyramid.at_most(256)),
             prefiltered: prefiltered_images(&pyramid).iter().map(BorderedImage::new).collect(),
             without_peaks: without_peaks.map(FilteredImage::new),
             peaks,

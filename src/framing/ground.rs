@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::shared::SharedFraming;
 use super::subject::Subject;
 use crate::geometry::Aabb;
 use crate::scene::{Ground, Scene, Selection, ViewRequest};
@@ -23,8 +24,31 @@ pub fn ground_below(
     view: &ViewRequest,
     is_mirror: bool,
 ) -> Option<Ground> {
-    let up = view.up.and_then(Vec3::try_normalize).unwrap_or(Vec3::Y);
-    let subject = Subject::measure(scene, selection, None, &view.measured_clips);
+    SharedFraming::of_one(scene).ground_below(selection, view, is_mirror)
+}
+
+impl SharedFraming<'_> {
+    /// [`ground_below`] of the scene.
+    pub(crate) fn ground_below(
+        &self,
+        selection: &Selection,
+        view: &ViewRequest,
+        is_mirror: bool,
+    ) -> Option<Ground> {
+        let up = view.up.and_then(Vec3::try_normalize).unwrap_or(Vec3::Y);
+        let level = ViewRequest {
+            up: Some(up),
+            measured_clips: view.measured_clips.clone(),
+            ..ViewRequest::default()
+        };
+        let make = || below(&self.subject(selection, None, &view.measured_clips), up);
+        let ground = self.ground(Self::framed(selection, &level, 1.0), make);
+        ground.map(|ground| Ground { is_mirror, ..ground })
+    }
+}
+
+/// The ground below a subject.
+fn below(subject: &Subject<'_>, up: Vec3) -> Option<Ground> {
     if subject.is_empty {
         return None;
     }
@@ -36,5 +60,5 @@ pub fn ground_below(
     let bounds = floors.iter().map(|(_, bounds)| *bounds).fold(subject.bounds, Aabb::union);
     let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
     let (gap, least) = (diagonal * GAP, farthest * LEAST_GAP);
-    Some(Ground { up, height: lowest - if gap > least { gap } else { least }, is_mirror })
+    Some(Ground { up, height: lowest - if gap > least { gap } else { least }, is_mirror: false })
 }

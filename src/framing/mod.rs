@@ -14,11 +14,12 @@ mod moving_surfaces;
 mod orbit;
 mod posed_triangles;
 mod resolve;
+mod shared;
 mod subject;
 
 pub use ground::ground_below;
 pub use interior::is_interior;
 pub use orbit::NamedView;
 pub(crate) use posed_triangles::kept_bytes;
-pub(crate) use resolve::resolve_camera_with_pose;
 pub use resolve::{CameraRule, ResolvedCamera, framed_nodes, resolve_camera};
+pub(crate) use shared::SharedFraming;

@@ -12,6 +12,7 @@ const KEPT_TRIANGLES: usize = 1_000_000;
 const ADDED: [usize; 2] = [8, 64];
 
 /// The triangles of the scene at one time, by triangle id, with their flags.
+#[derive(Debug)]
 pub(super) struct PosedTriangles {
     pub(super) triangles: Vec<Triangle>,
     pub(super) flags: Vec<TriangleFlags>,

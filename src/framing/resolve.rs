@@ -3,12 +3,14 @@
 use std::cell::OnceCell;
 use std::collections::BTreeSet;
 use std::f32::consts::FRAC_PI_4;
+use std::rc::Rc;
 
 use glam::{Mat3, Mat4, Vec3};
 
 use super::fit::{Fitted, fit, fit_parallel, fit_parallel_turntable, fit_turntable};
 use super::inside::inside_camera;
 use super::orbit::Direction;
+use super::shared::SharedFraming;
 use super::subject::Subject;
 use crate::frame::{Frame, PosedCamera};
 use crate::scene::{
@@ -31,36 +33,57 @@ pub fn resolve_camera(
     request: &ViewRequest,
     aspect_ratio: f32,
 ) -> ResolvedCamera {
-    resolve_camera_with_pose(scene, selection, request, aspect_ratio).0
+    SharedFraming::of_one(scene).resolve(selection, request, aspect_ratio).0
 }
 
-/// The same, with the surfaces of `selection` at the start of its clips where they had to be posed.
-pub(crate) fn resolve_camera_with_pose(
-    scene: &Scene,
-    selection: Selection,
-    request: &ViewRequest,
-    aspect_ratio: f32,
-) -> (ResolvedCamera, Option<Frame>) {
-    let is_placed = request.places_camera();
-    let of_file = match &selection.camera {
-        SelectedCamera::Node(_) | SelectedCamera::Path(_) if !request.replaces_camera() => {
-            Some(Frame::camera_at(scene, &selection, 0.0))
-        }
-        _ => None,
-    };
-    let view = View::new(scene, &selection, request, of_file, aspect_ratio);
-    let is_framed = request.orbit.is_some() || request.node.is_some() || request.turntable.is_some();
-    if of_file.is_some() && !is_framed {
-        let camera_changes = view.changes();
-        let is_changed = camera_changes != CameraChanges::default();
-        let rule = if is_changed { CameraRule::Changed } else { CameraRule::OfFile };
-        let posed = view.into_pose();
-        return (ResolvedCamera { selection: Selection { camera_changes, ..selection }, rule }, posed);
+impl SharedFraming<'_> {
+    /// [`resolve_camera`], with the surfaces of `selection` at the start of its clips where they had to be posed and are not kept.
+    pub(crate) fn resolve(
+        &self,
+        selection: Selection,
+        request: &ViewRequest,
+        aspect_ratio: f32,
+    ) -> (ResolvedCamera, Option<Frame>) {
+        let of_file = match &selection.camera {
+            SelectedCamera::Node(_) | SelectedCamera::Path(_) if !request.replaces_camera() => {
+                Some(Frame::camera_at(self.scene(), &selection, 0.0))
+            }
+            _ => None,
+        };
+        let is_framed = request.orbit.is_some() || request.node.is_some() || request.turntable.is_some();
+        let mut posed = None;
+        let mut own_camera = || {
+            let view = View::new(self, &selection, request, of_file, aspect_ratio);
+            let (camera, rule) = view.camera(!request.places_camera());
+            posed = view.into_pose();
+            OwnCamera { camera, rule }
+        };
+        let OwnCamera { camera, rule } = match of_file {
+            Some(_) if is_framed => own_camera(),
+            // Without a camera of the file, that of other clips or variants may be the same.
+            None => self.camera(Self::framed(&selection, request, aspect_ratio), own_camera),
+            Some(_) => {
+                let view = View::new(self, &selection, request, of_file, aspect_ratio);
+                let camera_changes = view.changes();
+                let is_changed = camera_changes != CameraChanges::default();
+                let rule = if is_changed { CameraRule::Changed } else { CameraRule::OfFile };
+                let posed = view.into_pose();
+                return (
+                    ResolvedCamera { selection: Selection { camera_changes, ..selection }, rule },
+                    posed,
+                );
+            }
+        };
+        let selection = Selection { camera, camera_changes: CameraChanges::default(), ..selection };
+        (ResolvedCamera { selection, rule }, posed)
     }
-    let (camera, rule) = view.camera(!is_placed);
-    let posed = view.into_pose();
-    let selection = Selection { camera, camera_changes: CameraChanges::default(), ..selection };
-    (ResolvedCamera { selection, rule }, posed)
+}
+
+/// A camera that is not the file's, and what decided it.
+#[derive(Clone, Debug)]
+pub(super) struct OwnCamera {
+    camera: SelectedCamera,
+    rule: CameraRule,
 }
 
 /// Indices of the nodes that cameras frame: all with meshes but backdrops and shadow catchers.
@@ -96,12 +119,12 @@ pub enum CameraRule {
 }
 
 /// Everything that decides a camera.
-struct View<'a> {
-    scene: &'a Scene,
-    selection: &'a Selection,
-    request: &'a ViewRequest,
+struct View<'v, 'a> {
+    framing: &'v SharedFraming<'a>,
+    selection: &'v Selection,
+    request: &'v ViewRequest,
     /// Measured where the camera depends on it: that poses the whole animation.
-    subject: OnceCell<Subject<'a>>,
+    subject: OnceCell<Rc<Subject<'a>>>,
     /// The selected camera of the file or of the path, at time 0.
     of_file: Option<PosedCamera>,
     /// Perspective projection that frames the subject.
@@ -113,17 +136,17 @@ struct View<'a> {
     aspect_ratio: f32,
 }
 
-impl<'a> View<'a> {
+impl<'v, 'a> View<'v, 'a> {
     fn new(
-        scene: &'a Scene,
-        selection: &'a Selection,
-        request: &'a ViewRequest,
+        framing: &'v SharedFraming<'a>,
+        selection: &'v Selection,
+        request: &'v ViewRequest,
         of_file: Option<PosedCamera>,
         aspect_ratio: f32,
     ) -> Self {
         let target = request.target.map(|target| match target {
             Target::Point(point) => point,
-            Target::Node(node) => center_of(scene, selection, node, &request.measured_clips),
+            Target::Node(node) => center_of(framing, selection, node, &request.measured_clips),
         });
         let lens = match (request.lens, of_file.map(|camera| camera.projection)) {
             (Some(LensRequest::FieldOfView(degrees)), _) => perspective(degrees.to_radians()),
@@ -134,7 +157,7 @@ impl<'a> View<'a> {
         let is_framed = request.orbit.is_some() || request.node.is_some();
         let planes = of_file.filter(|_| !is_framed).map(|camera| camera.projection);
         Self {
-            scene,
+            framing,
             selection,
             request,
             subject: OnceCell::new(),
@@ -149,13 +172,14 @@ impl<'a> View<'a> {
 
     fn subject(&self) -> &Subject<'a> {
         let clips = &self.request.measured_clips;
-        self.subject.get_or_init(|| Subject::measure(self.scene, self.selection, self.request.node, clips))
+        self.subject.get_or_init(|| self.framing.subject(self.selection, self.request.node, clips))
     }
 
-    /// The measured surfaces of the selection, unless its clips were measured each alone.
+    /// The measured surfaces of the selection, unless its clips were measured each alone or the subject is kept.
     fn into_pose(self) -> Option<Frame> {
         let is_of_selection = self.request.measured_clips.is_empty();
-        self.subject.into_inner().filter(|_| is_of_selection).map(|subject| subject.frame)
+        let subject = self.subject.into_inner().filter(|_| is_of_selection)?;
+        Rc::into_inner(subject).map(|subject| subject.frame)
     }
 
     /// Changes to the camera of the file.
@@ -326,8 +350,13 @@ fn parallel(half_height: f32, aspect_ratio: f32) -> Projection {
 }
 
 /// Centre of the bounds of the nodes at and below `node` over the whole animation; its origin where it has no mesh.
-fn center_of(scene: &Scene, selection: &Selection, node: NodeIndex, clips: &[AnimationIndex]) -> Vec3 {
-    let subject = Subject::measure(scene, selection, Some(node), clips);
+fn center_of(
+    framing: &SharedFraming<'_>,
+    selection: &Selection,
+    node: NodeIndex,
+    clips: &[AnimationIndex],
+) -> Vec3 {
+    let subject = framing.subject(selection, Some(node), clips);
     let origin = subject.frame.node_position(node).unwrap_or(Vec3::ZERO);
     if subject.is_empty { origin } else { subject.bounds.center() }
 }

@@ -23,6 +23,7 @@ const PRODUCTS: usize = 400_000_000;
 pub(super) const TRIANGLES_PER_TASK: usize = 8192;
 
 /// Visible triangles over the selected clips, without backdrops.
+#[derive(Debug)]
 pub(super) struct Subject<'a> {
     pub(super) scene: &'a Scene,
     /// What is posed: the selected clips together, or each of the measured clips alone.

@@ -49,7 +49,7 @@ impl FirstPose {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::framing::resolve_camera_with_pose;
+    use crate::framing::SharedFraming;
     use crate::scene::{CameraRequest, SelectionRequest, VariantIndex, ViewRequest};
 
     fn loaded(path: &str) -> Arc<Scene> {
@@ -121,7 +121,7 @@ mod tests {
         let request = SelectionRequest { camera: Some(CameraRequest::Auto), ..SelectionRequest::default() };
         let (selection, _) = Selection::resolve(&request, &scene).unwrap();
         let has_pose = |view: &ViewRequest| {
-            let (_, posed) = resolve_camera_with_pose(&scene, selection.clone(), view, 1.5);
+            let (_, posed) = SharedFraming::of_one(&scene).resolve(selection.clone(), view, 1.5);
             posed.is_some()
         };
         assert!(has_pose(&ViewRequest::default()));

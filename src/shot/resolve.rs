@@ -8,7 +8,7 @@ use crate::bvh::{BuildSettings, SimdLevel};
 use crate::denoise::Denoiser;
 use crate::error::{Error, Result, Warning};
 use crate::film::AovFlags;
-use crate::framing::{CameraRule, ResolvedCamera, ground_below, resolve_camera_with_pose};
+use crate::framing::{CameraRule, ResolvedCamera, SharedFraming};
 use crate::gltf::{self, ImageLoading};
 use crate::output::{Aov, AovSet, matte_collisions};
 use crate::render::{PathFrame, RenderSettings};
@@ -209,6 +209,11 @@ fn resolve_sequences(
         return Ok(Vec::new());
     };
     let mut jobs = Vec::new();
+    let framing = if sequences.len() > 1 || args.ground != GroundKind::None {
+        SharedFraming::of_several(&scene)
+    } else {
+        SharedFraming::of_one(&scene)
+    };
     for outline in sequences {
         let max_memory_bytes = max_memory_bytes(args);
         let LoadedEnvironment { environment, description, warnings } =
@@ -218,16 +223,13 @@ fn resolve_sequences(
         check_framing_memory(&scene, &outline.selection, max_memory_bytes)?;
         let framed = outline.framed_selection();
         let (ResolvedCamera { selection, rule }, posed) =
-            resolve_camera_with_pose(&scene, framed.clone(), &outline.view, aspect_ratio);
+            framing.resolve(framed.clone(), &outline.view, aspect_ratio);
         let selection = Selection { variant: outline.selection.variant, ..selection };
         let mut sequence = sequence_job(shot, Arc::clone(&scene), &outline, selection, environment);
-        // Only the first of several sequences is rendered soon, and a ground measures the scene again, which would
-        // hold two poses in memory.
-        let is_next = jobs.is_empty() && args.ground == GroundKind::None;
-        if let Some(frame) = posed.filter(|_| is_next) {
+        if let Some(frame) = posed {
             sequence.first_pose = FirstPose::new(frame, &scene, framed.clone());
         }
-        sequence.render.ground = ground(args, &scene, &framed, &outline.view);
+        sequence.render.ground = ground(args, &framing, &framed, &outline.view);
         sequence.denoiser.clone_from(&denoiser);
         sequence.plates = plates(args, &outline.frames, max_memory_bytes)?;
         let mut choices = choices.clone();
@@ -335,10 +337,15 @@ fn plates(args: &SettingValues, frames: &[i64], max_memory_bytes: u64) -> Result
     }
 }
 
-fn ground(args: &SettingValues, scene: &Scene, framed: &Selection, view: &ViewRequest) -> Option<Ground> {
+fn ground(
+    args: &SettingValues,
+    framing: &SharedFraming<'_>,
+    framed: &Selection,
+    view: &ViewRequest,
+) -> Option<Ground> {
     match args.ground {
         GroundKind::None => None,
-        kind => ground_below(scene, framed, view, kind == GroundKind::Reflection),
+        kind => framing.ground_below(framed, view, kind == GroundKind::Reflection),
     }
 }
 

@@ -25,6 +25,8 @@ pub struct MeshInstance {
     pub first_vertex: usize,
     /// Whether the transform mirrors, which swaps the second and third corner of each triangle.
     pub mirrored: bool,
+    /// See [`Primitive::is_inside_out`].
+    pub is_inside_out: bool,
     /// Linear colour of the GPU instance, which multiplies the base colour.
     pub(super) color: Option<Vec4>,
     pub(super) morphed: MorphedAttributes,

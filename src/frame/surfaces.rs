@@ -129,6 +129,7 @@ impl Frame {
                     first_triangle: triangles as u32,
                     first_vertex: vertices,
                     mirrored: false,
+                    is_inside_out: primitive.is_inside_out,
                     color: instance_colors.get(node_instance).copied(),
                     morphed: MorphedAttributes::default(),
                 });

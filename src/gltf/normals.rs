@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::context::Context;
 use crate::geometry::unit;
+use crate::scene::Primitive;
 
 /// Normals of one parallel task.
 const NORMALS_PER_TASK: usize = 16_384;
@@ -48,6 +49,33 @@ pub(super) fn normalize_tangents(tangents: &mut [Vec4], normals: &[Vec3]) {
     });
 }
 
+/// Triangles by which a primitive is found to be inside out.
+const SAMPLED_TRIANGLES: usize = 4096;
+/// Mean cosine between the mean normals of triangles and their reversed ones, by area, above which a primitive is inside out. Cards with upright normals
+/// that lean 45° beyond the vertical have 0.71.
+const INSIDE_OUT_COSINE: f32 = 0.75;
+
+/// Whether the vertex normals of a primitive point to the inside of its triangles.
+pub(super) fn are_inside_out(primitive: &Primitive) -> bool {
+    let Some(normals) = &primitive.normals else { return false };
+    let corners = |list: &[Vec3], triangle: &[u32; 3]| {
+        triangle.map(|vertex| list.get(vertex as usize).copied().unwrap_or(Vec3::ZERO))
+    };
+    let step = primitive.triangles.len().div_ceil(SAMPLED_TRIANGLES).max(1);
+    let (mut sum, mut areas) = (0.0, 0.0);
+    for triangle in primitive.triangles.iter().step_by(step) {
+        let [a, b, c] = corners(&primitive.positions, triangle);
+        let area = (b - a).cross(c - a).length();
+        let mean = unit(corners(normals, triangle).into_iter().sum()).unwrap_or(Vec3::ZERO);
+        let cosine = mean.dot(face_normal(&primitive.positions, triangle));
+        if area.is_finite() {
+            sum += cosine * area;
+            areas += area;
+        }
+    }
+    sum < -INSIDE_OUT_COSINE * areas
+}
+
 /// Unit normal of a triangle; zero if the triangle has no area.
 pub(super) fn face_normal(positions: &[Vec3], triangle: &[u32; 3]) -> Vec3 {
     let corner = |i: u32| positions.get(i as usize).copied().unwrap_or(Vec3::ZERO);
@@ -74,5 +102,25 @@ mod tests {
         // The triangle lies in the xy plane. No triangle uses the last vertex.
         assert_eq!(normals, [Vec3::Z, Vec3::X, Vec3::Z, Vec3::Z]);
         assert_eq!(context.into_warnings().len(), 1);
+    }
+    #[test]
+    fn meshes_with_reversed_normals_are_inside_out() {
+        let with_normals = |normals: Vec<Vec3>| Primitive {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::ZERO, Vec3::X, Vec3::Z],
+            normals: Some(normals),
+            triangles: vec![[0, 1, 2], [4, 3, 5]],
+            ..Primitive::default()
+        };
+        // The triangles face +Z and +Y; their vertices at the edge share a normal.
+        let reversed = [Vec3::new(0.0, -1.0, -1.0), Vec3::new(0.0, -1.0, -1.0), Vec3::NEG_Z];
+        let other = [Vec3::new(0.0, -1.0, -1.0), Vec3::new(0.0, -1.0, -1.0), Vec3::NEG_Y];
+        let both = [reversed, other].concat().into_iter().map(Vec3::normalize).collect::<Vec<_>>();
+        assert!(are_inside_out(&with_normals(both.clone())));
+        assert!(!are_inside_out(&with_normals(both.iter().map(|normal| -*normal).collect())));
+        // Half of it, and upright normals
+        let half = both.iter().take(3).copied().chain([Vec3::Y; 3]).collect();
+        assert!(!are_inside_out(&with_normals(half)));
+        assert!(!are_inside_out(&with_normals(vec![Vec3::new(0.0, 0.7, -0.7).normalize(); 6])));
+        assert!(!are_inside_out(&Primitive { normals: None, ..with_normals(Vec::new()) }));
     }
 }

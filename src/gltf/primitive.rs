@@ -59,7 +59,7 @@ pub(super) fn import_primitive(
         Some(triangles) => triangles,
         None => read_triangles(context, data, primitive, mode, vertex_count as usize, &pointer)?,
     };
-    let used_vertices = select_vertices(&mut triangles, vertex_count as usize);
+    let used_vertices = select_vertices(context, &mut triangles, vertex_count as usize, &pointer)?;
     let data = &Data { vertices: used_vertices.as_deref(), ..*data };
     let positions: Vec<[f32; 3]> = data.floats_as(context, position, &formats::POSITION)?;
     let positions: Vec<Vec3> = positions.into_iter().map(Vec3::from_array).collect();
@@ -79,10 +79,12 @@ pub(super) fn import_primitive(
         normals,
         tangents,
         tangent_uv_set: None,
+        is_inside_out: false,
         triangles,
         material,
         variants,
     };
+    imported.is_inside_out = normals::are_inside_out(&imported);
     for material in used {
         add_material_attributes(context, &mut imported, material, &pointer)?;
     }

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::surface::is_smooth;
 use super::surface_point::SurfacePoint;
 use super::texture_lookup::Lookups;
-use crate::frame::PosedVertex;
+use crate::frame::{MeshInstance, PosedVertex};
 use crate::geometry::{F32Lanes, LANES, Triangle, Vec3Lanes, unit, unit_or};
 use crate::scene::{Encoding, NormalTexture};
 use crate::scene_view::SceneView;
@@ -84,17 +84,23 @@ fn front_normal_by(
         None => normal,
     };
     // The map was made for the frame of the authored normals, so the mapped normal is inverted with them.
-    shading * authored_side(vertices.map(|vertex| vertex.normal), front_normal)
+    shading
+        * authored_side(vertices.map(|vertex| vertex.normal), front_normal, inside_out_cosine(point.instance))
+}
+
+/// [`authored_side`]'s `least_cosine` for an instance. Where most of a surface is inside out, all that leans away is, also beside hard edges.
+pub(super) fn inside_out_cosine(instance: &MeshInstance) -> f32 {
+    if instance.is_inside_out { 0.0 } else { INSIDE_OUT_COSINE }
 }
 
 /// −1 where the vertex normals of a triangle were authored inside out, and 1 elsewhere. Inside-out normals tell the curvature of the surface, not the side it
-/// faces: their mean is close to the reversed normal of the triangle. Those that lean away less belong to the side that they are stored for, such as
-/// the upright normals of grass.
+/// faces: the cosine between their mean and the reversed normal of the triangle is above `least_cosine`. Those that lean away less belong to the side that they
+/// are stored for, such as the upright normals of grass.
 #[inline(always)]
-pub(super) fn authored_side([a, b, c]: [Vec3; 3], front_normal: Vec3) -> f32 {
+pub(super) fn authored_side([a, b, c]: [Vec3; 3], front_normal: Vec3, least_cosine: f32) -> f32 {
     let sum = a + b + c;
     let cosine = sum.dot(front_normal);
-    let is_close = cosine * cosine > INSIDE_OUT_COSINE * INSIDE_OUT_COSINE * sum.dot(sum);
+    let is_close = cosine * cosine > least_cosine * least_cosine * sum.dot(sum);
     let is_inside_out = is_smooth([a, b, c]) & (cosine < 0.0) & is_close;
     if is_inside_out { -1.0 } else { 1.0 }
 }
@@ -301,13 +307,23 @@ mod tests {
         for (degrees, side) in
             [(0.0, 1.0), (89.0, 1.0), (135.0, 1.0), (143.0, 1.0), (144.0, -1.0), (180.0, -1.0)]
         {
-            assert_eq!(authored_side(leaning(degrees), Vec3::Z), side, "{degrees}");
+            assert_eq!(authored_side(leaning(degrees), Vec3::Z, INSIDE_OUT_COSINE), side, "{degrees}");
         }
         // A cube whose vertices share reversed normals
         let corner = |x: f32, y: f32| Vec3::new(x, y, -1.0).normalize();
-        assert_eq!(authored_side([corner(1.0, 1.0), corner(-1.0, 1.0), corner(1.0, -1.0)], Vec3::Z), -1.0);
+        assert_eq!(
+            authored_side(
+                [corner(1.0, 1.0), corner(-1.0, 1.0), corner(1.0, -1.0)],
+                Vec3::Z,
+                INSIDE_OUT_COSINE
+            ),
+            -1.0
+        );
         // Without all normals the triangle has its own.
-        assert_eq!(authored_side([Vec3::ZERO, Vec3::NEG_Z, Vec3::NEG_Z], Vec3::Z), 1.0);
+        assert_eq!(authored_side([Vec3::ZERO, Vec3::NEG_Z, Vec3::NEG_Z], Vec3::Z, INSIDE_OUT_COSINE), 1.0);
+        // Of a surface that is inside out, all that leans away is.
+        assert_eq!(authored_side(leaning(100.0), Vec3::Z, 0.0), -1.0);
+        assert_eq!(authored_side(leaning(80.0), Vec3::Z, 0.0), 1.0);
     }
 
     #[test]

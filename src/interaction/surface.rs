@@ -62,7 +62,8 @@ impl<'a> SurfacePoint<'a> {
         let normals = point.corners.map(|corner| vertices[corner as usize].normal);
         point.shadow_position = if is_smooth(normals) {
             let (up, side) = (point.geometric_normal, point.side());
-            let side = side * normal::authored_side(normals, up * side);
+            let least_cosine = normal::inside_out_cosine(point.instance);
+            let side = side * normal::authored_side(normals, up * side, least_cosine);
             let outward = normals.map(|normal| normal * side);
             terminator_free_point(point.position, up, triangle.vertices, outward, point.weights)
         } else {

@@ -52,6 +52,8 @@ struct HitLanes {
     side: F32Lanes,
     corners: [Vec3Lanes; 3],
     normals: [Vec3Lanes; 3],
+    /// See [`normal::inside_out_cosine`].
+    inside_out_cosine: F32Lanes,
     /// Differentials of the rays.
     origin_steps: [Vec3Lanes; 2],
     direction_steps: [Vec3Lanes; 2],
@@ -156,6 +158,7 @@ impl<'a> SurfaceBlock<'a> {
             lanes.origin_steps[axis].set(lane, differential.origin[axis]);
             lanes.direction_steps[axis].set(lane, differential.direction[axis]);
         }
+        lanes.inside_out_cosine[lane] = normal::inside_out_cosine(instance);
         lanes.has_extent[lane] = if *differential == RayDifferential::ZERO { 0.0 } else { 1.0 };
         self.points.push(SurfacePoint {
             instance,
@@ -264,7 +267,7 @@ impl SurfaceLanes {
             // Interpolated normals
             let normals = triple(&hits.normals, lane);
             let is_smooth = is_smooth(normals);
-            let authored_side = normal::authored_side(normals, front_normal);
+            let authored_side = normal::authored_side(normals, front_normal, hits.inside_out_cosine[lane]);
             let outward = normals.map(|normal| normal * (side * authored_side));
             let lifted = terminator_free_point(position, geometric_normal, corners, outward, weights);
             self.shadow_position.set(lane, if is_smooth { lifted } else { position });
@@ -320,7 +323,9 @@ impl SurfaceLanes {
             let [row, column] = &self.weight_steps;
             let weight_steps = [row.get(lane), column.get(lane)];
             let normals = triple(&hits.normals, lane);
-            let side = hits.side[lane] * normal::authored_side(normals, self.front_normal.get(lane));
+            let front_normal = self.front_normal.get(lane);
+            let authored_side = normal::authored_side(normals, front_normal, hits.inside_out_cosine[lane]);
+            let side = hits.side[lane] * authored_side;
             let steps = normal_steps(normals, hits.weights(lane), weight_steps, side);
             let [row, column] = &mut self.normal_steps;
             row.set(lane, steps[0]);

@@ -4,7 +4,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::normal::{authored_side, weighted_sum};
+use super::normal::{authored_side, inside_out_cosine, weighted_sum};
 use super::ray_differential::{RayDifferential, weight_steps};
 use super::surface::is_smooth;
 use super::surface_point::SurfacePoint;
@@ -64,7 +64,8 @@ impl SurfacePoint<'_> {
             let corners = frame.triangles[self.triangle as usize].vertices;
             let weight_steps = weight_steps(corners, self.position_steps);
             let side = self.side();
-            let side = side * authored_side(normals, self.geometric_normal * side);
+            let least_cosine = inside_out_cosine(self.instance);
+            let side = side * authored_side(normals, self.geometric_normal * side, least_cosine);
             normal_steps(normals, self.weights, weight_steps, side)
         })
     }

@@ -43,6 +43,8 @@ pub struct Primitive {
     pub tangents: Option<Vec<Vec4>>,
     /// The texture coordinate set that the tangents were generated from; `None` for those of the file, which hold for every set.
     pub tangent_uv_set: Option<u32>,
+    /// Whether the normals of most of the surface are close to the reversed normals of their triangles: a mesh that was stored inside out.
+    pub is_inside_out: bool,
     /// Texture coordinate sets, `TEXCOORD_0` first; origin at the image's top left.
     pub uvs: Vec<Vec<Vec2>>,
     /// Linear vertex colours with alpha.

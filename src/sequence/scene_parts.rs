@@ -155,6 +155,7 @@ fn checksum_of_primitive(primitive: &Primitive) -> [u8; 4] {
         normals,
         tangents,
         tangent_uv_set: _,
+        is_inside_out: _,
         uvs,
         colors,
         influences,

@@ -73,6 +73,25 @@ fn a_dent_with_inside_out_normals_does_not_shadow_itself() {
 }
 
 #[test]
+fn hard_edges_of_inside_out_meshes_are_lit_as_the_rest() {
+    // A cap whose normals are smoothed over its edge: far from the reversed normal of a mesh that is stored inside out.
+    let leaning = Vec3::new(0.8, 0.0, 0.6);
+    for integrator in [Integrator::Whitted, Integrator::Path] {
+        let look = |normal: Vec3, is_inside_out| {
+            let mut stage = Stage::new();
+            stage.settings.integrator = integrator;
+            let primitive = Primitive { normals: Some(vec![normal; 4]), is_inside_out, ..square() };
+            stage.add(primitive, lambert(Vec3::ONE));
+            stage.add_light(LightKind::Directional, PI, Vec3::ZERO, -TO_LIGHT);
+            stage.look(Vec3::new(0.1, 0.2, 3.0), Vec3::new(0.1, 0.2, 0.0))
+        };
+        assert_close(look(-leaning, true), Vec3::splat(leaning.dot(TO_LIGHT)), 1e-5);
+        assert_eq!(look(-leaning, true), look(leaning, false));
+        assert_ne!(look(-leaning, false), look(leaning, false));
+    }
+}
+
+#[test]
 fn upright_normals_light_leaning_cards_alike() {
     // Cards that face +Z under a sun, as grass is stored: normals point up, whichever way the card leans.
     let look = |up: Vec3, integrator| {

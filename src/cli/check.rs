@@ -56,7 +56,13 @@ pub(super) fn run(args: &CheckArgs) -> Result<bool> {
     let mut files = Vec::new();
     for path in &args.files {
         match files_of(path) {
-            Ok(found) => given.extend(found),
+            Ok((found, unreadable)) => {
+                given.extend(found);
+                for error in unreadable {
+                    let folder = if let Error::Missing { path, .. } = &error { path } else { path };
+                    files.push(CheckedFile::new(Some(folder), FileStatus::Missing, error.to_string()));
+                }
+            }
             Err(error @ Error::Missing { .. }) => {
                 files.push(CheckedFile::new(Some(path), FileStatus::Missing, error.to_string()));
             }

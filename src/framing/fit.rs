@@ -8,6 +8,8 @@ use crate::scene::Projection;
 
 /// Share of the image that the subject fills in the direction in which it is largest.
 const FILLED: f32 = 0.8;
+/// Least distance of a camera from the nearest framed point, as a share of the framed diagonal.
+const LEAST_DISTANCE: f32 = 0.01;
 /// Azimuths at which the subject must fit a turntable's image.
 const TURNTABLE_AZIMUTHS: u16 = 32;
 
@@ -45,6 +47,7 @@ pub(super) fn fit(
         backward * size.x - right,
         up + backward * size.y,
         backward * size.y - up,
+        backward,
     ];
     let supports = subject.supports(&sides);
     let center = subject.bounds.center();
@@ -54,6 +57,8 @@ pub(super) fn fit(
     let x = (supports[0] - supports[1]) * 0.5;
     let y = (supports[2] - supports[3]) * 0.5;
     let z = ((supports[0] + supports[1]) * 0.5 / size.x).max((supports[2] + supports[3]) * 0.5 / size.y);
+    // A very wide view has all in sight from the nearest point itself.
+    let z = z.max(supports[4] + subject.bounds.extent().length() * LEAST_DISTANCE);
     let from_center = nonzero(z - backward.dot(center), subject) * distance;
     let position = right * x + up * y + backward * (backward.dot(center) + from_center);
     Fitted { world_from_camera: camera(axes, position), distance: from_center, half_height: None }

@@ -172,12 +172,12 @@ impl PreparedLight {
         }
     }
 
-    /// Whether the light is a peak of the environment, which rays see, too.
     /// The pass of light that a surface receives without a detour: the environment's lamps belong to the environment.
     pub(super) fn light_pass(&self) -> LightPass {
         if self.is_peak { LightPass::Environment } else { LightPass::Direct }
     }
 
+    /// Whether the light is a peak of the environment, which rays see, too.
     pub(super) fn is_peak(&self) -> bool {
         self.is_peak
     }

@@ -54,7 +54,9 @@ pub use report_page::{
 };
 pub use result::{FrameResult, FrameStatus, ShotResult, SuiteResult};
 pub use root_mean_square::{RootMeanSquare, root_mean_square};
-pub use sequence_files::{FilePair, PairedFiles, frame_number, is_sequence, pair_files, sequence_files};
+pub use sequence_files::{
+    FilePair, PairedFiles, frame_number, is_sequence, pair_files, readable_sequence_files, sequence_files,
+};
 pub use shift::{Shift, best_shift};
 pub use thumbnail::{heat_map_thumbnail, thumbnail};
 pub use verdict::{FailOn, Verdict, VerdictCounts};

@@ -104,9 +104,28 @@ pub fn pair_files(actual: &Path, reference: &Path) -> Result<PairedFiles> {
 /// # Errors
 /// [`Error::Missing`] when a folder cannot be read or holds no frame, and those of [`is_sequence`].
 pub fn sequence_files(path: &Path) -> Result<Vec<PathBuf>> {
-    let mut files = keyed_files(path, Depth::All)?;
+    let (files, unreadable) = readable_sequence_files(path)?;
+    unreadable.into_iter().next().map_or(Ok(files), Err)
+}
+
+/// The same, with the errors of folders below the given one that cannot be read.
+///
+/// # Errors
+/// [`Error::Missing`] when the folder itself cannot be read or nothing is found, and those of [`is_sequence`].
+pub fn readable_sequence_files(path: &Path) -> Result<(Vec<PathBuf>, Vec<Error>)> {
+    let mut unreadable = Vec::new();
+    let mut files = match pattern_of(path)? {
+        Some(pattern) => files_of_pattern(&pattern)?,
+        None => files_of_folder(path, Depth::All, |error| {
+            unreadable.push(error);
+            Ok(())
+        })?,
+    };
+    if files.is_empty() && unreadable.is_empty() {
+        return Err(no_frames(path));
+    }
     files.sort_unstable();
-    Ok(files.into_iter().map(|(_, file)| file).collect())
+    Ok((files.into_iter().map(|(_, file)| file).collect(), unreadable))
 }
 
 /// Frame number in a file name.
@@ -153,12 +172,13 @@ fn frames(path: &Path, depth: Depth) -> Result<BTreeMap<Key, PathBuf>> {
 fn keyed_files(path: &Path, depth: Depth) -> Result<Vec<(Key, PathBuf)>> {
     let files = match pattern_of(path)? {
         Some(pattern) => files_of_pattern(&pattern)?,
-        None => files_of_folder(path, depth)?,
+        None => files_of_folder(path, depth, Err)?,
     };
-    if files.is_empty() {
-        return Err(missing(path, std::io::Error::new(ErrorKind::NotFound, "the sequence has no frames")));
-    }
-    Ok(files)
+    if files.is_empty() { Err(no_frames(path)) } else { Ok(files) }
+}
+
+fn no_frames(path: &Path) -> Error {
+    missing(path, std::io::Error::new(ErrorKind::NotFound, "the sequence has no frames"))
 }
 
 fn files_of_pattern(pattern: &SequencePattern) -> Result<Vec<(Key, PathBuf)>> {
@@ -174,12 +194,23 @@ fn files_of_pattern(pattern: &SequencePattern) -> Result<Vec<(Key, PathBuf)>> {
     Ok(files.map(|(frame, file)| ((PathBuf::new(), String::new(), Some(frame)), file)).collect())
 }
 
-fn files_of_folder(path: &Path, depth: Depth) -> Result<Vec<(Key, PathBuf)>> {
+/// The files of a folder. `unreadable` decides about errors of folders below it.
+fn files_of_folder(
+    path: &Path,
+    depth: Depth,
+    mut unreadable: impl FnMut(Error) -> Result<()>,
+) -> Result<Vec<(Key, PathBuf)>> {
     let mut files = Vec::new();
     let mut folders = vec![(PathBuf::new(), path.to_owned())];
     while let Some((below, folder)) = folders.pop() {
-        for entry in std::fs::read_dir(&folder).map_err(|source| missing(&folder, source))? {
-            let entry = entry.map_err(|source| missing(&folder, source))?;
+        let entries = match entries(&folder) {
+            Err(error) if folder != path => {
+                unreadable(error)?;
+                continue;
+            }
+            entries => entries?,
+        };
+        for entry in entries {
             let (file, name) = (entry.path(), entry.file_name());
             if depth == Depth::All && may_hold_frames(&file) {
                 folders.push((below.join(name), file));
@@ -194,6 +225,11 @@ fn files_of_folder(path: &Path, depth: Depth) -> Result<Vec<(Key, PathBuf)>> {
         }
     }
     Ok(files)
+}
+
+fn entries(folder: &Path) -> Result<Vec<std::fs::DirEntry>> {
+    let read = std::fs::read_dir(folder).and_then(Iterator::collect);
+    read.map_err(|source| missing(folder, source))
 }
 
 fn missing(path: &Path, source: std::io::Error) -> Error {

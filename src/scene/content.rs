@@ -64,7 +64,7 @@ pub struct Scene {
     pub animations: Vec<Animation>,
     /// Number of ignored channels of each clip, whose targets are not supported.
     pub ignored_channels: Vec<usize>,
-    /// Number of textures of the file that no material uses.
+    /// Number of textures of the file that nothing looks up.
     pub unused_textures: usize,
     /// Extensions that the file declares as used.
     pub extensions_used: Vec<String>,

@@ -173,9 +173,15 @@ fn parse_number(text: &str) -> Result<(i64, &str), String> {
 /// # Errors
 /// One line, where it is beyond them.
 pub(crate) fn stored_frame(text: &str, radix: u32) -> Result<i64, String> {
+    let prefix = match radix {
+        2 => "0b",
+        8 => "0o",
+        16 => "0x",
+        _ => "",
+    };
     i32::from_str_radix(text, radix)
         .map(i64::from)
-        .map_err(|_| format!("{text} is beyond the frame numbers that files can hold, ±2147483647"))
+        .map_err(|_| format!("{prefix}{text} is beyond the frame numbers that files can hold, ±2147483647"))
 }
 
 /// Number of frames of a range.

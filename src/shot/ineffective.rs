@@ -143,11 +143,11 @@ fn changes_noise(job: &SequenceJob) -> bool {
         }
 }
 
-/// Whether the camera turns or follows a path, or any selected clip has two keys for anything.
+/// Whether the camera turns or follows a path, or any selected clip changes anything.
 pub(super) fn moves(job: &SequenceJob) -> bool {
     if matches!(job.selection.camera, SelectedCamera::Turntable(_) | SelectedCamera::Path(_)) {
         return true;
     }
     let clips = job.selection.clips.iter().filter_map(|clip| job.scene.animations.get(clip.index()));
-    clips.flat_map(|clip| &clip.channels).any(|channel| channel.keyframes.times_seconds.len() > 1)
+    clips.flat_map(|clip| &clip.channels).any(|channel| !channel.keyframes.are_constant())
 }

@@ -53,7 +53,7 @@ fn info_lists_everything_with_its_support() {
         "1 s, 2 channels, 1 more left out, supported in part",
         "spot, supported",
         "perspective, supported",
-        "1 more that no material uses",
+        "1 more that nothing looks up",
         "KHR_animation_pointer: supported",
         "ACME_glow: not supported, left out",
         "/materials/9/alphaCutoff",

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use rayframe::error::Result;
+use rayframe::error::{Error, Result};
 use rayframe::image_file::{OutputKind, is_output};
-use rayframe::regression::{all_files_below, is_sequence, sequence_files};
+use rayframe::regression::{all_files_below, is_sequence, readable_sequence_files};
 
 /// Files that Windows adds to folders.
 const OF_WINDOWS: [&str; 2] = ["Thumbs.db", "desktop.ini"];
@@ -31,24 +31,28 @@ impl DeliveredFile {
     }
 }
 
+/// Files, and the errors of folders that cannot be read.
+pub(super) type Found = (Vec<DeliveredFile>, Vec<Error>);
+
 /// The file `path`, or the frames of the sequence, or of the folder and the folders below it.
 ///
 /// # Errors
-/// Those of [`is_sequence`] and [`sequence_files`].
-pub(super) fn frames(path: &Path) -> Result<Vec<DeliveredFile>> {
-    let files = if is_sequence(path)? { sequence_files(path)? } else { vec![path.to_owned()] };
-    Ok(files.into_iter().map(|path| DeliveredFile { path, depth: 1 }).collect())
+/// Those of [`is_sequence`] and [`readable_sequence_files`].
+pub(super) fn frames(path: &Path) -> Result<Found> {
+    let (files, unreadable) =
+        if is_sequence(path)? { readable_sequence_files(path)? } else { (vec![path.to_owned()], Vec::new()) };
+    Ok((files.into_iter().map(|path| DeliveredFile { path, depth: 1 }).collect(), unreadable))
 }
 
 /// The same, but all files of the folder and of the folders below it, whatever they are.
 ///
 /// # Errors
 /// Those of [`frames`] and [`all_files_below`].
-pub(super) fn all_files(path: &Path) -> Result<Vec<DeliveredFile>> {
+pub(super) fn all_files(path: &Path) -> Result<Found> {
     if !path.is_dir() {
         return frames(path);
     }
     let above = path.components().count();
     let below = |file: PathBuf| DeliveredFile { depth: file.components().count() - above, path: file };
-    Ok(all_files_below(path)?.into_iter().map(below).collect())
+    Ok((all_files_below(path)?.into_iter().map(below).collect(), Vec::new()))
 }

@@ -111,7 +111,7 @@ fn textures(report: &Report) -> Vec<String> {
         (texture.name.as_deref(), facts)
     });
     if report.unused_textures > 0 {
-        lines.push(format!("{} more that no material uses", report.unused_textures));
+        lines.push(format!("{} more that nothing looks up", report.unused_textures));
     }
     lines
 }

@@ -171,6 +171,7 @@ mod tests {
                 "frames: 99999999999 is beyond the frame numbers that files can hold",
             ),
             ("frames = [-2147483649]", "frames: -2147483649 is beyond"),
+            ("frames = [0xFFFFFFFFF]", "frames: 0xFFFFFFFFF is beyond"),
         ] {
             let error = with(Coverage::default(), text).unwrap_err().to_string();
             assert!(error.contains(words) && error.contains("suite.toml:2:1"), "{error}");

@@ -78,11 +78,10 @@ pub(super) fn import_primitive(
         positions,
         normals,
         tangents,
-        tangent_uv_set: None,
-        is_inside_out: false,
         triangles,
         material,
         variants,
+        ..Primitive::default()
     };
     imported.is_inside_out = normals::are_inside_out(&imported);
     for material in used {

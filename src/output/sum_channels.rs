@@ -2,6 +2,9 @@
 //!
 //! All channels are in the layer `sums`. The first of four words is the lowest one; together they are a fixed-point number as in
 //! [`ExactSum`].
+//!
+//! Few pixels show many mesh instances. So the channel `instances` counts those of each pixel, and their indices and shares are one list over
+//! all pixels, which fills the pixels of `instance0` and `share0_0` to `share0_3`, then those of `instance1` and so on. Behind its end are zeros.
 
 use crate::film::{ExactSum, GuideSums, LightPass, LightSums, PixelMoments, PixelSums, SampleSums, SumFlags};
 use crate::image::{Channel, Image, Samples};
@@ -10,6 +13,9 @@ use crate::image_file::SUM_LAYER;
 /// Names of the sums of guides.
 const GUIDES: [[&str; 3]; 2] = [["albedo_R", "albedo_G", "albedo_B"], ["normal_X", "normal_Y", "normal_Z"]];
 const RGBA: [&str; 4] = ["R", "G", "B", "A"];
+
+/// Shares of the instances of one pixel.
+type Shares = Vec<(u32, ExactSum)>;
 
 /// The channels of the sums of colours, and of light passes and moments where they are recorded.
 pub fn sum_channels(sums: &SampleSums) -> Vec<Channel> {
@@ -42,15 +48,7 @@ pub fn sum_channels(sums: &SampleSums) -> Vec<Channel> {
         }
     }
     if let Some(coverage) = &sums.coverage {
-        let most = coverage.iter().map(Vec::len).max().unwrap_or(0);
-        for rank in 0..most {
-            let at = |shares: &Vec<(u32, ExactSum)>| shares.get(rank).copied();
-            // 0 is no instance.
-            let instance = |shares| at(shares).map_or(0, |(instance, _)| instance + 1);
-            channels.push(uint(&format!("instance{rank}"), coverage.iter().map(instance)));
-            let share = |shares: &Vec<_>| at(shares).map_or(ExactSum::default(), |(_, share)| share);
-            add_words(&mut channels, &format!("share{rank}_"), coverage, share);
-        }
+        add_coverage(&mut channels, coverage);
     }
     channels
 }
@@ -84,14 +82,7 @@ pub fn sums_of_image(image: &Image, flags: SumFlags) -> Option<SampleSums> {
         }
     }
     if let Some(coverage) = &mut sums.coverage {
-        for rank in 0.. {
-            let Some(instances) = words(image, &format!("instance{rank}")) else { break };
-            let mut shares = vec![ExactSum::default(); instances.len()];
-            set_sums(&mut shares, image, &format!("share{rank}_"), |share| share)?;
-            for ((pixel, &instance), share) in coverage.iter_mut().zip(instances).zip(shares) {
-                pixel.extend(instance.checked_sub(1).map(|instance| (instance, share)));
-            }
-        }
+        set_coverage(coverage, image)?;
     }
     Some(sums)
 }
@@ -106,6 +97,46 @@ pub fn sum_flags<'n>(mut channels: impl Iterator<Item = &'n str> + Clone) -> Opt
         coverage: false,
     };
     channels.any(|channel| channel.starts_with(SUM_LAYER)).then_some(flags)
+}
+
+/// Adds the number of instances of each pixel, and the list of all.
+fn add_coverage(channels: &mut Vec<Channel>, coverage: &[Shares]) {
+    channels.push(uint("instances", coverage.iter().map(|shares| shares.len() as u32)));
+    let pixels = coverage.len();
+    let total: usize = coverage.iter().map(Vec::len).sum();
+    let mut listed = coverage.iter().flatten();
+    for layer in 0..total.div_ceil(pixels.max(1)) {
+        let mut instances = vec![0; pixels];
+        let mut words: [_; ExactSum::WORDS] = std::array::from_fn(|_| vec![0; pixels]);
+        for (at, &(instance, share)) in listed.by_ref().take(pixels).enumerate() {
+            instances[at] = instance;
+            for (words, word) in words.iter_mut().zip(share.to_words()) {
+                words[at] = word;
+            }
+        }
+        let named = |name: String, samples| Channel { name, samples: Samples::Uint(samples) };
+        channels.push(named(format!("{SUM_LAYER}instance{layer}"), instances));
+        for (word, words) in words.into_iter().enumerate() {
+            channels.push(named(format!("{SUM_LAYER}share{layer}_{word}"), words));
+        }
+    }
+}
+
+/// Sets the shares that [`add_coverage`] stored. `None` where a channel is missing, or the list is too short.
+fn set_coverage(coverage: &mut [Shares], image: &Image) -> Option<()> {
+    let mut layers = Vec::new();
+    for layer in 0.. {
+        let Some(instances) = words(image, &format!("instance{layer}")) else { break };
+        layers.push((instances, sum_words(image, &format!("share{layer}_"))?));
+    }
+    let mut listed = layers.iter().flat_map(|&(instances, words)| instances.iter().copied().zip(sums(words)));
+    for (shares, &count) in coverage.iter_mut().zip(words(image, "instances")?) {
+        shares.extend(listed.by_ref().take(count as usize));
+        if shares.len() != count as usize {
+            return None;
+        }
+    }
+    Some(())
 }
 
 fn uint(name: &str, values: impl Iterator<Item = u32>) -> Channel {
@@ -135,12 +166,21 @@ fn set_sums<T>(
     name: &str,
     sum: impl Fn(&mut T) -> &mut ExactSum,
 ) -> Option<()> {
-    let word = |word: usize| words(image, &format!("{name}{word}"));
-    let [w0, w1, w2, w3] = [word(0)?, word(1)?, word(2)?, word(3)?];
-    for (pixel, (((&w0, &w1), &w2), &w3)) in pixels.iter_mut().zip(w0.iter().zip(w1).zip(w2).zip(w3)) {
-        *sum(pixel) = ExactSum::from_words([w0, w1, w2, w3]);
-    }
+    let values = sums(sum_words(image, name)?);
+    pixels.iter_mut().zip(values).for_each(|(pixel, value)| *sum(pixel) = value);
     Some(())
+}
+
+/// The words of the sums `name`, the lowest first.
+fn sum_words<'i>(image: &'i Image, name: &str) -> Option<[&'i [u32]; ExactSum::WORDS]> {
+    let word = |word: usize| words(image, &format!("{name}{word}"));
+    Some([word(0)?, word(1)?, word(2)?, word(3)?])
+}
+
+/// The sums of such words.
+fn sums([w0, w1, w2, w3]: [&[u32]; ExactSum::WORDS]) -> impl Iterator<Item = ExactSum> {
+    let words = w0.iter().zip(w1).zip(w2).zip(w3);
+    words.map(|(((&w0, &w1), &w2), &w3)| ExactSum::from_words([w0, w1, w2, w3]))
 }
 
 #[cfg(test)]
@@ -155,6 +195,16 @@ mod tests {
         sum
     }
 
+    fn image_of(sums: &SampleSums) -> Image {
+        Image {
+            display_window: PixelWindow::full(8, 8),
+            data_window: sums.window,
+            encoding: ColorEncoding::Linear,
+            scene: RenderedScene::default(),
+            channels: sum_channels(sums),
+        }
+    }
+
     #[test]
     fn channels_hold_every_sum() {
         let window = PixelWindow { x0: 3, y0: 1, x1: 5, y1: 2 };
@@ -166,16 +216,32 @@ mod tests {
         sums.light.as_mut().unwrap()[1][4][2] = exact(-0.25);
         add_exact_share(&mut sums.coverage.as_mut().unwrap()[0], 5, exact(2.0));
         add_exact_share(&mut sums.coverage.as_mut().unwrap()[0], 0, exact(1.0));
-        let image = Image {
-            display_window: PixelWindow::full(8, 8),
-            data_window: window,
-            encoding: ColorEncoding::Linear,
-            scene: RenderedScene::default(),
-            channels: sum_channels(&sums),
-        };
+        let image = image_of(&sums);
         assert_eq!(sums_of_image(&image, flags), Some(sums));
         let names = image.channels.iter().map(|channel| channel.name.as_str());
         assert_eq!(sum_flags(names), Some(SumFlags { coverage: false, ..flags }));
         assert_eq!(sum_flags(["R", "G"].into_iter()), None);
+    }
+
+    #[test]
+    fn coverage_takes_the_memory_of_what_covers() {
+        let flags = SumFlags { coverage: true, ..SumFlags::default() };
+        let mut sums = SampleSums::new(PixelWindow { x0: 2, y0: 1, x1: 7, y1: 5 }, flags);
+        let channels = |sums: &SampleSums| sum_channels(sums).len();
+        let without = channels(&sums);
+        assert_eq!(sums_of_image(&image_of(&sums), flags), Some(sums.clone()));
+        // Twenty shares of one pixel and one of another are more than one list over twenty pixels.
+        for instance in 0..20 {
+            let coverage = sums.coverage.as_mut().unwrap();
+            add_exact_share(&mut coverage[7], 3 * instance, exact(instance as f32 - 4.5));
+        }
+        assert_eq!(channels(&sums), without + 5);
+        assert_eq!(sums_of_image(&image_of(&sums), flags), Some(sums.clone()));
+        add_exact_share(&mut sums.coverage.as_mut().unwrap()[19], 0, exact(1e9));
+        assert_eq!(channels(&sums), without + 10);
+        let mut image = image_of(&sums);
+        assert_eq!(sums_of_image(&image, flags), Some(sums));
+        image.channels.retain(|channel| !channel.name.ends_with("instance1"));
+        assert_eq!(sums_of_image(&image, flags), None);
     }
 }

@@ -205,7 +205,10 @@ impl<'a> FrameTracer<'a> {
     ) -> Result<FrameStatistics> {
         let (job, cancel, settings) = (self.job, self.cancel, &self.settings_of(film));
         let count = times.len() as u32;
-        let stored = checkpoint.and_then(|checkpoint| checkpoint.load(settings, count));
+        let stored = match checkpoint {
+            Some(checkpoint) => checkpoint.load(settings, count)?,
+            None => None,
+        };
         let new = || (PathFrame::new(settings, count), RenderStatistics::default());
         let (mut frame, rays) = stored.unwrap_or_else(new);
         let mut clock = PassClock::new(job, count, frame.samples_taken());

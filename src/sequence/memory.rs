@@ -14,7 +14,7 @@ use glam::Vec3;
 
 use crate::bvh::MAX_TRIANGLES;
 use crate::error::{Error, Result, over_limit};
-use crate::film::PixelWindow;
+use crate::film::{PixelWindow, SumFlags};
 use crate::framing::kept_bytes;
 use crate::integrator::Integrator;
 use crate::integrator::path::most_photon_bytes;
@@ -22,6 +22,7 @@ use crate::render::{PathFrame, tile_count};
 use crate::scene::{Material, Scene, SelectedCamera, Selection};
 
 pub use pixels::PixelMemory;
+use pixels::further_sum_bytes;
 use surfaces::{Motion, PosedCounts, bytes_a_part};
 
 use super::SequenceJob;
@@ -64,6 +65,14 @@ fn bytes_with_pixels(job: &SequenceJob, window: PixelWindow, has_next: bool) -> 
     BYTES_OF_PROCESS + rendering.max(job.scene.memory.import_bytes.into())
 }
 
+/// Bytes that `job` needs where the sums of a frame take `pixel_bytes` a pixel in its checkpoint; `None` where [`estimated_bytes`] covers them.
+pub(super) fn bytes_with_stored_sums(job: &SequenceJob, pixel_bytes: u64) -> Option<u128> {
+    let window = job.render.window;
+    let pixels = u128::from(window.width()) * u128::from(window.height());
+    let further = pixels * further_sum_bytes(sum_flags(job).unwrap_or_default(), pixel_bytes.into());
+    (further > 0).then(|| estimated_bytes(job) + further)
+}
+
 /// Bytes that the frames need besides the scene.
 fn frame_bytes(job: &SequenceJob, window: PixelWindow, has_next: bool) -> u128 {
     let counts = PosedCounts::of(&job.scene, &job.selection.roots);
@@ -76,7 +85,7 @@ fn frame_bytes(job: &SequenceJob, window: PixelWindow, has_next: bool) -> u128 {
         shutter: job.shutter,
         filter: job.render.filter,
         exr: &job.exr,
-        sums: PathFrame::sum_flags(job.render.integrator, &job.render.path, job.render.aovs),
+        sums: sum_flags(job),
         stores_sums: job.checkpoint || job.render.path.sample_range.is_some(),
         is_denoised: job.denoiser.is_some(),
     };
@@ -87,6 +96,11 @@ fn frame_bytes(job: &SequenceJob, window: PixelWindow, has_next: bool) -> u128 {
         + environment_bytes(job)
         + photon_bytes(job)
         + counts.frame_bytes(job.build.builder, motion(job))
+}
+
+/// The sums of paths that a job records.
+fn sum_flags(job: &SequenceJob) -> Option<SumFlags> {
+    PathFrame::sum_flags(job.render.integrator, &job.render.path, job.render.aovs)
 }
 
 /// What poses the surfaces of a job anew.

@@ -3,6 +3,7 @@
 mod aovs;
 mod bands;
 mod bvh;
+mod checkpoints;
 mod colors;
 mod conformance;
 mod corruptions;

@@ -121,6 +121,11 @@ fn sum_bytes(sums: SumFlags) -> u128 {
     bytes as u128
 }
 
+/// Bytes a pixel that a frame needs beyond the estimate where its sums take `stored` in a checkpoint: of pixels that show more instances.
+pub(super) fn further_sum_bytes(sums: SumFlags, stored: u128) -> u128 {
+    STORED_SUM_COPIES * stored.saturating_sub(sum_bytes(sums))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -172,5 +177,19 @@ mod tests {
         // Both films have the weights of a filter with negative lobes, four bytes each.
         let mitchell = PixelMemory { filter: PixelFilter::Mitchell, ..blurred };
         assert_eq!(bytes(mitchell)[1], bytes(blurred)[1] + 8);
+    }
+
+    #[test]
+    fn checkpoints_with_many_instances_need_more_than_the_estimate() {
+        let plain = SumFlags::default();
+        let crypto = SumFlags { coverage: true, ..plain };
+        let all = SumFlags { moments: true, light: true, coverage: true, guides: true };
+        // Stored are a weight, a count, four sums, whether the pixel is finished, and each instance with its share.
+        let stored = |instances: u128| 4 + 4 + 4 * 16 + 4 + 4 + instances * 20;
+        assert_eq!(further_sum_bytes(plain, stored(0) - 4), 0);
+        assert_eq!(further_sum_bytes(crypto, stored(SHARES_A_PIXEL as u128)), 0);
+        assert_eq!(further_sum_bytes(all, stored(SHARES_A_PIXEL as u128)), 0);
+        let further = |instances| further_sum_bytes(crypto, stored(instances));
+        assert_eq!(further(151) - further(51), 3 * 100 * 20);
     }
 }

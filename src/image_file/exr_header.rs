@@ -49,7 +49,7 @@ pub struct ExrHeader {
     pub channels: Vec<(String, ExrSampleType)>,
     /// Index of the compression in OpenEXR's list.
     compression: u8,
-    attributes: Attributes,
+    pub(super) attributes: Attributes,
 }
 
 /// Attributes, by name, that all tiles of one image share.
@@ -102,14 +102,6 @@ impl ExrHeader {
         attributes.map(|(name, value)| (name.as_str(), value.as_slice())).collect()
     }
 
-    /// Whether the other file is of the same image: the same shared attributes and the same channels but for those of sums.
-    pub fn is_same_image(&self, other: &Self) -> bool {
-        let [mut ours, mut theirs] = [self.shared(), other.shared()];
-        ours.remove("channels");
-        theirs.remove("channels");
-        ours == theirs && self.channels_without_sums().eq(other.channels_without_sums())
-    }
-
     /// Names and types of the channels but for those of sums, in the file's order.
     pub fn channels_without_sums(&self) -> impl Iterator<Item = &(String, ExrSampleType)> {
         self.channels.iter().filter(|(name, _)| !name.starts_with(SUM_LAYER))
@@ -157,7 +149,7 @@ impl ExrHeader {
 }
 
 /// Type, a zero byte and value of every attribute, by name.
-type Attributes = BTreeMap<String, Vec<u8>>;
+pub(super) type Attributes = BTreeMap<String, Vec<u8>>;
 
 fn text(attributes: &Attributes, name: &str) -> Option<String> {
     let value = attributes.get(name)?.strip_prefix(b"string\0")?;

@@ -25,8 +25,15 @@ use crate::image::{Image, PixelWindow};
 pub struct ExrTile {
     /// Path of the file.
     pub path: PathBuf,
-    /// Header at the time of planning.
+    /// Header at the time of planning, with hashes in place of long attributes.
     pub header: ExrHeader,
+}
+
+impl ExrTile {
+    /// The file `path` with this header, of which it keeps what tells tiles apart.
+    pub fn new(path: PathBuf, header: ExrHeader) -> Self {
+        Self { path, header: header.condensed() }
+    }
 }
 
 type TileImage = ExrImage<Layer<AnyChannels<FlatSamples>>>;
@@ -52,7 +59,7 @@ pub(crate) fn join_encoded_tiles(encoded: Vec<(PathBuf, Vec<u8>)>) -> Result<Vec
         let header = ExrHeader::parse(&mut bytes.as_slice());
         let header = header.map_err(|why| Error::invalid(&path, "", why))?;
         let image = decode(&path, &bytes)?;
-        Ok((ExrTile { path, header }, image))
+        Ok((ExrTile::new(path, header), image))
     };
     let (tiles, decoded): (Vec<_>, _) =
         encoded.into_iter().map(tile).collect::<Result<Vec<_>>>()?.into_iter().unzip();
@@ -143,7 +150,7 @@ fn encode(image: &TileImage, tile: &ExrTile) -> Result<Vec<u8>> {
 fn decode_tile(tile: &ExrTile) -> Result<TileImage> {
     let ExrTile { path, header } = tile;
     let bytes = std::fs::read(path).map_err(Error::missing(path))?;
-    if ExrHeader::parse(&mut bytes.as_slice()).as_ref() != Ok(header) {
+    if ExrHeader::parse(&mut bytes.as_slice()).map(ExrHeader::condensed).as_ref() != Ok(header) {
         return Err(Error::invalid(path, "", "was changed while it was merged"));
     }
     if verify_exr(&mut Cursor::new(&bytes)).is_ok_and(|integrity| integrity == ExrIntegrity::Damaged) {
@@ -215,7 +222,7 @@ fn empty_like(samples: &FlatSamples, length: usize) -> FlatSamples {
 
 /// Refuses a joined file in which the encoder dropped or changed an attribute.
 fn check_attributes(tile: &ExrTile, joined: &[u8]) -> Result<()> {
-    let joined = ExrHeader::parse(&mut &*joined).map_err(|why| cannot_merge(tile, &why))?;
+    let joined = ExrHeader::parse(&mut &*joined).map_err(|why| cannot_merge(tile, &why))?.condensed();
     if joined.channels_without_sums().ne(tile.header.channels_without_sums()) {
         return Err(cannot_merge(tile, "its channels cannot be kept"));
     }

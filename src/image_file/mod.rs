@@ -15,6 +15,7 @@ mod exr_chunks;
 mod exr_color_layer;
 mod exr_color_names;
 mod exr_compression;
+mod exr_condensed;
 mod exr_deflate;
 mod exr_header;
 mod exr_join;

@@ -169,7 +169,7 @@ fn read_tile(path: &Path) -> Result<ExrTile> {
         );
         return Err(Error::invalid(path, "", message));
     }
-    Ok(ExrTile { path: path.to_owned(), header })
+    Ok(ExrTile::new(path.to_owned(), header))
 }
 
 /// Groups tiles by frame number; all of them are one frame where `output` has no field for the number.

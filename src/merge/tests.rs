@@ -80,7 +80,7 @@ fn broken_tiles_are_refused_and_never_an_internal_error() {
 fn sample_ranges_of_a_crop_need_the_memory_of_the_crop() {
     let bytes = crop_of(PixelWindow::full(4000, 3000), ExrCompression::None);
     let header = ExrHeader::parse(&mut bytes.as_slice()).unwrap();
-    let tiles = [ExrTile { path: "crop.exr".into(), header }];
+    let tiles = [ExrTile::new("crop.exr".into(), header)];
     // 20 pixels of 10 bytes in six copies are 1200 bytes; the whole image in three is 360 MB.
     assert!(check_memory(&tiles, true, 1200).is_ok());
     let message = |are_sample_ranges| check_memory(&tiles, are_sample_ranges, 1199).unwrap_err().to_string();
@@ -154,4 +154,48 @@ fn only_channels_that_differ_are_listed() {
         let message = message(names, further);
         assert!(message.contains(words) && message.ends_with("usual.exr"), "{message}");
     }
+}
+
+/// Plans keep no manifest of a tile: there may be thousands of tiles, each with the names of all instances.
+#[test]
+fn manifests_are_compared_and_kept_without_being_planned() {
+    const MANIFEST: &str = "cryptomatte/0123456/manifest";
+    let folder = tempfile::tempdir().unwrap();
+    let tile = |name: &str, x0: u32, manifest: &str| {
+        let image = Image {
+            display_window: PixelWindow::full(10, 4),
+            data_window: PixelWindow { x0, y0: 0, x1: x0 + 5, y1: 4 },
+            encoding: ColorEncoding::Linear,
+            scene: RenderedScene::default(),
+            channels: vec![Channel {
+                name: "R".to_owned(),
+                samples: Samples::Half(vec![half::f16::ONE; 20]),
+            }],
+        };
+        let texts = vec![(MANIFEST.to_owned(), manifest.to_owned())];
+        let attributes =
+            FrameAttributes { render_hash: "00ff".to_owned(), texts, ..FrameAttributes::unknown() };
+        let path = folder.path().join(name);
+        std::fs::write(&path, encode_exr(image, ExrCompression::Zip, &attributes).unwrap()).unwrap();
+        path
+    };
+    let manifest = format!("{{\"{}a\":\"00000000\"}}", "n".repeat(1 << 20));
+    let tiles = [tile("left.exr", 0, &manifest), tile("right.exr", 5, &manifest)];
+    let whole = folder.path().join("whole.exr");
+    let output = OutputPattern::parse(whole.as_os_str()).unwrap();
+    let planned = || MergePlan::new(&tiles, &output, false, 1 << 30);
+
+    let plan = planned().unwrap();
+    let attributes = plan.frames[0].tiles.iter().flat_map(|tile| tile.header.shared().into_values());
+    assert!(attributes.map(<[u8]>::len).sum::<usize>() < 10_000);
+    let joined = join_frame(&plan.frames[0]).unwrap();
+    std::fs::write(&whole, joined).unwrap();
+    assert_eq!(ExrHeader::read(&whole).unwrap().text(MANIFEST).as_deref(), Some(manifest.as_str()));
+    assert!(planned().unwrap().frames[0].is_done);
+
+    tile("right.exr", 5, &manifest.replace("na", "nb"));
+    let changed = join_frame(&plan.frames[0]).unwrap_err().to_string();
+    assert!(changed.contains("was changed while it was merged"), "{changed}");
+    let foreign = planned().unwrap_err().to_string();
+    assert!(foreign.contains(&format!("has another attribute \"{MANIFEST}\" than ")), "{foreign}");
 }

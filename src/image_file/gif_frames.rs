@@ -1,11 +1,17 @@
 //! Frames of animated GIF files: one-bit alpha, palettes of 256 colours, and durations in hundredths of a second.
 
+use std::collections::HashSet;
+
+use color_quant::NeuQuant;
+
 use super::frame_delays::rounded_delay;
 
 /// Most frames a second: browsers show frames of less than two hundredths of a second for ten.
 pub(super) const MAX_RATE: u32 = 50;
 /// Side of the dither matrix.
 const SIDE: usize = 8;
+/// Colours of a palette.
+const COLORS: usize = 256;
 
 /// The frame with alpha 0 or 255, by an ordered dither (Bayer 1973), and black where it is transparent. `None` where alpha is so already.
 ///
@@ -33,8 +39,34 @@ fn bayer(x: usize, y: usize) -> usize {
 
 /// Of so many pixels at a time the palette learns from one, up to the 10 that look as good as 1 and take a fraction of the time. It takes
 /// some 25,000 to learn the colours of small things.
-pub(super) fn palette_speed((width, height): (u32, u32)) -> i32 {
-    (u64::from(width) * u64::from(height) / 25_000).clamp(1, 10) as i32
+pub(super) fn palette_speed(pixels: u64) -> i32 {
+    (pixels / 25_000).clamp(1, 10) as i32
+}
+
+/// Reduces the opaque pixels of a frame that has transparent ones, too, to colours that leave one of the palette for transparency (NeuQuant,
+/// Dekker 1994). Frames that are opaque or have few colours stay as they are.
+///
+/// The encoder's own palette learns no colour of few transparent pixels: the opaque pixels of the nearest colour would be transparent.
+pub(super) fn reserve_transparent_color(pixels: &mut [[u8; 4]]) {
+    pixels.iter_mut().filter(|pixel| pixel[3] == 0).for_each(|pixel| *pixel = [0; 4]);
+    let opaque: Vec<[u8; 4]> = pixels.iter().filter(|pixel| pixel[3] != 0).copied().collect();
+    if opaque.len() == pixels.len() || !has_more_colors(&opaque, COLORS - 1) {
+        return;
+    }
+    let palette = NeuQuant::new(palette_speed(opaque.len() as u64), COLORS - 1, opaque.as_flattened());
+    let colors = palette.color_map_rgb();
+    let colors = colors.as_chunks::<3>().0;
+    for pixel in pixels.iter_mut().filter(|pixel| pixel[3] != 0) {
+        if let Some(&[r, g, b]) = colors.get(palette.index_of(pixel)) {
+            *pixel = [r, g, b, 255];
+        }
+    }
+}
+
+/// Whether there are more than `count` colours.
+fn has_more_colors(pixels: &[[u8; 4]], count: usize) -> bool {
+    let mut found = HashSet::new();
+    pixels.iter().any(|pixel| found.insert(pixel) && found.len() > count)
 }
 
 /// Duration of frame `index`, milliseconds; `None` for a frame that is left out, of more than [`MAX_RATE`] a second.
@@ -65,6 +97,20 @@ mod tests {
     use crate::cancel::CancelFlag;
     use crate::image_file::{MovieFormat, MovieWriter};
 
+    /// The pixels of a movie of one frame.
+    fn shown(pixels: &[[u8; 4]], size: (u32, u32)) -> Vec<[u8; 4]> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.gif");
+        let mut movie =
+            MovieWriter::begin(&path, MovieFormat::Gif, size, (24, 1), 1, &CancelFlag::new()).unwrap();
+        movie.add(pixels).unwrap();
+        movie.finish().unwrap();
+        let bytes = std::fs::read(path).unwrap();
+        let decoder = GifDecoder::new(Cursor::new(&bytes)).unwrap();
+        let frame = decoder.into_frames().next().unwrap().unwrap();
+        frame.buffer().pixels().map(|pixel| pixel.0).collect()
+    }
+
     #[test]
     fn faint_shadows_are_dithered_and_not_black() {
         // 20 of 255 are 5 of 64; edges of a half are 32.
@@ -93,6 +139,7 @@ mod tests {
         assert!((0..24).all(|index| matches!(delay_ms(index, (24, 1)), Some(40 | 50))));
         assert_eq!(delay_ms(0, (1000, 1)), Some(20));
     }
+
     #[test]
     fn small_gifs_keep_the_colours_of_small_things() {
         // Grey from left to right, and a golden disk on a fortieth of the image.
@@ -102,17 +149,53 @@ mod tests {
         let pixels: Vec<_> = (0..160 * 90)
             .map(|at| if is_gold(at) { gold } else { [grey(at), grey(at), grey(at) + 20, 255] })
             .collect();
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.gif");
-        let mut movie =
-            MovieWriter::begin(&path, MovieFormat::Gif, (160, 90), (24, 1), 1, &CancelFlag::new()).unwrap();
-        movie.add(&pixels).unwrap();
-        movie.finish().unwrap();
-        let bytes = std::fs::read(path).unwrap();
-        let decoder = GifDecoder::new(Cursor::new(&bytes)).unwrap();
-        let frame = decoder.into_frames().next().unwrap().unwrap();
-        let shown = frame.buffer().get_pixel(100, 40).0;
+        let shown = shown(&pixels, (160, 90))[40 * 160 + 100];
         assert!(shown.iter().zip(gold).all(|(shown, gold)| shown.abs_diff(gold) <= 6), "{shown:?}");
+    }
+
+    #[test]
+    fn few_transparent_pixels_leave_the_others_opaque() {
+        // Colours by the thousand over a black ground, of which some pixels are transparent.
+        let (width, height) = (320, 240);
+        for transparent in [0, 3, 9_000] {
+            let alpha = |at: usize| if (7 * width..7 * width + transparent).contains(&at) { 0 } else { 255 };
+            let color = |at: usize| match (at % width, at / width) {
+                (_, 0..100) => [0, 0, 0, alpha(at)],
+                (x, y) => [x as u8, y as u8, (x + y) as u8, 255],
+            };
+            let pixels: Vec<[u8; 4]> = (0..width * height).map(color).collect();
+            let shown = shown(&pixels, (width as u32, height as u32));
+            for (shown, pixel) in shown.iter().zip(&pixels) {
+                assert_eq!(shown[3], pixel[3], "{transparent} transparent pixels");
+                let is_near = |channel: usize| shown[channel].abs_diff(pixel[channel]) <= 96;
+                assert!(pixel[3] == 0 || (0..3).all(is_near), "{shown:?} is not {pixel:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn transparent_pixels_of_few_colours_leave_the_colours_exact() {
+        for colors in [1, 254, 255] {
+            let mut pixels: Vec<[u8; 4]> = (0..colors).map(|at| [at as u8, 7, 200, 255]).collect();
+            pixels.extend([[9, 9, 9, 0], [0, 7, 200, 0]]);
+            let shown = shown(&pixels, (pixels.len() as u32, 1));
+            assert_eq!(shown[..colors], pixels[..colors]);
+            assert_eq!(shown[colors..].iter().map(|pixel| pixel[3]).max(), Some(0));
+        }
+    }
+
+    #[test]
+    fn frames_without_transparency_are_left_to_the_encoder() {
+        let opaque: Vec<[u8; 4]> = (0..1000_u32).map(|at| [at as u8, (at >> 8) as u8, 7, 255]).collect();
+        let mut reserved = opaque.clone();
+        reserve_transparent_color(&mut reserved);
+        assert_eq!(reserved, opaque);
+        // Of all colours there are at most 255 with transparency.
+        reserved[500] = [0; 4];
+        reserve_transparent_color(&mut reserved);
+        let colors: HashSet<_> = reserved.iter().filter(|pixel| pixel[3] != 0).collect();
+        assert!(colors.len() < COLORS, "{}", colors.len());
+        assert_eq!(reserved.iter().filter(|pixel| pixel[3] == 0).count(), 1);
     }
 
     #[test]

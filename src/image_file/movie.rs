@@ -16,7 +16,9 @@ use super::display::over;
 use super::ffmpeg::{FilmFormat, ffmpeg, has_ffmpeg};
 use super::film_encoder::FilmEncoder;
 use super::frame_delays::{png_delay, rounded_delay};
-use super::gif_frames::{MAX_RATE, delay_ms, is_too_fast, one_bit_alpha, palette_speed};
+use super::gif_frames::{
+    MAX_RATE, delay_ms, is_too_fast, one_bit_alpha, palette_speed, reserve_transparent_color,
+};
 use super::movie_mark::{MOVIE_MARK, gif_comment_and_trailer};
 use super::webp_animation::{self, WebpAnimation};
 use crate::cancel::CancelFlag;
@@ -161,7 +163,10 @@ impl MovieWriter {
             }
             MovieFormat::Gif => {
                 let sink = sink()?;
-                let mut gif = GifEncoder::new_with_speed(sink.clone(), palette_speed(size));
+                let mut gif = GifEncoder::new_with_speed(
+                    sink.clone(),
+                    palette_speed(u64::from(size.0) * u64::from(size.1)),
+                );
                 gif.set_repeat(Repeat::Infinite).map_err(|error| write_failed(path, error))?;
                 Encoder::Gif(Box::new(gif), sink)
             }
@@ -202,9 +207,10 @@ impl MovieWriter {
                 let Some(delay) = delay_ms(added, self.rate) else { return Ok(()) };
                 let dithered = one_bit_alpha(pixels, width);
                 self.has_lost_alpha |= dithered.is_some();
-                let pixels = dithered.unwrap_or_else(|| pixels.to_vec()).into_flattened();
-                let image = RgbaImage::from_raw(width, height, pixels).ok_or_else(|| Error::Internal {
-                    message: "a frame of a movie cannot be copied".to_owned(),
+                let mut pixels = dithered.unwrap_or_else(|| pixels.to_vec());
+                reserve_transparent_color(&mut pixels);
+                let image = RgbaImage::from_raw(width, height, pixels.into_flattened()).ok_or_else(|| {
+                    Error::Internal { message: "a frame of a movie cannot be copied".to_owned() }
                 })?;
                 let frame = image::Frame::from_parts(image, 0, 0, Delay::from_numer_denom_ms(delay, 1));
                 gif.encode_frame(frame).map_err(|error| write_failed(&self.path, error))

@@ -12,7 +12,7 @@ use exr::image::write::layers::{LayersWriter as _, WritableLayers as _};
 use exr::image::{AnyChannels, Encoding, FlatSamples, Layer};
 use exr::meta::Headers;
 use exr::meta::header::Header;
-use exr::prelude::{Blocks, LineOrder};
+use exr::prelude::{Blocks, Compression, LineOrder};
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 
@@ -88,7 +88,7 @@ impl ExrBands {
                 blocks: Blocks::ScanLines,
                 line_order: LineOrder::Increasing,
             },
-            channels: without_samples(&band.channels),
+            channels: without_samples(&band.channels, compression.for_exr()),
         };
         let headers = layout.headers(attributes);
         let start_bytes = start_of_file(&headers, &[])?.len();
@@ -133,7 +133,9 @@ impl ExrBands {
         let is_next = (window.x0, window.x1) == (whole.x0, whole.x1)
             && first_row == self.offsets.len() * rows_of_chunks
             && ((window.height() as usize).is_multiple_of(rows_of_chunks) || window.y1 == whole.y1);
-        if !is_next || without_samples(&band.channels) != self.layout.channels {
+        if !is_next
+            || without_samples(&band.channels, self.layout.encoding.compression) != self.layout.channels
+        {
             return Err(internal("a band does not continue the image"));
         }
 
@@ -142,7 +144,7 @@ impl ExrBands {
             size,
             exr::prelude::LayerAttributes::default(),
             self.layout.encoding,
-            exr_channels(band.channels),
+            exr_channels(band.channels, self.layout.encoding.compression),
         );
         let band_headers = layer.infer_headers(&self.headers[0].shared_attributes);
         let writer = layer.create_writer(&band_headers);
@@ -240,7 +242,7 @@ fn start_of_file(headers: &Headers, offsets: &[u64]) -> Result<Vec<u8>> {
 }
 
 /// The channels in the order of their names, without samples.
-fn without_samples(channels: &[Channel]) -> AnyChannels<FlatSamples> {
+fn without_samples(channels: &[Channel], compression: Compression) -> AnyChannels<FlatSamples> {
     let empty = |channel: &Channel| Channel {
         name: channel.name.clone(),
         samples: match channel.samples {
@@ -249,7 +251,7 @@ fn without_samples(channels: &[Channel]) -> AnyChannels<FlatSamples> {
             Samples::Uint(_) => Samples::Uint(Vec::new()),
         },
     };
-    exr_channels(channels.iter().map(empty).collect())
+    exr_channels(channels.iter().map(empty).collect(), compression)
 }
 
 #[cfg(test)]

@@ -116,7 +116,8 @@ pub fn encode_exr_like(tile: &ExrTile, image: Image) -> Result<Vec<u8>> {
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let layer = Layer::new(decoded.layer_data.size, attributes, encoding, exr_channels(image.channels));
+    let channels = exr_channels(image.channels, encoding.compression);
+    let layer = Layer::new(decoded.layer_data.size, attributes, encoding, channels);
     encode(&ExrImage::new(decoded.attributes, layer), tile)
 }
 

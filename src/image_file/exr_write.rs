@@ -11,12 +11,13 @@ use exr::block::writer::ChunksWriter as _;
 use exr::block::{UncompressedBlock, enumerate_ordered_header_block_indices};
 use exr::image::write::layers::{LayersWriter as _, WritableLayers};
 use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image as ExrImage, Layer};
-use exr::prelude::{Blocks, LineOrder, WritableImage as _};
+use exr::prelude::{Blocks, Compression, LineOrder, WritableImage as _};
 use rayon::prelude::*;
 
 use super::exr_attributes::byte_text;
 use super::exr_checksum::seal;
 use super::exr_deflate::ChunkCompressor;
+use super::exr_dwa::with_finite_light;
 use super::{ExrCompression, FrameAttributes};
 use crate::error::{Error, Result};
 use crate::image::{Channel, Image, Samples};
@@ -39,7 +40,8 @@ pub fn encode_exr(
     };
     let size = (window.width() as usize, window.height() as usize);
     let layer_attributes = attributes.of_layer((window.x0, window.y0));
-    let layer = Layer::new(size, layer_attributes, encoding, exr_channels(image.channels));
+    let channels = exr_channels(image.channels, encoding.compression);
+    let layer = Layer::new(size, layer_attributes, encoding, channels);
     let image = ExrImage::new(attributes.of_image(display_size), layer);
 
     let mut bytes = Vec::new();
@@ -50,9 +52,12 @@ pub fn encode_exr(
     Ok(bytes)
 }
 
-/// Channels in the order of their names.
-pub(super) fn exr_channels(channels: Vec<Channel>) -> AnyChannels<FlatSamples> {
-    let channel = |channel: Channel| AnyChannel::new(byte_text(&channel.name), flat_samples(channel.samples));
+/// Channels in the order of their names, with light that `compression` keeps finite.
+pub(super) fn exr_channels(channels: Vec<Channel>, compression: Compression) -> AnyChannels<FlatSamples> {
+    let channel = |channel: Channel| {
+        let Channel { name, samples } = with_finite_light(channel, compression);
+        AnyChannel::new(byte_text(&name), flat_samples(samples))
+    };
     AnyChannels::sort(channels.into_iter().map(channel).collect())
 }
 

@@ -1,7 +1,7 @@
 use exr::image::SpecificChannels;
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::meta::header::LayerAttributes;
-use exr::prelude::{Compression, Vec2};
+use exr::prelude::Vec2;
 
 use super::*;
 use crate::image::{Channel, ColorEncoding, PixelWindow, RenderedScene, half_from_f32};

@@ -9,8 +9,9 @@ use exr::math::Vec2;
 use exr::meta::attribute::AttributeValue;
 use exr::meta::header::LayerAttributes;
 use exr::prelude::{ReadChannels as _, ReadLayers as _};
+use glam::DMat3;
 
-use super::exr_rgba::check_memory;
+use super::exr_rgba::{check_memory, to_rec709};
 use super::isolated::isolated;
 use crate::error::Error;
 use crate::image::{
@@ -20,17 +21,26 @@ use crate::image::{
 /// Decodes the flat channels of all parts of `bytes`, the content of the file `path`.
 ///
 /// Channels of a named part are called `part.channel` unless their own name begins so. All parts must cover the same
-/// pixels. Values that are not finite are kept.
+/// pixels. Values are those of the file, whatever its `chromaticities`, and those that are not finite are kept.
 ///
 /// # Errors
 /// [`Error::Invalid`] when it is not such a file; [`Error::Refused`] when the pixels would take more than
 /// `max_memory_bytes`.
 pub fn decode_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Image, Error> {
+    Ok(decode_exr_with_primaries(path, bytes, max_memory_bytes)?.0)
+}
+
+/// Decodes what [`decode_exr`] does, and the matrix from colours of the file to Rec.709 where they are others.
+pub(super) fn decode_exr_with_primaries(
+    path: &Path,
+    bytes: &[u8],
+    max_memory_bytes: u64,
+) -> Result<(Image, Option<DMat3>), Error> {
     check_memory(path, bytes, max_memory_bytes)?;
     isolated(|| decode(bytes)).map_err(|why| Error::invalid(path, "", why))
 }
 
-fn decode(bytes: &[u8]) -> Result<Image, String> {
+fn decode(bytes: &[u8]) -> Result<(Image, Option<DMat3>), String> {
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -41,6 +51,7 @@ fn decode(bytes: &[u8]) -> Result<Image, String> {
         .from_buffered(Cursor::new(bytes))
         .map_err(|error| format!("not a readable OpenEXR file: {error}"))?;
     let display = image.attributes.display_window;
+    let matrix = image.attributes.chromaticities.and_then(to_rec709);
     let parts = image.layer_data;
     let first = parts.first().ok_or("the file holds no image")?;
     let (size, position) = (first.size, first.attributes.layer_position);
@@ -66,13 +77,14 @@ fn decode(bytes: &[u8]) -> Result<Image, String> {
             channels.push(channel);
         }
     }
-    Ok(Image {
+    let image = Image {
         scene,
         display_window: PixelWindow::full(display.size.0 as u32, display.size.1 as u32),
         data_window: PixelWindow { x0, y0, x1: x0.saturating_add(width), y1: y0.saturating_add(height) },
         encoding: ColorEncoding::Linear,
         channels,
-    })
+    };
+    Ok((image, matrix))
 }
 
 /// What the attributes of the first part tell of the scene.

@@ -130,7 +130,7 @@ pub(super) fn check_memory(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> 
 
 /// The matrix from colours of `chromaticities` to Rec.709, unless they are Rec.709. Chromaticities that no colours have are taken for those:
 /// some programs write zeros.
-fn to_rec709(chromaticities: ExrChromaticities) -> Option<DMat3> {
+pub(super) fn to_rec709(chromaticities: ExrChromaticities) -> Option<DMat3> {
     let ExrChromaticities { red, green, blue, white } = chromaticities;
     let [red, green, blue, white] = [red, green, blue, white].map(|xy| glam::Vec2::new(xy.0, xy.1));
     let chromaticities = Chromaticities { red, green, blue, white };
@@ -138,7 +138,7 @@ fn to_rec709(chromaticities: ExrChromaticities) -> Option<DMat3> {
 }
 
 /// A pixel in other primaries. Greys are the same in all, and one that is not finite is kept: sums of its channels are not a number.
-fn converted([r, g, b, a]: [f32; 4], matrix: &DMat3) -> [f32; 4] {
+pub(super) fn converted([r, g, b, a]: [f32; 4], matrix: &DMat3) -> [f32; 4] {
     let color = DVec3::new(r.into(), g.into(), b.into());
     if !color.is_finite() || (r == g && g == b) {
         return [r, g, b, a];
@@ -243,7 +243,7 @@ fn rgba(layer: &Part, color_layer: &ColorLayer) -> Result<Vec<[f32; 4]>, String>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::{ColorEncoding, Image};
+    use crate::image::{Channel, ColorEncoding, Image, Samples};
     use crate::image_file::{ExrCompression, FrameAttributes, encode_exr, read_environment, read_plate};
 
     /// Red, green, blue and white of ACES2065-1.
@@ -252,7 +252,11 @@ mod tests {
     /// A file of one row with `chromaticities`.
     fn file(pixels: &[[f32; 4]], chromaticities: [f32; 8]) -> Vec<u8> {
         let image = Image::from_rgba((pixels.len() as u32, 1), ColorEncoding::Linear, pixels);
-        let mut bytes = encode_exr(image, ExrCompression::None, &FrameAttributes::unknown()).unwrap();
+        let bytes = encode_exr(image, ExrCompression::None, &FrameAttributes::unknown()).unwrap();
+        with_chromaticities(bytes, chromaticities)
+    }
+
+    fn with_chromaticities(mut bytes: Vec<u8>, chromaticities: [f32; 8]) -> Vec<u8> {
         let name = b"chromaticities\0chromaticities\0";
         let found = bytes.windows(name.len()).position(|found| found == name).unwrap();
         // After the length of the value.
@@ -283,6 +287,51 @@ mod tests {
         let [r, g, b] = environment.pixels[1];
         assert_near([r, g, b, 0.0], [0.0, 0.436_048, 0.636_746, 0.0]);
         assert!(environment.warnings[0].message.starts_with("2 values"), "{:?}", environment.warnings);
+    }
+
+    #[test]
+    fn compared_colours_of_other_primaries_become_rec709() {
+        let pixels = [[0.2, 0.4, 0.6, 0.5], [1.0; 4], [f32::INFINITY, 1.0, 1.0, 1.0]];
+        let read = |pixels: &[[f32; 4]], chromaticities| {
+            Image::decode(Path::new("a.exr"), &file(pixels, chromaticities)).unwrap().rgba().unwrap()
+        };
+        let rec709 = [0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329];
+        assert_eq!(read(&pixels, rec709), pixels);
+        // Equal numbers are other colours.
+        let aces = read(&pixels, AP0);
+        assert_near(aces[0], [-0.181_848, 0.436_048, 0.636_746, 0.5]);
+        assert_eq!(aces[1..], pixels[1..]);
+        // Equal colours are other numbers.
+        let equal = read(&[aces[0]], rec709);
+        assert_eq!(equal[0], aces[0]);
+    }
+
+    #[test]
+    fn all_layers_of_colours_are_converted_and_no_data() {
+        let channel =
+            |name: &str, value: f32| Channel { name: name.to_owned(), samples: Samples::Float(vec![value]) };
+        let colors = |layer: &str| {
+            [("r", 0.2), ("g", 0.4), ("b", 0.6)]
+                .map(|(color, value)| channel(&format!("{layer}{color}"), value))
+        };
+        let mut image = Image::from_rgba((1, 1), ColorEncoding::Linear, &[[0.2, 0.4, 0.6, 1.0]]);
+        image.channels.extend(colors("direct."));
+        image.channels.extend(colors("crypto_object00."));
+        image.channels.extend([channel("Z", 3.0), channel("mask.R", 0.2), channel("normal.X", 0.2)]);
+        let count = image.channels.len();
+        let bytes = encode_exr(image, ExrCompression::None, &FrameAttributes::unknown()).unwrap();
+        let read = Image::decode(Path::new("a.exr"), &with_chromaticities(bytes, AP0)).unwrap();
+        assert_eq!(read.channels.len(), count);
+        let value = |name: &str| read.channel(name).unwrap().samples.floats().unwrap()[0];
+        for layer in ["", "direct."] {
+            let [r, g, b] = ["R", "G", "B"].map(|color| value(&format!("{layer}{color}")));
+            assert_near([r, g, b, 0.0], [-0.181_848, 0.436_048, 0.636_746, 0.0]);
+        }
+        for (name, kept) in
+            [("crypto_object00.r", 0.2), ("Z", 3.0), ("mask.R", 0.2), ("normal.X", 0.2), ("A", 1.0)]
+        {
+            assert_eq!(value(name), kept, "{name}");
+        }
     }
 
     #[test]

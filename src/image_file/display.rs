@@ -23,8 +23,8 @@ pub struct DisplayImage {
 }
 
 impl DisplayImage {
-    /// The image in `size`, which is at most its own. Each new pixel is the mean of those that it covers, whose colours count by their
-    /// alpha.
+    /// The image in `size`, which is at most its own. Each new pixel is the mean of those that it covers, in linear light, where colours
+    /// count by their alpha.
     #[must_use]
     pub fn reduced(&self, size: (u32, u32)) -> Self {
         let size = (size.0.max(1), size.1.max(1));
@@ -37,20 +37,22 @@ impl DisplayImage {
 
     /// The mean of the pixels in `columns` and `rows`, rounded.
     fn mean(&self, columns: Range<usize>, rows: Range<usize>) -> [u8; 4] {
-        let (mut colors, mut alphas, mut count) = ([0_u64; 3], 0_u64, 0_u64);
+        let linear = srgb8_table();
+        // Sums of equal colours are exact in double precision.
+        let (mut light, mut alphas, mut count) = ([0.0_f64; 3], 0_u64, 0_u64);
         for row in rows {
             let start = row * self.size.0 as usize;
             let pixels = self.pixels.get(start + columns.start..start + columns.end).unwrap_or_default();
             for &[r, g, b, alpha] in pixels {
-                let alpha = u64::from(alpha);
-                colors.iter_mut().zip([r, g, b]).for_each(|(sum, value)| *sum += u64::from(value) * alpha);
-                alphas += alpha;
+                for (sum, value) in light.iter_mut().zip([r, g, b]) {
+                    *sum += f64::from(linear[usize::from(value)]) * f64::from(alpha);
+                }
+                alphas += u64::from(alpha);
             }
             count += pixels.len() as u64;
         }
-        let rounded = |sum: u64, weight: u64| ((sum + weight / 2) / weight.max(1)) as u8;
-        let [r, g, b] = colors.map(|sum| rounded(sum, alphas));
-        [r, g, b, rounded(alphas, count)]
+        let [r, g, b] = light.map(|sum| Srgb8Codes::get().encode((sum / alphas.max(1) as f64) as f32));
+        [r, g, b, ((alphas + count / 2) / count.max(1)) as u8]
     }
 }
 
@@ -196,13 +198,17 @@ mod tests {
         let image = DisplayImage { size: (4, 4), pixels };
         let reduced = image.reduced((2, 2));
         assert_eq!(reduced.size, (2, 2));
-        // 0, 16, 64, 80 have the mean 40; two columns on, 32 more; two rows down, 128 more.
-        assert_eq!(reduced.pixels.iter().map(|pixel| pixel[0]).collect::<Vec<_>>(), [40, 72, 168, 200]);
+        // The linear light of 0, 16, 64 and 80 is 0, 0.0052, 0.0513 and 0.0802. Their mean, 0.0342, is 51.9 in sRGB.
+        assert_eq!(reduced.pixels.iter().map(|pixel| pixel[0]).collect::<Vec<_>>(), [52, 80, 172, 204]);
         assert_eq!(image.reduced((4, 4)), image);
         // Five columns in two: three and two.
         let pixels = [10, 20, 60, 100, 101].map(|value| [value, 0, 0, 255]).to_vec();
         let uneven = DisplayImage { size: (5, 1), pixels }.reduced((2, 1));
-        assert_eq!(uneven.pixels, [[30, 0, 0, 255], [101, 0, 0, 255]]);
+        assert_eq!(uneven.pixels, [[37, 0, 0, 255], [101, 0, 0, 255]]);
+        // Fine stripes of black and white are as bright as half of white, which is 188.
+        let pixels = [[0, 0, 0, 255], [255; 4]].repeat(8);
+        let stripes = DisplayImage { size: (16, 1), pixels }.reduced((4, 1));
+        assert_eq!(stripes.pixels, [[188, 188, 188, 255]; 4]);
     }
 
     #[test]
@@ -213,8 +219,8 @@ mod tests {
         };
         // The edge of a white object is white.
         assert_eq!(reduced(&[[255; 4], [0; 4]]), [255, 255, 255, 128]);
-        // (200 · 255 + 80 · 51) / (255 + 51) = 180, and the alpha is the mean of 255 and 51.
-        assert_eq!(reduced(&[[200, 0, 7, 255], [80, 0, 7, 51]]), [180, 0, 7, 153]);
+        // (0.5776 · 255 + 0.0802 · 51) / (255 + 51) is 0.4947 of linear light, which is 187, and the alpha is the mean of 255 and 51.
+        assert_eq!(reduced(&[[200, 0, 7, 255], [80, 0, 7, 51]]), [187, 0, 7, 153]);
         assert_eq!(reduced(&[[9, 9, 9, 0], [8, 8, 8, 0]]), [0; 4]);
         assert_eq!(reduced(&[[9, 99, 199, 1]]), [9, 99, 199, 1]);
     }

@@ -9,6 +9,7 @@ use image::{ImageFormat, ImageReader, Limits};
 
 use super::isolated::isolated;
 use super::png_text::png_frames;
+use super::texture_decode::{DecodedTexels, into_decoded};
 use crate::color::{Srgb8Codes, srgb8_table};
 use crate::error::{Error, Result, over_limit};
 use crate::image::{ColorEncoding, Image};
@@ -118,9 +119,14 @@ pub fn decode_png_values(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Re
     let image = isolated(decode)
         .map_err(|why| Error::invalid(path, "", format!("not a readable PNG file: {why}")))?;
     let has_alpha = image.color().has_alpha();
-    let pixels = image.into_rgba32f();
-    let image =
-        Image::from_rgba(pixels.dimensions(), ColorEncoding::Srgb, pixels.as_raw().as_chunks::<4>().0);
+    // The conversion of the image crate to floats gives greys other bits than equal colours.
+    let pixels: Vec<[f32; 4]> = match into_decoded(image) {
+        DecodedTexels::Rgba8(codes) => codes.iter().map(|code| code.map(|c| f32::from(c) / 255.0)).collect(),
+        DecodedTexels::Rgba16(codes) => {
+            codes.iter().map(|code| code.map(|c| f32::from(c) / 65535.0)).collect()
+        }
+    };
+    let image = Image::from_rgba((width, height), ColorEncoding::Srgb, &pixels);
     Ok(if has_alpha { image } else { image.without_alpha() })
 }
 
@@ -170,6 +176,29 @@ mod tests {
         std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(1 << 34).unwrap();
         let error = Image::read(&path).unwrap_err().to_string();
         assert!(error.contains("is a movie of 6 frames"), "{error}");
+    }
+
+    #[test]
+    fn greys_have_the_bits_of_equal_colours() {
+        let decoded = |image: image::DynamicImage| {
+            let mut bytes = Cursor::new(Vec::new());
+            image.write_to(&mut bytes, ImageFormat::Png).unwrap();
+            decode_png_values(Path::new("a.png"), bytes.get_ref(), 1 << 30).unwrap()
+        };
+        let codes = || (0..=u8::MAX).map(|code| [code, 200]);
+        let grey = image::GrayAlphaImage::from_raw(256, 1, codes().flatten().collect()).unwrap();
+        let of_colors = codes().flat_map(|[code, alpha]| [code, code, code, alpha]).collect();
+        let colors = image::RgbaImage::from_raw(256, 1, of_colors).unwrap();
+        assert_eq!(decoded(grey.into()), decoded(colors.into()));
+
+        let grey: Vec<u16> = (0..=u16::MAX).collect();
+        let colors: Vec<u16> = grey.iter().flat_map(|&code| [code; 3]).collect();
+        let grey = image::ImageBuffer::<image::Luma<u16>, _>::from_raw(256, 256, grey).unwrap();
+        let colors = image::ImageBuffer::<image::Rgb<u16>, _>::from_raw(256, 256, colors).unwrap();
+        let grey = decoded(grey.into());
+        assert_eq!(grey, decoded(colors.into()));
+        let reds = grey.channel("R").unwrap().samples.floats().unwrap();
+        assert!(reds.iter().zip(0..=u16::MAX).all(|(red, code)| *red == f32::from(code) / 65535.0));
     }
 
     #[test]

@@ -133,7 +133,8 @@ fn decode_image(bytes: &[u8]) -> Result<DynamicImage, String> {
     })
 }
 
-fn into_decoded(image: DynamicImage) -> DecodedTexels {
+/// The texels of an image in its precision, as codes.
+pub(super) fn into_decoded(image: DynamicImage) -> DecodedTexels {
     if is_deep(image.color()) {
         DecodedTexels::Rgba16(into_texels(&image.into_rgba16()))
     } else {

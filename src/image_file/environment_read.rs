@@ -10,13 +10,14 @@ use rayon::prelude::*;
 
 use super::exr_rgba::{WindowedRgba, decode_exr_window, exr_display_size};
 use super::isolated::isolated;
+use super::radiance_header::RadianceValues;
 use super::regular_file::check_fetched;
 use crate::error::{Error, Result, Warning, over_limit};
 
 /// Values that a task makes physical.
 const VALUES_PER_TASK: usize = 1 << 16;
 
-/// Pixels of an environment image as stored, linear, not projected yet.
+/// Pixels of an environment image, linear Rec.709, not projected yet.
 #[derive(Clone, Debug)]
 pub struct EnvironmentPixels {
     /// Columns.
@@ -25,7 +26,7 @@ pub struct EnvironmentPixels {
     pub height: u32,
     /// Row-major R, G, B, top row first; finite and not negative.
     pub pixels: Vec<[f32; 3]>,
-    /// Warnings about values that were replaced, pixels that are missing, and images of other projections.
+    /// Warnings about values that were replaced, pixels that are missing, headers without a meaning, and images of other projections.
     pub warnings: Vec<Warning>,
 }
 
@@ -131,6 +132,7 @@ fn from_hdr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Environm
         |error: image::ImageError| Error::invalid(path, "", format!("not a readable .hdr file: {error}"));
     let decoder = hdr_decoder(bytes).map_err(damaged)?;
     let (width, height) = decoder.dimensions();
+    let values = RadianceValues::of(&decoder.metadata());
     let needed = needed_bytes((width, height));
     if needed > max_memory_bytes {
         let message =
@@ -143,8 +145,14 @@ fn from_hdr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Environm
         .into_rgb32f();
     let (pixels, _) = image.as_raw().as_chunks::<3>();
     // In parallel, since most of the time goes into fresh memory.
-    let pixels = pixels.par_iter().copied().collect();
-    Ok(EnvironmentPixels { width, height, pixels, warnings: Vec::new() })
+    let mut pixels: Vec<_> = pixels.par_iter().copied().collect();
+    values.make_light(&mut pixels);
+    Ok(EnvironmentPixels { width, height, pixels, warnings: values.warnings(path) })
+}
+
+/// Width of a pixel of a Radiance file as a share of its height; 1 where the header does not tell.
+pub(super) fn hdr_pixel_aspect(bytes: &[u8]) -> f64 {
+    hdr_decoder(bytes).map_or(1.0, |decoder| RadianceValues::of(&decoder.metadata()).pixel_aspect)
 }
 
 /// Size of a Radiance file, and the bytes that decoding it takes.

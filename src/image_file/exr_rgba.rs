@@ -104,7 +104,7 @@ pub(super) fn decode_exr_window(
 }
 
 /// A ratio of pixels that lenses have; 1 in place of any other, such as 0.
-fn plausible_aspect(ratio: f32) -> f64 {
+pub(super) fn plausible_aspect(ratio: f32) -> f64 {
     if (0.1..=10.0).contains(&ratio) { ratio.into() } else { 1.0 }
 }
 

@@ -35,6 +35,7 @@ mod movie_mark;
 mod plate_read;
 mod png_text;
 mod png_write;
+mod radiance_header;
 mod regular_file;
 mod stored_frame;
 mod texture_decode;

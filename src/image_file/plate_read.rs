@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::environment_read::{hdr_bytes, read_environment};
+use super::environment_read::{hdr_bytes, hdr_pixel_aspect, read_environment};
 use super::exr_rgba::{check_memory, decode_exr_window, exr_display_size};
 use super::regular_file::check_fetched;
 use super::texture_decode::{
@@ -23,7 +23,7 @@ pub struct PlateImage {
     pub image: RgbaImage,
     /// Whether the file holds sRGB values for displays.
     pub is_display_referred: bool,
-    /// Width of a pixel as a share of its height: 2 for anamorphic OpenEXR files.
+    /// Width of a pixel as a share of its height: 2 for anamorphic OpenEXR and Radiance files.
     pub pixel_aspect: f64,
 }
 
@@ -98,6 +98,7 @@ pub fn read_plate(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Pl
         linear_pixels(&texels)
     } else if bytes.starts_with(b"#?") {
         let environment = read_environment(path, bytes, max_memory_bytes)?;
+        pixel_aspect = hdr_pixel_aspect(bytes);
         environment.pixels.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect()
     } else {
         let windowed = decode_exr_window(path, bytes, max_memory_bytes)?;

@@ -36,9 +36,9 @@ pub enum ColorEncoding {
 /// Image of any channels over a rectangle of pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
-    /// The whole image (OpenEXR's display window), which begins at (0, 0).
+    /// The whole image (OpenEXR's display window). It begins at (0, 0), or where the data window begins before it, further on.
     pub display_window: PixelWindow,
-    /// The pixels that the channels hold (OpenEXR's data window), inside the display window.
+    /// The pixels that the channels hold (OpenEXR's data window). Those of this program lie inside the display window.
     pub data_window: PixelWindow,
     /// Meaning of the colour channels.
     pub encoding: ColorEncoding,
@@ -74,6 +74,13 @@ impl Image {
     /// Columns and rows of the data window.
     pub fn size(&self) -> (u32, u32) {
         self.data_window.size()
+    }
+
+    /// Column and row of the first pixel in the display window; negative for pixels before it.
+    pub fn position(&self) -> (i64, i64) {
+        let from = |first: u32, display: u32| i64::from(first) - i64::from(display);
+        let (data, display) = (self.data_window, self.display_window);
+        (from(data.x0, display.x0), from(data.y0, display.y0))
     }
 
     /// The channel called `name`.

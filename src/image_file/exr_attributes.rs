@@ -98,9 +98,9 @@ impl FrameAttributes {
         attributes
     }
 
-    pub(super) fn of_layer(&self, origin: (u32, u32)) -> LayerAttributes {
+    pub(super) fn of_layer(&self, position: (i64, i64)) -> LayerAttributes {
         let mut attributes = LayerAttributes {
-            layer_position: Vec2(origin.0 as i32, origin.1 as i32),
+            layer_position: Vec2(position.0 as i32, position.1 as i32),
             frames_per_second: Some(self.frames_per_second),
             world_to_camera: Some(self.world_to_camera),
             world_to_normalized_device: Some(self.world_to_ndc),

@@ -214,7 +214,7 @@ impl Layout {
     fn headers(&self, attributes: &FrameAttributes) -> Headers {
         let (window, display_size) = (self.data_window, self.display_window.size());
         let size = (window.width() as usize, window.height() as usize);
-        let own = attributes.of_layer((window.x0, window.y0));
+        let own = attributes.of_layer((window.x0.into(), window.y0.into()));
         let layer = Layer::new(size, own, self.encoding, self.channels.clone());
         layer.infer_headers(&attributes.of_image(display_size))
     }

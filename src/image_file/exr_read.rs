@@ -1,6 +1,7 @@
 //! Decoding of OpenEXR files with all channels.
 
 use std::io::Cursor;
+use std::ops::Range;
 use std::path::Path;
 
 use exr::image::read::read;
@@ -24,13 +25,22 @@ use crate::image::{
 /// pixels. Values are those of the file, whatever its `chromaticities`, and those that are not finite are kept.
 ///
 /// # Errors
-/// [`Error::Invalid`] when it is not such a file; [`Error::Refused`] when the pixels would take more than
-/// `max_memory_bytes`.
+/// [`Error::Invalid`] when it is not such a file, or has pixels before the first column or row of its display window;
+/// [`Error::Refused`] when the pixels would take more than `max_memory_bytes`.
 pub fn decode_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Image, Error> {
-    Ok(decode_exr_with_primaries(path, bytes, max_memory_bytes)?.0)
+    let (image, _) = decode_exr_with_primaries(path, bytes, max_memory_bytes)?;
+    if (image.display_window.x0, image.display_window.y0) != (0, 0) {
+        return Err(Error::invalid(
+            path,
+            "",
+            "has pixels outside its display window, which is not supported",
+        ));
+    }
+    Ok(image)
 }
 
-/// Decodes what [`decode_exr`] does, and the matrix from colours of the file to Rec.709 where they are others.
+/// Decodes what [`decode_exr`] does, also with pixels before the first column or row of the display window, and the matrix from colours of the
+/// file to Rec.709 where they are others.
 pub(super) fn decode_exr_with_primaries(
     path: &Path,
     bytes: &[u8],
@@ -58,11 +68,12 @@ fn decode(bytes: &[u8]) -> Result<(Image, Option<DMat3>), String> {
     if parts.iter().any(|part| part.size != size || part.attributes.layer_position != position) {
         return Err("has parts that cover different pixels, which is not supported".to_owned());
     }
-    let origin = [position.0 - display.position.0, position.1 - display.position.1];
-    let [Ok(x0), Ok(y0)] = origin.map(u32::try_from) else {
-        return Err("has pixels outside its display window, which is not supported".to_owned());
-    };
-    let (width, height) = (size.0 as u32, size.1 as u32);
+    let columns = spans((display.position.0, display.size.0), (position.0, size.0));
+    let rows = spans((display.position.1, display.size.1), (position.1, size.1));
+    let ([display_x, data_x], [display_y, data_y]) =
+        columns.zip(rows).ok_or("the windows of the image are too large")?;
+    let window =
+        |x: Range<u32>, y: Range<u32>| PixelWindow { x0: x.start, y0: y.start, x1: x.end, y1: y.end };
     let scene = rendered_scene(&first.attributes);
     let mut channels: Vec<Channel> = Vec::new();
     let has_layers = parts.len() > 1;
@@ -79,12 +90,22 @@ fn decode(bytes: &[u8]) -> Result<(Image, Option<DMat3>), String> {
     }
     let image = Image {
         scene,
-        display_window: PixelWindow::full(display.size.0 as u32, display.size.1 as u32),
-        data_window: PixelWindow { x0, y0, x1: x0.saturating_add(width), y1: y0.saturating_add(height) },
+        display_window: window(display_x, display_y),
+        data_window: window(data_x, data_y),
         encoding: ColorEncoding::Linear,
         channels,
     };
     Ok((image, matrix))
+}
+
+/// Columns or rows of the display window and of the data window, each by start and length, from the first of both. `None` where they are too many.
+fn spans(display: (i32, usize), data: (i32, usize)) -> Option<[Range<u32>; 2]> {
+    let first = i64::from(display.0.min(data.0));
+    let span = |(start, length): (i32, usize)| {
+        let start = u32::try_from(i64::from(start) - first).ok()?;
+        Some(start..start.checked_add(u32::try_from(length).ok()?)?)
+    };
+    Some([span(display)?, span(data)?])
 }
 
 /// What the attributes of the first part tell of the scene.
@@ -131,4 +152,77 @@ fn named_channel(channel: AnyChannel<FlatSamples>, prefix: Option<&str>) -> Resu
         FlatSamples::U32(samples) => Samples::Uint(samples),
     };
     Ok(Channel { name, samples })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image_file::{ExrCompression, FrameAttributes, encode_exr};
+
+    const DISPLAY: (u32, u32) = (12, 8);
+
+    /// A file whose data window begins at `position` of its display window of 12x8 pixels and has `size`. Red is `red` in the first pixel.
+    fn file(position: (i64, i64), size: (u32, u32), red: f32) -> Vec<u8> {
+        let mut pixels = vec![[0.25, 0.5, 0.75, 1.0]; size.0 as usize * size.1 as usize];
+        pixels[0][0] = red;
+        let mut image = Image::from_rgba(size, ColorEncoding::Linear, &pixels);
+        let window = |x: i64, y: i64, (width, height): (u32, u32)| {
+            let (x0, y0) = (x.max(0) as u32, y.max(0) as u32);
+            PixelWindow { x0, y0, x1: x0 + width, y1: y0 + height }
+        };
+        image.display_window = window(-position.0, -position.1, DISPLAY);
+        image.data_window = window(position.0, position.1, size);
+        encode_exr(image, ExrCompression::Zip, &FrameAttributes::unknown()).unwrap()
+    }
+
+    fn read(bytes: &[u8]) -> Image {
+        Image::decode(Path::new("a.exr"), bytes).unwrap()
+    }
+
+    #[test]
+    fn pixels_beyond_all_sides_of_the_display_window_are_read() {
+        for (position, size) in [
+            ((0, 0), (15, 8)),
+            ((-3, 0), (15, 8)),
+            ((0, -2), (12, 10)),
+            ((-1, -2), (14, 12)),
+            ((2, 1), (3, 2)),
+        ] {
+            let image = read(&file(position, size, 0.5));
+            assert_eq!(image.position(), position);
+            assert_eq!((image.display_window.size(), image.size()), (DISPLAY, size));
+            let reds = image.channel("R").unwrap().samples.floats().unwrap();
+            assert_eq!((reds.len() as u32, reds[0], reds[1]), (size.0 * size.1, 0.5, 0.25));
+        }
+    }
+
+    #[test]
+    fn overscan_is_written_where_it_was() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let image = read(&file((-3, -1), (20, 10), 0.5));
+        image.write(&path).unwrap();
+        assert_eq!(Image::read(&path).unwrap(), image);
+    }
+
+    #[test]
+    fn frames_of_this_program_have_no_pixels_before_the_display_window() {
+        let decoded = |position| decode_exr(Path::new("a.exr"), &file(position, (12, 8), 0.5), 1 << 20);
+        assert!(decoded((0, 0)).is_ok() && decoded((2, 1)).is_ok());
+        let error = decoded((-1, 0)).unwrap_err();
+        assert!(
+            error.exit_code() == 65 && error.to_string().contains("outside its display window"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn windows_begin_at_the_first_of_both() {
+        assert_eq!(spans((0, 12), (0, 12)), Some([0..12, 0..12]));
+        assert_eq!(spans((5, 12), (7, 3)), Some([0..12, 2..5]));
+        assert_eq!(spans((0, 12), (-3, 20)), Some([3..15, 0..20]));
+        let far = (i32::MIN, 1);
+        assert_eq!(spans(far, (i32::MAX, 1)), None);
+        assert_eq!(spans((i32::MAX - 1, 1), far), Some([u32::MAX - 1..u32::MAX, 0..1]));
+    }
 }

@@ -32,14 +32,14 @@ pub fn encode_exr(
     attributes: &FrameAttributes,
 ) -> Result<Vec<u8>> {
     check_channels(&image)?;
-    let (window, display_size) = (image.data_window, image.display_window.size());
+    let (size, display_size) = (image.size(), image.display_window.size());
     let encoding = Encoding {
         compression: compression.for_exr(),
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let size = (window.width() as usize, window.height() as usize);
-    let layer_attributes = attributes.of_layer((window.x0, window.y0));
+    let size = (size.0 as usize, size.1 as usize);
+    let layer_attributes = attributes.of_layer(image.position());
     let channels = exr_channels(image.channels, encoding.compression);
     let layer = Layer::new(size, layer_attributes, encoding, channels);
     let image = ExrImage::new(attributes.of_image(display_size), layer);

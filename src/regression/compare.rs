@@ -108,8 +108,8 @@ fn with_any_difference(layers: &[LayerDifference]) -> Vec<LayerDifference> {
 
 fn mismatches(actual: &Image, reference: &Image) -> Vec<Mismatch> {
     let windows = |image: &Image| {
-        let data = image.data_window;
-        [image.display_window.size(), (data.x0, data.y0), data.size()]
+        let signed = |(width, height): (u32, u32)| (i64::from(width), i64::from(height));
+        [signed(image.display_window.size()), image.position(), signed(image.size())]
     };
     let [ours, theirs] = [actual, reference].map(windows);
     let mut mismatches = Vec::new();

@@ -18,12 +18,12 @@ use crate::image::content_text;
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Mismatch {
-    /// Sizes or windows differ: size of the display window, first pixel and size of the data window.
+    /// Sizes or windows differ: size of the display window, first pixel of the data window in it, and size of the data window.
     Size {
         /// Those of the compared image.
-        actual: [(u32, u32); 3],
+        actual: [(i64, i64); 3],
         /// Those of the reference.
-        reference: [(u32, u32); 3],
+        reference: [(i64, i64); 3],
     },
     /// Only one of the images has this channel.
     Channel {

@@ -12,8 +12,9 @@ use super::{Image, Samples};
 /// SHA-256 over windows, names and bits of all values, and the content that the file lists, as hexadecimal digits.
 pub fn pixel_hash(image: &Image) -> String {
     let mut hash = Sha256::new();
-    let (whole, data) = (image.display_window.size(), image.data_window);
-    for number in [whole.0, whole.1, data.x0, data.y0, data.width(), data.height()] {
+    let (whole, first, size) = (image.display_window.size(), image.position(), image.size());
+    // Two's complement keeps pixels before the display window apart.
+    for number in [whole.0, whole.1, first.0 as u32, first.1 as u32, size.0, size.1] {
         hash.update(number.to_le_bytes());
     }
     for channel in &image.channels {
@@ -62,7 +63,7 @@ pub fn are_identical(a: &Image, b: &Image) -> bool {
 mod tests {
     use super::*;
     use crate::image::PixelWindow;
-    use crate::regression::ColorEncoding;
+    use crate::regression::{ColorEncoding, Preset, compare};
 
     #[test]
     fn one_bit_changes_the_hash() {
@@ -77,5 +78,25 @@ mod tests {
         let turned = Image { data_window: PixelWindow::full(2, 1), ..image(0.3) };
         assert_ne!(pixel_hash(&image(0.3)), pixel_hash(&turned));
         assert_eq!(pixel_hash(&turned).len(), 64);
+    }
+
+    #[test]
+    fn overscan_of_another_side_is_another_window() {
+        let image = |display_x0: u32, red: f32| {
+            let mut pixels = [[0.25, 0.5, 0.75, 1.0]; 15 * 8];
+            pixels[0][0] = red;
+            let image = Image::from_rgba((15, 8), ColorEncoding::Linear, &pixels);
+            let display_window = PixelWindow { x0: display_x0, y0: 0, x1: display_x0 + 12, y1: 8 };
+            Image { display_window, ..image }
+        };
+        let limits = Preset::Exact.limits();
+        assert!(compare(&image(3, 0.25), &image(3, 0.25), &limits).passes());
+        // The first pixel is left of the display window.
+        assert!(!compare(&image(3, 0.3), &image(3, 0.25), &limits).passes());
+        let (left, right) = (image(3, 0.25), image(0, 0.25));
+        assert!(!are_identical(&left, &right) && pixel_hash(&left) != pixel_hash(&right));
+        let said = compare(&left, &right, &Preset::Noisy.limits()).failures().join("\n");
+        let expected = "holds 15x8 pixels from column -3, row 0, the reference 15x8 from column 0, row 0";
+        assert!(said.contains(expected), "{said}");
     }
 }

@@ -57,7 +57,7 @@ pub(super) fn fit(
     let x = (supports[0] - supports[1]) * 0.5;
     let y = (supports[2] - supports[3]) * 0.5;
     let z = ((supports[0] + supports[1]) * 0.5 / size.x).max((supports[2] + supports[3]) * 0.5 / size.y);
-    // A very wide view has all in sight from the nearest point itself.
+    // A very wide camera would see all from the nearest point itself.
     let z = z.max(supports[4] + subject.bounds.extent().length() * LEAST_DISTANCE);
     let from_center = nonzero(z - backward.dot(center), subject) * distance;
     let position = right * x + up * y + backward * (backward.dot(center) + from_center);

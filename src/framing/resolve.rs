@@ -10,6 +10,7 @@ use glam::{Mat3, Mat4, Vec3};
 use super::fit::{Fitted, fit, fit_parallel, fit_parallel_turntable, fit_turntable};
 use super::inside::inside_camera;
 use super::orbit::Direction;
+use super::own_camera::{CameraRule, OwnCamera};
 use super::shared::SharedFraming;
 use super::subject::Subject;
 use crate::frame::{Frame, PosedCamera};
@@ -79,13 +80,6 @@ impl SharedFraming<'_> {
     }
 }
 
-/// A camera that is not the file's, and what decided it.
-#[derive(Clone, Debug)]
-pub(super) struct OwnCamera {
-    camera: SelectedCamera,
-    rule: CameraRule,
-}
-
 /// Indices of the nodes that cameras frame: all with meshes but backdrops and shadow catchers.
 pub fn framed_nodes(scene: &Scene, selection: &Selection) -> BTreeSet<u32> {
     Subject::measure(scene, selection, None, &[]).framed_nodes()
@@ -98,24 +92,6 @@ pub struct ResolvedCamera {
     pub selection: Selection,
     /// What decided the camera.
     pub rule: CameraRule,
-}
-
-/// What decided the camera.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum CameraRule {
-    /// A camera of the file.
-    OfFile,
-    /// A camera of the file, with changes.
-    Changed,
-    /// The request.
-    Requested,
-    /// A turntable.
-    Turntable,
-    /// Automatic: the scene is seen from outside.
-    Outside,
-    /// Automatic: the scene is an interior, seen from inside.
-    Inside,
 }
 
 /// Everything that decides a camera.

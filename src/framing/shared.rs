@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use super::resolve::OwnCamera;
+use super::own_camera::OwnCamera;
 use super::subject::Subject;
 use crate::scene::{
     AnimationIndex, CameraChanges, Ground, NodeIndex, Scene, SelectedCamera, Selection, ViewRequest,

@@ -2,7 +2,6 @@
 
 use glam::{Vec2, Vec3};
 
-use super::surface::is_smooth;
 use super::surface_point::SurfacePoint;
 use super::texture_lookup::Lookups;
 use crate::frame::{MeshInstance, PosedVertex};
@@ -86,6 +85,13 @@ fn front_normal_by(
     // The map was made for the frame of the authored normals, so the mapped normal is inverted with them.
     shading
         * authored_side(vertices.map(|vertex| vertex.normal), front_normal, inside_out_cosine(point.instance))
+}
+
+/// Whether all vertices have normals, so that these are interpolated.
+#[inline(always)]
+pub(super) fn is_smooth(normals: [Vec3; 3]) -> bool {
+    let [a, b, c] = normals;
+    a != Vec3::ZERO && b != Vec3::ZERO && c != Vec3::ZERO
 }
 
 /// [`authored_side`]'s `least_cosine` for an instance. Where most of a surface is inside out, all that leans away is, also beside hard edges.

@@ -60,7 +60,7 @@ impl<'a> SurfacePoint<'a> {
         // Vertex normals
         let vertices = &frame.vertices[point.instance.first_vertex..];
         let normals = point.corners.map(|corner| vertices[corner as usize].normal);
-        point.shadow_position = if is_smooth(normals) {
+        point.shadow_position = if normal::is_smooth(normals) {
             let (up, side) = (point.geometric_normal, point.side());
             let least_cosine = normal::inside_out_cosine(point.instance);
             let side = side * normal::authored_side(normals, up * side, least_cosine);
@@ -102,13 +102,6 @@ impl<'a> SurfacePoint<'a> {
 pub(super) fn position_of(corners: [Vec3; 3], [u, v]: [f32; 2]) -> Vec3 {
     let [a, b, c] = [corners[0].as_dvec3(), corners[1].as_dvec3(), corners[2].as_dvec3()];
     (a + (b - a) * f64::from(u) + (c - a) * f64::from(v)).as_vec3()
-}
-
-/// Whether all vertices have normals, so that these are interpolated.
-#[inline(always)]
-pub(super) fn is_smooth(normals: [Vec3; 3]) -> bool {
-    let [a, b, c] = normals;
-    a != Vec3::ZERO && b != Vec3::ZERO && c != Vec3::ZERO
 }
 
 /// Vertex indices of a triangle in the order of its posed corners.

@@ -8,8 +8,9 @@ use glam::Vec3;
 
 use super::material::material_at;
 use super::normal;
+use super::normal::is_smooth;
 use super::ray_differential::{RayDifferential, weight_steps};
-use super::surface::{corner_indices, is_smooth, offset_distance, position_of, terminator_free_point};
+use super::surface::{corner_indices, offset_distance, position_of, terminator_free_point};
 use super::surface_differentials::normal_steps;
 use super::texture_lookup::{Lookups, TextureProbes};
 use super::{MaterialSample, SurfacePoint};

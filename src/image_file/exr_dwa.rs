@@ -24,10 +24,14 @@ pub(super) fn with_finite_light(mut channel: Channel, compression: Compression) 
         match &mut channel.samples {
             Samples::Half(samples) => {
                 let most = f16::from_f32(MOST_LIGHT);
-                samples.iter_mut().for_each(|sample| *sample = sample.clamp(-most, most));
+                for sample in samples {
+                    *sample = sample.clamp(-most, most);
+                }
             }
             Samples::Float(samples) => {
-                samples.iter_mut().for_each(|sample| *sample = sample.clamp(-MOST_LIGHT, MOST_LIGHT));
+                for sample in samples {
+                    *sample = sample.clamp(-MOST_LIGHT, MOST_LIGHT);
+                }
             }
             Samples::Uint(_) => {}
         }
@@ -82,6 +86,9 @@ mod tests {
     }
 
     /// A number that looks random.
+    /// Name, and light of a pixel and a channel.
+    type Block<'b> = (&'b str, &'b dyn Fn(u32, usize) -> f32);
+
     fn hash(pixel: u32, channel: usize) -> u32 {
         let mixed = (pixel * 4 + channel as u32).wrapping_mul(0x9e37_79b9);
         (mixed ^ mixed >> 15).wrapping_mul(0x85eb_ca6b) >> 13
@@ -90,7 +97,7 @@ mod tests {
     #[test]
     fn the_brightest_light_stays_finite() {
         let bright = |is_bright: bool| if is_bright { 200_000.0 } else { 0.0 };
-        let blocks: [(&str, &dyn Fn(u32, usize) -> f32); 9] = [
+        let blocks: [Block<'_>; 9] = [
             ("everywhere", &|_, _| 200_000.0),
             ("pixels at random", &|pixel, channel| bright(hash(pixel, channel).is_multiple_of(2))),
             ("few dark pixels", &|pixel, _| bright(!hash(pixel, 0).is_multiple_of(40))),

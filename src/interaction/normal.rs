@@ -107,7 +107,7 @@ pub(super) fn authored_side([a, b, c]: [Vec3; 3], front_normal: Vec3, least_cosi
     let sum = a + b + c;
     let cosine = sum.dot(front_normal);
     let is_close = cosine * cosine > least_cosine * least_cosine * sum.dot(sum);
-    let is_inside_out = is_smooth([a, b, c]) & (cosine < 0.0) & is_close;
+    let is_inside_out = is_close && cosine < 0.0 && is_smooth([a, b, c]);
     if is_inside_out { -1.0 } else { 1.0 }
 }
 

@@ -39,16 +39,14 @@ const SHARED_TIMES: usize = 16 * TIMES[1];
 pub fn exposure_ev(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32, Cancelled> {
     match job.exposure {
         Exposure::Ev(ev) => Ok(ev),
-        Exposure::Auto => match &job.shared_exposure {
-            Some(shared) => {
-                let content = Content { selections: &shared.selections, resolution: shared.resolution };
-                shared.find(|| auto_exposure(job, content, cancel))
-            }
-            None => {
+        Exposure::Auto => {
+            let Some(shared) = &job.shared_exposure else {
                 let selections = std::slice::from_ref(&job.selection);
-                auto_exposure(job, Content { selections, resolution: job.render.resolution }, cancel)
-            }
-        },
+                return auto_exposure(job, Content { selections, resolution: job.render.resolution }, cancel);
+            };
+            let content = Content { selections: &shared.selections, resolution: shared.resolution };
+            shared.find(|| auto_exposure(job, content, cancel))
+        }
     }
 }
 

@@ -95,6 +95,7 @@ fn lookups_do_not_depend_on_threads() {
 
 #[test]
 fn densities_cover_the_edge_of_a_sun_at_any_size() {
+    const STEPS: i32 = 400;
     // A hard disk of 0.35°; between its texels and their neighbours lookups fall off over a texel.
     let toward = Vec3::new(0.36, 0.48, 0.8);
     for height in [256, 512, 700, 1023, 1024, 1100, 1500] {
@@ -105,7 +106,6 @@ fn densities_cover_the_edge_of_a_sun_at_any_size() {
         let distribution = distribution(&image);
         let [side, up] = [toward.any_orthonormal_vector(), toward.cross(toward.any_orthonormal_vector())];
         let (mut light, mut missed, mut second_moment) = (0.0, 0.0, 0.0);
-        const STEPS: i32 = 400;
         for index in 0..STEPS * STEPS {
             let offset = |index: i32| 0.02 * (2.0 * (index as f32 + 0.5) / STEPS as f32 - 1.0);
             let direction = toward + side * offset(index % STEPS) + up * offset(index / STEPS);

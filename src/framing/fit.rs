@@ -8,8 +8,10 @@ use crate::scene::Projection;
 
 /// Share of the image that the subject fills in the direction in which it is largest.
 const FILLED: f32 = 0.8;
-/// Least distance of a camera from the nearest framed point, as a share of the framed diagonal.
-const LEAST_DISTANCE: f32 = 0.01;
+/// Half of the framed extent at a distance of 1 beyond which a camera may stand on the nearest framed point: from about 150° on.
+const VERY_WIDE: f32 = 3.0;
+/// Least distance of such a camera from the nearest framed point, as a share of the framed diagonal.
+const LEAST_DISTANCE: f32 = 1e-3;
 /// Azimuths at which the subject must fit a turntable's image.
 const TURNTABLE_AZIMUTHS: u16 = 32;
 
@@ -58,7 +60,11 @@ pub(super) fn fit(
     let y = (supports[2] - supports[3]) * 0.5;
     let z = ((supports[0] + supports[1]) * 0.5 / size.x).max((supports[2] + supports[3]) * 0.5 / size.y);
     // A very wide camera would see all from the nearest point itself.
-    let z = z.max(supports[4] + subject.bounds.extent().length() * LEAST_DISTANCE);
+    let z = if size.max_element() > VERY_WIDE {
+        z.max(supports[4] + subject.bounds.extent().length() * LEAST_DISTANCE)
+    } else {
+        z
+    };
     let from_center = nonzero(z - backward.dot(center), subject) * distance;
     let position = right * x + up * y + backward * (backward.dot(center) + from_center);
     Fitted { world_from_camera: camera(axes, position), distance: from_center, half_height: None }

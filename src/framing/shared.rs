@@ -67,11 +67,10 @@ impl<'a> SharedFraming<'a> {
         let known =
             self.subjects.borrow().iter().find(|(of, _)| *of == key).map(|(_, found)| Rc::clone(found));
         known.unwrap_or_else(|| {
+            self.subjects.borrow_mut().truncate(KEPT_SUBJECTS - 1);
             let subject = Rc::new(Subject::measure(self.scene, &key.selection, node, clips));
             if self.keeps {
-                let mut subjects = self.subjects.borrow_mut();
-                subjects.truncate(KEPT_SUBJECTS - 1);
-                subjects.insert(0, (key, Rc::clone(&subject)));
+                self.subjects.borrow_mut().insert(0, (key, Rc::clone(&subject)));
             }
             subject
         })

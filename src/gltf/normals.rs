@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::context::Context;
 use crate::geometry::unit;
-use crate::scene::Primitive;
+use crate::scene::{INSIDE_OUT_COSINE, Primitive};
 
 /// Normals of one parallel task.
 const NORMALS_PER_TASK: usize = 16_384;
@@ -51,29 +51,29 @@ pub(super) fn normalize_tangents(tangents: &mut [Vec4], normals: &[Vec3]) {
 
 /// Triangles by which a primitive is found to be inside out.
 const SAMPLED_TRIANGLES: usize = 4096;
-/// Mean cosine between the mean normals of triangles and their reversed ones, by area, above which a primitive is inside out. Cards with upright normals
-/// that lean 45° beyond the vertical have 0.71.
-const INSIDE_OUT_COSINE: f32 = 0.75;
 
-/// Whether the vertex normals of a primitive point to the inside of its triangles.
+/// Whether most of the surface of a primitive is inside out, by [`INSIDE_OUT_COSINE`].
 pub(super) fn are_inside_out(primitive: &Primitive) -> bool {
     let Some(normals) = &primitive.normals else { return false };
     let corners = |list: &[Vec3], triangle: &[u32; 3]| {
         triangle.map(|vertex| list.get(vertex as usize).copied().unwrap_or(Vec3::ZERO))
     };
     let step = primitive.triangles.len().div_ceil(SAMPLED_TRIANGLES).max(1);
-    let (mut sum, mut areas) = (0.0, 0.0);
-    for triangle in primitive.triangles.iter().step_by(step) {
+    let (mut reversed, mut all) = (0.0, 0.0);
+    for (index, triangles) in (0_u32..).zip(primitive.triangles.chunks(step)) {
+        // Triangles may alternate, so that the same of every chunk would be a wrong sample.
+        let hash = (index.wrapping_mul(0x9e37_79b9) >> 16) as usize;
+        let Some(triangle) = triangles.get(hash.checked_rem(triangles.len()).unwrap_or(0)) else { continue };
         let [a, b, c] = corners(&primitive.positions, triangle);
         let area = (b - a).cross(c - a).length();
         let mean = unit(corners(normals, triangle).into_iter().sum()).unwrap_or(Vec3::ZERO);
-        let cosine = mean.dot(face_normal(&primitive.positions, triangle));
         if area.is_finite() {
-            sum += cosine * area;
-            areas += area;
+            all += area;
+            let cosine = mean.dot(face_normal(&primitive.positions, triangle));
+            reversed += if cosine < -INSIDE_OUT_COSINE { area } else { 0.0 };
         }
     }
-    sum < -INSIDE_OUT_COSINE * areas
+    2.0 * reversed > all
 }
 
 /// Unit normal of a triangle; zero if the triangle has no area.
@@ -117,10 +117,19 @@ mod tests {
         let both = [reversed, other].concat().into_iter().map(Vec3::normalize).collect::<Vec<_>>();
         assert!(are_inside_out(&with_normals(both.clone())));
         assert!(!are_inside_out(&with_normals(both.iter().map(|normal| -*normal).collect())));
-        // Half of it, and upright normals
+        // Half of it, upright normals, and normals 40° from the reversed ones
         let half = both.iter().take(3).copied().chain([Vec3::Y; 3]).collect();
         assert!(!are_inside_out(&with_normals(half)));
         assert!(!are_inside_out(&with_normals(vec![Vec3::new(0.0, 0.7, -0.7).normalize(); 6])));
+        let (sin, cos) = libm::sincosf(40.0_f32.to_radians());
+        let leaning = [[Vec3::new(sin, 0.0, -cos); 3], [Vec3::new(sin, -cos, 0.0); 3]].concat();
+        assert!(!are_inside_out(&with_normals(leaning)));
+        // Cards stored as pairs of a back and a front
+        let pairs = |count: u32| Primitive {
+            triangles: (0..count).flat_map(|_| [[1, 0, 2], [0, 1, 2]]).collect(),
+            ..with_normals(vec![Vec3::Z; 6])
+        };
+        assert!(!are_inside_out(&pairs(20_000)));
         assert!(!are_inside_out(&Primitive { normals: None, ..with_normals(Vec::new()) }));
     }
 }

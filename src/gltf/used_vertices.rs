@@ -34,6 +34,7 @@ pub(super) fn select_vertices(
         return Ok((vertex_count > 0).then(Vec::new));
     };
     let range = u64::from(last.saturating_sub(first)).saturating_add(1);
+    let used_before = context.used_bytes();
     context.charge(range.saturating_mul(BYTES_PER_VERTEX), pointer)?;
     let offset = |vertex: u32| vertex.saturating_sub(first) as usize;
     let is_used: Vec<AtomicBool> = (first..=last).map(|_| AtomicBool::new(false)).collect();
@@ -50,6 +51,7 @@ pub(super) fn select_vertices(
         .filter_map(|(vertex, flag)| flag.load(Ordering::Relaxed).then_some(vertex))
         .collect();
     if vertices.len() == vertex_count {
+        context.release_temporaries(used_before, 0);
         return Ok(None);
     }
     let mut renumbered = vec![0_u32; is_used.len()];
@@ -61,6 +63,7 @@ pub(super) fn select_vertices(
     for vertex in triangles.as_flattened_mut() {
         *vertex = renumbered.get(offset(*vertex)).copied().unwrap_or_default();
     }
+    context.release_temporaries(used_before, (vertices.len() as u64).saturating_mul(4));
     Ok(Some(vertices))
 }
 

@@ -5,8 +5,8 @@ use std::path::Path;
 use half::f16;
 
 use super::display::refuse_animated_png;
-use super::exr_color_names::{convert_colors, unify_colors};
-use super::exr_read::decode_exr_with_primaries;
+use super::exr_color_names::unify_colors;
+use super::exr_read::decode_exr_with_overscan;
 use super::regular_file::{check_fetched, read_regular_file};
 use super::{
     ExrCompression, FrameAttributes, decode_png_values, encode_exr, read_environment, write_atomically,
@@ -19,8 +19,7 @@ const MAX_MEMORY_BYTES: u64 = 4 << 30;
 
 impl Image {
     /// Reads an OpenEXR, PNG or Radiance file. Its first bytes tell the format. Channels are sorted by name, and halves are
-    /// widened to floats. There is alpha (A) where the file has it. Colours of an OpenEXR file with other `chromaticities` are converted to
-    /// Rec.709.
+    /// widened to floats. There is alpha (A) where the file has it.
     ///
     /// # Errors
     /// [`Error::Missing`] when the file cannot be read, [`Error::Invalid`] when it is damaged or of another format,
@@ -85,15 +84,12 @@ impl Image {
 }
 
 fn from_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Image> {
-    let (mut image, to_rec709) = decode_exr_with_primaries(path, bytes, max_memory_bytes)?;
+    let mut image = decode_exr_with_overscan(path, bytes, max_memory_bytes)?;
     for channel in &mut image.channels {
         let samples = std::mem::replace(&mut channel.samples, Samples::Uint(Vec::new()));
         channel.samples = samples.widened();
     }
     unify_colors(&mut image.channels);
-    if let Some(matrix) = to_rec709 {
-        convert_colors(&mut image.channels, &matrix);
-    }
     image.channels.sort_by(|a, b| a.name.cmp(&b.name));
     Ok(image)
 }

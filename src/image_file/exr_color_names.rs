@@ -1,10 +1,7 @@
-//! Names and primaries of colour channels in EXR files of other programs, brought to the form that comparisons know.
+//! Names of colour channels in EXR files of other programs, brought to the form that comparisons know.
 
 use std::collections::BTreeMap;
 
-use glam::DMat3;
-
-use super::exr_rgba::converted;
 use crate::image::{Channel, Samples, is_cryptomatte};
 
 /// Largest integer up to which floats hold all.
@@ -33,30 +30,6 @@ pub(super) fn unify_colors(channels: &mut [Channel]) {
             {
                 channel.samples = Samples::Float(values.iter().map(|&value| value as f32).collect());
             }
-        }
-    }
-}
-
-/// Converts the colours of each layer that has `R`, `G` and `B` as floats by `matrix`, as those of plates are. Mattes hold none.
-pub(super) fn convert_colors(channels: &mut [Channel], matrix: &DMat3) {
-    let layer_of_red = |channel: &Channel| {
-        let (layer, component) = split(&channel.name);
-        (component == "R" && !is_cryptomatte(layer.trim_end_matches('.'))).then(|| layer.to_owned())
-    };
-    let layers: Vec<String> = channels.iter().filter_map(layer_of_red).collect();
-    for layer in layers {
-        let named = |color: &str| {
-            channels.iter().position(|channel| channel.name.strip_prefix(&layer) == Some(color))
-        };
-        let [Some(r), Some(g), Some(b)] = ["R", "G", "B"].map(named) else { continue };
-        let Ok(colors) = channels.get_disjoint_mut([r, g, b]) else { continue };
-        let [Samples::Float(r), Samples::Float(g), Samples::Float(b)] =
-            colors.map(|channel| &mut channel.samples)
-        else {
-            continue;
-        };
-        for ((r, g), b) in r.iter_mut().zip(g).zip(b) {
-            [*r, *g, *b, _] = converted([*r, *g, *b, 1.0], matrix);
         }
     }
 }

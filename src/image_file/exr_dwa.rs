@@ -85,10 +85,10 @@ mod tests {
         NAMES.into_iter().map(|name| samples(name).unwrap().into_owned()).collect()
     }
 
-    /// A number that looks random.
     /// Name, and light of a pixel and a channel.
     type Block<'b> = (&'b str, &'b dyn Fn(u32, usize) -> f32);
 
+    /// A number that looks random.
     fn hash(pixel: u32, channel: usize) -> u32 {
         let mixed = (pixel * 4 + channel as u32).wrapping_mul(0x9e37_79b9);
         (mixed ^ mixed >> 15).wrapping_mul(0x85eb_ca6b) >> 13

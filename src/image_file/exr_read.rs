@@ -10,9 +10,8 @@ use exr::math::Vec2;
 use exr::meta::attribute::AttributeValue;
 use exr::meta::header::LayerAttributes;
 use exr::prelude::{ReadChannels as _, ReadLayers as _};
-use glam::DMat3;
 
-use super::exr_rgba::{check_memory, to_rec709};
+use super::exr_rgba::check_memory;
 use super::isolated::isolated;
 use crate::error::Error;
 use crate::image::{
@@ -28,7 +27,7 @@ use crate::image::{
 /// [`Error::Invalid`] when it is not such a file, or has pixels before the first column or row of its display window;
 /// [`Error::Refused`] when the pixels would take more than `max_memory_bytes`.
 pub fn decode_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Image, Error> {
-    let (image, _) = decode_exr_with_primaries(path, bytes, max_memory_bytes)?;
+    let image = decode_exr_with_overscan(path, bytes, max_memory_bytes)?;
     if (image.display_window.x0, image.display_window.y0) != (0, 0) {
         return Err(Error::invalid(
             path,
@@ -39,18 +38,17 @@ pub fn decode_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Im
     Ok(image)
 }
 
-/// Decodes what [`decode_exr`] does, also with pixels before the first column or row of the display window, and the matrix from colours of the
-/// file to Rec.709 where they are others.
-pub(super) fn decode_exr_with_primaries(
+/// Decodes what [`decode_exr`] does, also with pixels before the first column or row of the display window.
+pub(super) fn decode_exr_with_overscan(
     path: &Path,
     bytes: &[u8],
     max_memory_bytes: u64,
-) -> Result<(Image, Option<DMat3>), Error> {
+) -> Result<Image, Error> {
     check_memory(path, bytes, max_memory_bytes)?;
     isolated(|| decode(bytes)).map_err(|why| Error::invalid(path, "", why))
 }
 
-fn decode(bytes: &[u8]) -> Result<(Image, Option<DMat3>), String> {
+fn decode(bytes: &[u8]) -> Result<Image, String> {
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -61,7 +59,6 @@ fn decode(bytes: &[u8]) -> Result<(Image, Option<DMat3>), String> {
         .from_buffered(Cursor::new(bytes))
         .map_err(|error| format!("not a readable OpenEXR file: {error}"))?;
     let display = image.attributes.display_window;
-    let matrix = image.attributes.chromaticities.and_then(to_rec709);
     let parts = image.layer_data;
     let first = parts.first().ok_or("the file holds no image")?;
     let (size, position) = (first.size, first.attributes.layer_position);
@@ -88,14 +85,13 @@ fn decode(bytes: &[u8]) -> Result<(Image, Option<DMat3>), String> {
             channels.push(channel);
         }
     }
-    let image = Image {
+    Ok(Image {
         scene,
         display_window: window(display_x, display_y),
         data_window: window(data_x, data_y),
         encoding: ColorEncoding::Linear,
         channels,
-    };
-    Ok((image, matrix))
+    })
 }
 
 /// Columns or rows of the display window and of the data window, each by start and length, from the first of both. `None` where they are too many.

@@ -243,7 +243,7 @@ fn rgba(layer: &Part, color_layer: &ColorLayer) -> Result<Vec<[f32; 4]>, String>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::{Channel, ColorEncoding, Image, Samples};
+    use crate::image::{ColorEncoding, Image};
     use crate::image_file::{ExrCompression, FrameAttributes, encode_exr, read_environment, read_plate};
 
     /// Red, green, blue and white of ACES2065-1.
@@ -287,51 +287,6 @@ mod tests {
         let [r, g, b] = environment.pixels[1];
         assert_near([r, g, b, 0.0], [0.0, 0.436_048, 0.636_746, 0.0]);
         assert!(environment.warnings[0].message.starts_with("2 values"), "{:?}", environment.warnings);
-    }
-
-    #[test]
-    fn compared_colours_of_other_primaries_become_rec709() {
-        let pixels = [[0.2, 0.4, 0.6, 0.5], [1.0; 4], [f32::INFINITY, 1.0, 1.0, 1.0]];
-        let read = |pixels: &[[f32; 4]], chromaticities| {
-            Image::decode(Path::new("a.exr"), &file(pixels, chromaticities)).unwrap().rgba().unwrap()
-        };
-        let rec709 = [0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329];
-        assert_eq!(read(&pixels, rec709), pixels);
-        // Equal numbers are other colours.
-        let aces = read(&pixels, AP0);
-        assert_near(aces[0], [-0.181_848, 0.436_048, 0.636_746, 0.5]);
-        assert_eq!(aces[1..], pixels[1..]);
-        // Equal colours are other numbers.
-        let equal = read(&[aces[0]], rec709);
-        assert_eq!(equal[0], aces[0]);
-    }
-
-    #[test]
-    fn all_layers_of_colours_are_converted_and_no_data() {
-        let channel =
-            |name: &str, value: f32| Channel { name: name.to_owned(), samples: Samples::Float(vec![value]) };
-        let colors = |layer: &str| {
-            [("r", 0.2), ("g", 0.4), ("b", 0.6)]
-                .map(|(color, value)| channel(&format!("{layer}{color}"), value))
-        };
-        let mut image = Image::from_rgba((1, 1), ColorEncoding::Linear, &[[0.2, 0.4, 0.6, 1.0]]);
-        image.channels.extend(colors("direct."));
-        image.channels.extend(colors("crypto_object00."));
-        image.channels.extend([channel("Z", 3.0), channel("mask.R", 0.2), channel("normal.X", 0.2)]);
-        let count = image.channels.len();
-        let bytes = encode_exr(image, ExrCompression::None, &FrameAttributes::unknown()).unwrap();
-        let read = Image::decode(Path::new("a.exr"), &with_chromaticities(bytes, AP0)).unwrap();
-        assert_eq!(read.channels.len(), count);
-        let value = |name: &str| read.channel(name).unwrap().samples.floats().unwrap()[0];
-        for layer in ["", "direct."] {
-            let [r, g, b] = ["R", "G", "B"].map(|color| value(&format!("{layer}{color}")));
-            assert_near([r, g, b, 0.0], [-0.181_848, 0.436_048, 0.636_746, 0.0]);
-        }
-        for (name, kept) in
-            [("crypto_object00.r", 0.2), ("Z", 3.0), ("mask.R", 0.2), ("normal.X", 0.2), ("A", 1.0)]
-        {
-            assert_eq!(value(name), kept, "{name}");
-        }
     }
 
     #[test]

@@ -6,13 +6,11 @@ use super::surface_point::SurfacePoint;
 use super::texture_lookup::Lookups;
 use crate::frame::{MeshInstance, PosedVertex};
 use crate::geometry::{F32Lanes, LANES, Triangle, Vec3Lanes, unit, unit_or};
-use crate::scene::{Encoding, NormalTexture};
+use crate::scene::{Encoding, INSIDE_OUT_COSINE, NormalTexture};
 use crate::scene_view::SceneView;
 
 /// Bisection steps of [`bent_into_view`]; its angle is exact to about 2⁻²⁰.
 const BEND_STEPS: usize = 20;
-/// Cosine between a mean vertex normal and the reversed normal of its triangle above which the former is inside out: 37°.
-const INSIDE_OUT_COSINE: f32 = 0.8;
 
 /// Unit normal of the front face; in f64, so that slivers and huge triangles keep a normal.
 pub(super) fn of_triangle(triangle: &Triangle) -> Vec3 {

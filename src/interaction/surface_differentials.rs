@@ -6,7 +6,6 @@ use glam::{Vec2, Vec3};
 
 use super::normal::{authored_side, inside_out_cosine, is_smooth, weighted_sum};
 use super::ray_differential::{RayDifferential, weight_steps};
-
 use super::surface_point::SurfacePoint;
 use crate::frame::Frame;
 

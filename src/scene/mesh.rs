@@ -32,6 +32,9 @@ impl Mesh {
     }
 }
 
+/// Cosine between the mean vertex normal of a triangle and its reversed normal above which the vertex normals are inside out: 37°.
+pub const INSIDE_OUT_COSINE: f32 = 0.8;
+
 /// Indexed triangles with one material. All attribute lists have one entry for each vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Primitive {
@@ -43,7 +46,7 @@ pub struct Primitive {
     pub tangents: Option<Vec<Vec4>>,
     /// The texture coordinate set that the tangents were generated from; `None` for those of the file, which hold for every set.
     pub tangent_uv_set: Option<u32>,
-    /// Whether the normals of most of the surface are close to the reversed normals of their triangles: a mesh that was stored inside out.
+    /// Whether the normals of most of the surface are inside out, by [`INSIDE_OUT_COSINE`].
     pub is_inside_out: bool,
     /// Texture coordinate sets, `TEXCOORD_0` first; origin at the image's top left.
     pub uvs: Vec<Vec<Vec2>>,

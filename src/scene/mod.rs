@@ -72,7 +72,7 @@ pub use material_extensions::{
     Anisotropy, ClearCoat, DiffuseTransmission, Glossiness, Iridescence, Sheen, Specular,
 };
 pub use memory::SceneMemory;
-pub use mesh::{Mesh, MorphTarget, Primitive, SkinInfluences};
+pub use mesh::{INSIDE_OUT_COSINE, Mesh, MorphTarget, Primitive, SkinInfluences};
 pub(crate) use mip_lookup::{MAX_PROBES, PROBE_SPACING, blended, level_of};
 pub use mip_maps::{ImageMips, MipLevel, mip_levels};
 pub(crate) use mip_maps::{mip_bytes, mip_sizes, mip_working_bytes};

@@ -239,7 +239,12 @@ impl<'a> FrameTracer<'a> {
             frame.finish(&pass);
             clock.finish(&pass);
             if let Some(checkpoint) = checkpoint {
-                checkpoint.save(&frame, &rendered.rays)?;
+                let saved = checkpoint.save(&frame, &rendered.rays);
+                // Nothing continues a finished frame.
+                let is_last = clock.most_samples().is_none_or(|most| frame.next_pass(most).is_none());
+                if !(is_last && matches!(saved, Err(Error::Refused { .. }))) {
+                    saved?;
+                }
             }
         }
         // A complete checkpoint leaves no pass that poses the scene.

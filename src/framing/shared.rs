@@ -112,3 +112,46 @@ fn measured(selection: &Selection, clips: &[AnimationIndex]) -> Selection {
         ..selection.clone()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::gltf::{ImportOptions, import};
+    use crate::scene::{CameraRequest, SelectionRequest};
+
+    #[test]
+    fn what_is_measured_for_all_clips_is_measured_once() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/animation/hierarchy.gltf");
+        let scene = import(&path, &ImportOptions::default()).unwrap();
+        let request = SelectionRequest { camera: Some(CameraRequest::Auto), ..SelectionRequest::default() };
+        let (selection, _) = Selection::resolve(&request, &scene).unwrap();
+        let still = Selection { clips: Vec::new(), ..selection.clone() };
+        assert_ne!(selection, still);
+        let measured_clips = selection.clips.clone();
+        let shared = SharedFraming::of_several(&scene);
+        let subject = |framing: &SharedFraming<'_>, selection: &Selection, clips: &[AnimationIndex]| {
+            Rc::as_ptr(&framing.subject(selection, None, clips)).addr()
+        };
+        assert_eq!(subject(&shared, &selection, &measured_clips), subject(&shared, &still, &measured_clips));
+        // Clips that play together are others.
+        assert_ne!(subject(&shared, &selection, &[]), subject(&shared, &still, &[]));
+
+        // Cameras and grounds are those of one sequence each.
+        for view in [ViewRequest { measured_clips, ..ViewRequest::default() }, ViewRequest::default()] {
+            for selection in [&selection, &still, &selection] {
+                let alone = SharedFraming::of_one(&scene);
+                assert_eq!(
+                    shared.resolve(selection.clone(), &view, 1.5).0,
+                    alone.resolve(selection.clone(), &view, 1.5).0
+                );
+                for is_mirror in [false, true] {
+                    let ground = shared.ground_below(selection, &view, is_mirror);
+                    assert_eq!(ground, alone.ground_below(selection, &view, is_mirror));
+                    assert!(ground.unwrap().is_mirror == is_mirror);
+                }
+            }
+        }
+    }
+}

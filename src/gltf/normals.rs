@@ -103,6 +103,7 @@ mod tests {
         assert_eq!(normals, [Vec3::Z, Vec3::X, Vec3::Z, Vec3::Z]);
         assert_eq!(context.into_warnings().len(), 1);
     }
+
     #[test]
     fn meshes_with_reversed_normals_are_inside_out() {
         let with_normals = |normals: Vec<Vec3>| Primitive {

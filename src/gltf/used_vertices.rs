@@ -88,6 +88,7 @@ mod tests {
         assert_eq!(select(&mut [], 5), Some(vec![]));
         assert_eq!(select(&mut [], 0), None);
     }
+
     #[test]
     fn distant_vertices_are_refused_before_memory_is_taken() {
         let mut context = Context::new(std::path::Path::new("a.gltf"), 1 << 30);

@@ -53,7 +53,7 @@ pub(crate) fn image_bounds(
 
 /// Asserts that the corners are in the middle of the image and reach [`FILLED`] in one direction.
 #[track_caller]
-fn assert_fits(scene: &Scene, camera: &ResolvedCamera, aspect_ratio: f32) {
+pub(crate) fn assert_fits(scene: &Scene, camera: &ResolvedCamera, aspect_ratio: f32) {
     let [min, max] = image_bounds(scene, camera, aspect_ratio, 0.0);
     let reach = max.max(-min);
     assert!((reach.max_element() - FILLED).abs() < 1e-3, "{min} to {max}");
@@ -138,7 +138,7 @@ fn parallel_views_fit_the_image() {
 
 /// Asserts that no corner is beside or behind the camera at the start.
 #[track_caller]
-fn assert_all_ahead(scene: &Scene, camera: &ResolvedCamera) {
+pub(crate) fn assert_all_ahead(scene: &Scene, camera: &ResolvedCamera) {
     let frame = Frame::at(scene, &camera.selection, 0.0);
     let camera_from_world = frame.camera.world_from_camera.inverse();
     let corners = frame.triangles.iter().flat_map(|triangle| triangle.vertices);

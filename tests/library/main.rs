@@ -12,6 +12,7 @@ mod exposure;
 mod fault_table;
 mod framing;
 mod framing_motion;
+mod framing_near;
 mod framing_unseen;
 mod known_answers;
 mod motion_blur;

@@ -160,15 +160,7 @@ impl EquirectImage {
         let mut pixels = vec![[0.0; 3]; width * height];
         pixels.par_chunks_exact_mut(width).zip(&rows).for_each(|(pixels, (first_row, row_shares))| {
             let band = self.mean_of_rows(*first_row, row_shares);
-            for (pixel, (first_column, column_shares)) in pixels.iter_mut().zip(&columns) {
-                let mut sum = [0.0_f64; 3];
-                for (pixel, share) in band[*first_column..].iter().zip(column_shares) {
-                    for (total, channel) in sum.iter_mut().zip(pixel) {
-                        *total += channel * share;
-                    }
-                }
-                *pixel = sum.map(|channel| channel as f32);
-            }
+            write_means(pixels, &band, &columns);
         });
         Self { width, height, pixels }
     }
@@ -202,22 +194,14 @@ impl EquirectImage {
         pixels.par_chunks_exact_mut(width).zip(&rows).for_each(|(pixels, (first_row, row_shares))| {
             // The column before the first, all columns, and the one after the last
             let mut band = vec![[0.0_f64; 3]; self.width + 2];
-            for (row, share) in (*first_row..).zip(row_shares) {
+            for (row, share) in (*first_row as i32 - 1..).zip(row_shares) {
                 for (sum, column) in band.iter_mut().zip(-1..) {
                     for (total, channel) in sum.iter_mut().zip(self.texel_beyond(column, row)) {
                         *total += f64::from(*channel) * share;
                     }
                 }
             }
-            for (pixel, (first_column, column_shares)) in pixels.iter_mut().zip(&columns) {
-                let mut sum = [0.0_f64; 3];
-                for (pixel, share) in band[(*first_column + 1) as usize..].iter().zip(column_shares) {
-                    for (total, channel) in sum.iter_mut().zip(pixel) {
-                        *total += channel * share;
-                    }
-                }
-                *pixel = sum.map(|channel| channel as f32);
-            }
+            write_means(pixels, &band, &columns);
         });
         Self { width, height, pixels }
     }
@@ -235,9 +219,22 @@ impl EquirectImage {
     }
 }
 
-/// The weights of linear interpolation between the centres of `old` equal cells, averaged over each of `new` ones: the first old cell, which may be
-/// one before the first, and the weights of it and the following ones.
-fn tent_overlaps(old: usize, new: usize) -> Vec<(i32, Vec<f64>)> {
+/// Means of a row of values by the first value and the shares of it and the following ones for each.
+fn write_means(means: &mut [[f32; 3]], values: &[[f64; 3]], shares: &[(usize, Vec<f64>)]) {
+    for (mean, (first, shares)) in means.iter_mut().zip(shares) {
+        let mut sum = [0.0_f64; 3];
+        for (value, share) in values[*first..].iter().zip(shares) {
+            for (total, channel) in sum.iter_mut().zip(value) {
+                *total += channel * share;
+            }
+        }
+        *mean = sum.map(|channel| channel as f32);
+    }
+}
+
+/// The weights of linear interpolation between the centres of `old` equal cells, averaged over each of `new` ones: the first old cell of each, counted from
+/// the one before the first, and the weights of it and the following ones.
+fn tent_overlaps(old: usize, new: usize) -> Vec<(usize, Vec<f64>)> {
     // The integral of the tent from -1
     let below = |x: f64| {
         let x = x.clamp(-1.0, 1.0);
@@ -248,7 +245,7 @@ fn tent_overlaps(old: usize, new: usize) -> Vec<(i32, Vec<f64>)> {
         let [start, end] = [index, index + 1].map(|edge| edge as f64 * size - 0.5);
         let (first, last) = ((start.floor() as i32).max(-1), (end.ceil() as i32).min(old as i32));
         let weight = |center: i32| (below(end - f64::from(center)) - below(start - f64::from(center))) / size;
-        (first, (first..=last).map(weight).collect())
+        ((first + 1) as usize, (first..=last).map(weight).collect())
     };
     (0..new).map(cell).collect()
 }

@@ -8,26 +8,43 @@ use super::shutter_sample::ShutterSample;
 use crate::integrator::{R2, unit_interval};
 
 /// `count` positions in the unit square, the same in every pixel and every frame: a Hammersley set, with one position in each of
-/// `count` columns and, for powers of two, one in each of `count` rows. A single position is the centre.
+/// `count` columns and, for powers of two, one in each of `count` rows. Their mean is the centre, so that no count moves the image.
 ///
 /// Each set `set` is the first one, rotated around the square (by the R₂ sequence of Roberts, "The Unreasonable Effectiveness of
 /// Quasirandom Sequences", 2018). Set 0 is not rotated.
 pub(super) fn pixel_offsets(count: u32, set: u32) -> Vec<Vec2> {
-    let half_step = 0.5 / count as f32;
     let column = |i: u32| (i as f32 + 0.5) / count as f32;
-    let row = |i: u32| wrapped(radical_inverse(i) + half_step);
+    let shift_of_rows = shift_to_center(count, u32::reverse_bits);
+    let row = |i: u32| inside(unit_interval(i.reverse_bits()) + shift_of_rows);
     let shift = Vec2::new(unit_interval(set.wrapping_mul(R2[0])), unit_interval(set.wrapping_mul(R2[1])));
     (0..count).map(|i| Vec2::new(wrapped(column(i) + shift.x), wrapped(row(i) + shift.y))).collect()
 }
 
 /// Some of the `count` positions in the unit square that one shutter sample has. The first of any number fill the square evenly, and so
-/// do those of all shutter samples together: they are Sobol's points, whose third dimension is the time.
+/// do those of all shutter samples together: they are Sobol's points, whose third dimension is the time. The mean of all is the centre.
 pub(super) fn progressive_offsets(indices: Range<u32>, count: u32, shutter: ShutterSample) -> Vec<Vec2> {
     let times = shutter.count.next_power_of_two();
-    let half_step = 0.5 / (u64::from(count) * u64::from(times)).next_power_of_two() as f32;
-    let point = |i: u32| Vec2::new(radical_inverse(i), unit_interval(sobol_second(i))) + half_step;
+    let of_all_times = count.saturating_mul(times);
+    let shift = Vec2::new(
+        shift_to_center(of_all_times, u32::reverse_bits),
+        shift_to_center(of_all_times, sobol_second),
+    );
+    let point = |i: u32| Vec2::new(unit_interval(i.reverse_bits()), unit_interval(sobol_second(i)));
     let index = |i: u32| index_at_time(i.wrapping_mul(times), shutter.index, times.trailing_zeros());
-    indices.map(|i| point(index(i))).map(|p| Vec2::new(wrapped(p.x), wrapped(p.y))).collect()
+    indices.map(|i| point(index(i)) + shift).map(|p| Vec2::new(inside(p.x), inside(p.y))).collect()
+}
+
+/// What moves the mean of the first `count` values of a dimension of Sobol's sequence, in units of 2⁻³², to ½.
+fn shift_to_center(count: u32, value: impl Fn(u32) -> u32) -> f32 {
+    let (mut first, mut sum) = (0_u32, 0.0);
+    for bits in (0..u32::BITS).rev().filter(|bits| (count >> bits) & 1 == 1) {
+        // The leading digits of such a block take every value once; its indices have the others in common.
+        let size = f64::from(1_u32 << bits);
+        let in_common = f64::from(value(first) & (u32::MAX >> bits)) / 2_f64.powi(32);
+        sum += size * (in_common + 0.5 - 0.5 / size);
+        first |= 1 << bits;
+    }
+    (0.5 - sum / f64::from(count)) as f32
 }
 
 /// The index, of the 2^`bits` ones from `first`, of the point of Sobol's sequence whose third dimension is in the interval `time` of
@@ -79,14 +96,14 @@ const THIRD_DIRECTIONS: [u32; 32] = {
     directions
 };
 
+/// The number, or the largest one below 1. The mean of few positions is moved so far that the last is beyond, by less than a hundredth.
+fn inside(x: f32) -> f32 {
+    x.min(1.0 - f32::EPSILON / 2.0)
+}
+
 /// Wraps a number in [0, 2) to [0, 1).
 fn wrapped(x: f32) -> f32 {
     if x < 1.0 { x } else { x - 1.0 }
-}
-
-/// The radical inverse of `i` in base 2.
-fn radical_inverse(i: u32) -> f32 {
-    unit_interval(i.reverse_bits())
 }
 
 #[cfg(test)]
@@ -135,6 +152,21 @@ mod tests {
                     [pixel_offsets(count, set), progressive_offsets(0..count, count, shutter)].concat();
                 assert!(offsets.iter().all(|p| p.min_element() >= 0.0 && p.max_element() < 1.0));
             }
+        }
+    }
+
+    #[test]
+    fn no_number_of_samples_moves_the_image() {
+        let mean = |offsets: &[Vec2]| offsets.iter().sum::<Vec2>() / offsets.len() as f32;
+        for count in 1..700 {
+            let progressive = progressive_offsets(0..count, count, ShutterSample::ONLY);
+            for offsets in [pixel_offsets(count, 0), progressive] {
+                let distance = (mean(&offsets) - 0.5).abs().max_element();
+                assert!(distance < 3e-4, "{count}: {distance}");
+            }
+        }
+        for (count, times) in [(3, 4), (5, 2), (96, 8)] {
+            assert!((mean(&of_all_times(0..count, count, times)) - 0.5).abs().max_element() < 1e-4);
         }
     }
 

@@ -39,6 +39,8 @@ pub struct RayState {
     pub has_lamps: bool,
     /// Whether a ray of Whitted's tree sees the peaks of the environment: not where its last surface shows them as highlights.
     pub sees_peaks: bool,
+    /// Whether an earlier surface of Whitted's tree sampled a rough lobe for the ray.
+    pub is_sampled: bool,
     /// The lamps that an earlier surface of a ray of Whitted's tree showed. Their light passes glass straight, so frosted glass that the ray finds does not show them
     /// once more.
     pub(crate) shown_lamps: LightSet,
@@ -111,6 +113,7 @@ impl RayState {
             unguided_ratio: 1.0,
             has_lamps: false,
             sees_peaks: true,
+            is_sampled: false,
             shown_lamps: LightSet::default(),
             blur: 0.0,
             environment_lobe: None,

@@ -1,7 +1,8 @@
 //! Several rays for a rough mirror, coat or frosted glass (Cook, Porter, Carpenter, "Distributed Ray Tracing", SIGGRAPH 1984).
 //!
-//! With glossy samples, sampled rays follow the whole lobe and the prefiltered environment is not looked up. The first surface of
-//! a path sends that many rays, later surfaces one each: the rays from the first surface average what later ones reflect. On the denser side
+//! With glossy samples, sampled rays follow the whole lobe and the prefiltered environment is not looked up. The first rough surface of
+//! a path sends that many rays, also where it is seen in mirrors or through clear glass, later ones one each: the rays from the first one average what these
+//! reflect. On the denser side
 //! of frosted volumes, `frosted_glass` sends them by facets.
 
 use super::secondary_rays::ChildRay;
@@ -16,7 +17,7 @@ impl Tracer<'_, '_> {
     pub(super) fn glossy_rays(&self, state: &RayState) -> u32 {
         match self.context.settings.glossy_samples {
             0 => 0,
-            samples if state.depth == 0 => samples,
+            samples if !state.is_sampled => samples,
             _ => 1,
         }
     }

@@ -218,7 +218,7 @@ impl Tracer<'_, '_> {
         beyond: Beyond,
     ) {
         let Beyond { media, touching, sees_peaks, shown_lamps } = beyond;
-        let ChildRay { ray, weight, roughness, environment_lobe, kind, channels, seed, .. } = child;
+        let ChildRay { ray, weight, roughness, environment_lobe, kind, channels, seed, is_sampled } = child;
         let light_pass = arrival.light_pass.or(match kind {
             RayKind::Camera => None,
             RayKind::Reflection | RayKind::GroundReflection => Some(LightPass::Reflection),
@@ -234,6 +234,7 @@ impl Tracer<'_, '_> {
             channels,
             light_pass,
             sees_peaks,
+            is_sampled: is_sampled || arrival.state.is_sampled,
             shown_lamps,
             blur: arrival.state.blur + (roughness * roughness) * (roughness * roughness),
             environment_lobe,

@@ -5,6 +5,7 @@
 //! reflect. On the denser side
 //! of frosted volumes, `frosted_glass` sends them by facets.
 
+use super::environment_shadows::on_side;
 use super::secondary_rays::ChildRay;
 use super::shading::Shading;
 use crate::geometry::Ray;
@@ -33,8 +34,9 @@ impl Tracer<'_, '_> {
             let sampled = shading.bsdf.sample_reflection(shading.wo, shading.terms, u);
             let Some((wi, lobe_weight)) = sampled else { continue };
             let direction = (shading.world_from_local * wi).normalize();
+            let direction = on_side(direction, shading.point.geometric_normal, true);
             let weight = shading.weight_below * lobe_weight / rays as f32;
-            if direction.dot(shading.point.geometric_normal) > 0.0 && self.may_send(shading.state, weight) {
+            if self.may_send(shading.state, weight) {
                 let ray = Ray::new(shading.point.origin_outside(), direction);
                 let channels = shading.state.channels;
                 self.send(shading, ChildRay::sampled(ray, weight, RayKind::Reflection, (channels, seed)));
@@ -52,8 +54,9 @@ impl Tracer<'_, '_> {
         for seed in seeds(shading.state, Purpose::Coat, rays) {
             let sampled = coat.sample_reflection(seed.point(Purpose::Coat));
             let Some((direction, lobe_weight)) = sampled else { continue };
+            let direction = on_side(direction, shading.point.geometric_normal, true);
             let weight = shading.weight * (lobe_weight / rays as f32);
-            if direction.dot(shading.point.geometric_normal) > 0.0 && self.may_send(shading.state, weight) {
+            if self.may_send(shading.state, weight) {
                 let ray = Ray::new(shading.point.origin_outside(), direction);
                 let channels = shading.state.channels;
                 self.send(shading, ChildRay::sampled(ray, weight, RayKind::Reflection, (channels, seed)));
@@ -74,8 +77,8 @@ impl Tracer<'_, '_> {
                 let sampled = bsdf.sample_transmission(shading.wo, seed.point(Purpose::Refraction));
                 let Some(wi) = sampled else { continue };
                 let direction = (shading.world_from_local * wi).normalize();
-                if direction.dot(shading.point.geometric_normal) < 0.0 && self.may_send(shading.state, weight)
-                {
+                let direction = on_side(direction, shading.point.geometric_normal, false);
+                if self.may_send(shading.state, weight) {
                     let ray = Ray::new(shading.point.origin_inside(), direction);
                     self.send(shading, ChildRay::sampled(ray, weight, RayKind::Refraction, (channels, seed)));
                 }

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::environment_shadows::on_side;
 use super::reflected_lobe::ReflectedLobe;
 use super::secondary_rays::ChildRay;
 use super::shading::Arrival;
@@ -36,10 +37,7 @@ impl Tracer<'_, '_> {
         }
         let u = self.point_of_reflection(signature, state);
         let Some((wi, lobe_weight)) = lobe.bsdf.sample_reflection(lobe.wo, lobe.terms, u) else { return };
-        let direction = (lobe.world_from_local * wi).normalize();
-        if direction.dot(point.geometric_normal) <= 0.0 {
-            return;
-        }
+        let direction = on_side((lobe.world_from_local * wi).normalize(), point.geometric_normal, true);
         let ray = Ray::new(point.origin_outside(), direction);
         let seed = state.seed.child(Purpose::Reflection, 0, 1);
         let child = ChildRay::sampled(ray, weight * lobe_weight, RayKind::Reflection, (state.channels, seed));

@@ -7,7 +7,7 @@ use rayframe::film::PixelWindow;
 use rayframe::render::{Adaptive, Aperture, Focus, Lens, LightSize, PixelFilter};
 use rayframe::scene::{Environment, LightKind, Material, NodeIndex, Projection, Transmission};
 
-use crate::stage::{Stage, lambert, rectangle, unlit};
+use crate::stage::{Stage, cuboid, lambert, rectangle, unlit};
 
 /// Share of a disk beyond a line at half its radius: 1/3 − √3 / 4π.
 const BEYOND_HALF: f32 = 0.195_501;
@@ -169,6 +169,34 @@ fn traced_and_prefiltered_reflections_agree_in_a_uniform_environment() {
     for material in [metal(0.2), metal(0.6), metal(1.0), frosted, Material { ior: 1.5, ..plastic }] {
         let (looked_up, followed) = looks(&material);
         assert!((looked_up - followed).abs().max_element() < 0.006, "{looked_up} {followed}");
+    }
+}
+
+#[test]
+fn leaning_normals_do_not_darken_sampled_reflections() {
+    // White metal in uniform light, whose lobe reaches beyond its plane: looked up, by glossy rays, and followed in a white box without environment.
+    let look = |glossy_samples, is_boxed: bool, lean: f32| {
+        let mut stage = Stage::new();
+        stage.projection = NARROW;
+        let mut floor = rectangle(Vec3::ZERO, Vec3::Z, Vec3::X);
+        let normal = Vec3::new(lean, 1.0, 0.0).normalize();
+        floor.normals = Some(vec![normal; floor.positions.len()]);
+        stage.add(floor, Material { roughness: 0.5, ..Material::default() });
+        if is_boxed {
+            let walls = Material { double_sided: true, ..unlit(Vec3::ONE) };
+            stage.add(cuboid(Vec3::ZERO, Vec3::splat(9.0)), walls);
+        } else {
+            stage.environment = Environment::Constant(Vec3::ONE);
+        }
+        stage.settings.samples = 256;
+        stage.settings.glossy_samples = glossy_samples;
+        stage.look(Vec3::new(0.0, 1.5, 0.5), Vec3::ZERO).x
+    };
+    for lean in [0.0, 0.5, 1.0] {
+        for (glossy_samples, is_boxed) in [(0, false), (4, false), (0, true), (4, true)] {
+            let seen = look(glossy_samples, is_boxed, lean);
+            assert!((seen - 1.0).abs() < 0.03, "{lean} {glossy_samples} {is_boxed}: {seen}");
+        }
     }
 }
 

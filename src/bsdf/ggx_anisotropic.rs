@@ -15,8 +15,10 @@ use super::isotropic_albedo::AlbedoTerms;
 use super::microfacets::Microfacets;
 use super::{fresnel, ggx, internal_albedo};
 
-/// Number of visible normals that represent a lobe; they sum to its albedo within about a thousandth.
-const NORMALS: usize = 256;
+/// Visible normals that represent a lobe for each time that its larger α is its smaller one, so that narrow lobes around them overlap.
+const NORMALS_PER_WIDTH: f32 = 8.0;
+/// The least of them, and the most.
+const NORMALS: [usize; 2] = [16, 256];
 /// Revolutions from one normal to the next along their spiral: the golden section.
 const REVOLUTIONS: f32 = 0.618_034;
 
@@ -82,10 +84,22 @@ impl AnisotropicGgx {
         self.scaled_by_alpha(normal).normalize_or(Vec3::Z)
     }
 
-    /// The lobe towards `wo` as a fixed number of directions.
-    pub(super) fn reflected(self, wo: Vec3) -> impl Iterator<Item = ReflectedDirection> + use<> {
+    /// The lobe towards `wo` as lobes that are as narrow in all directions as it is across, around directions that spread along its width alone.
+    pub(super) fn narrow_lobes(self, wo: Vec3) -> impl Iterator<Item = ReflectedDirection> + use<> {
+        let Vec2 { x, y } = self.alpha;
+        // The widths of lobes with tails as long as these add up where they are convolved.
+        let spread = Self { alpha: Vec2::new(x - y, 0.0).max(Vec2::splat(ggx::MIN_ALPHA)) };
+        spread.reflected(wo, spiral_of(NORMALS_PER_WIDTH * x / y))
+    }
+
+    /// The lobe towards `wo` as a number of directions.
+    fn reflected(
+        self,
+        wo: Vec3,
+        normals: &'static [(Vec2, f32)],
+    ) -> impl Iterator<Item = ReflectedDirection> + use<> {
         let root_o = length(self.scaled_by_alpha(wo));
-        disk_pattern().iter().filter_map(move |(point, share)| {
+        normals.iter().filter_map(move |(point, share)| {
             let half = self.visible_normal(wo, *point);
             let facet_cosine = wo.dot(half).clamp(0.0, 1.0);
             let wi = half * (2.0 * facet_cosine) - wo;
@@ -120,10 +134,13 @@ fn length(vector: Vec3) -> f32 {
     libm::sqrtf(vector.dot(vector))
 }
 
-/// [`disk_spiral`] of a fixed number of points.
-pub(super) fn disk_pattern() -> &'static [(Vec2, f32)] {
-    static POINTS: OnceLock<Vec<(Vec2, f32)>> = OnceLock::new();
-    POINTS.get_or_init(|| disk_spiral(NORMALS))
+/// [`disk_spiral`] of the next power of two of points, within [`NORMALS`].
+fn spiral_of(count: f32) -> &'static [(Vec2, f32)] {
+    const SIZES: usize = (NORMALS[1] / NORMALS[0]).ilog2() as usize + 1;
+    static SPIRALS: [OnceLock<Vec<(Vec2, f32)>>; SIZES] = [const { OnceLock::new() }; SIZES];
+    let count = (count.ceil() as usize).clamp(NORMALS[0], NORMALS[1]).next_power_of_two();
+    let size = (count / NORMALS[0]).ilog2() as usize;
+    SPIRALS[size].get_or_init(|| disk_spiral(NORMALS[0] << size))
 }
 
 /// Points of the unit disk and their shares of it, on a spiral that is denser towards the edge, where the long tail of the lobe is.
@@ -136,4 +153,49 @@ pub(super) fn disk_spiral(count: usize) -> Vec<(Vec2, f32)> {
         (ggx::disk_point(Vec2::new(1.0 - s * s, revolutions - revolutions.floor())), 2.0 * s / count as f32)
     };
     (0..count).map(point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Mean of light from near one direction over directions with shares.
+    fn mean(lobe: impl Iterator<Item = (Vec3, f32)>, light: impl Fn(Vec3) -> f32) -> f32 {
+        let (seen, shares) =
+            lobe.fold((0.0, 0.0), |sum, (wi, share)| (sum.0 + light(wi) * share, sum.1 + share));
+        seen / shares
+    }
+
+    #[test]
+    fn narrow_lobes_together_see_what_the_lobe_sees() {
+        let fine: &'static [(Vec2, f32)] = disk_spiral(4096).leak();
+        for (roughness, strength) in [(0.2, 0.5), (0.3, 0.3), (0.3, 0.7), (0.5, 0.5), (0.5, 1.0)] {
+            let ggx = AnisotropicGgx::new(roughness * roughness, strength);
+            let across = AnisotropicGgx { alpha: Vec2::splat(ggx.alpha.y) };
+            for wo in [Vec3::Z, Vec3::new(0.3, 0.1, 1.0), Vec3::new(0.1, 0.5, 1.0)].map(Vec3::normalize) {
+                let mirrored = Vec3::new(-wo.x, -wo.y, wo.z);
+                for beside in [Vec3::ZERO, Vec3::X * 0.4, Vec3::Y * 0.4] {
+                    let source = (mirrored + beside).normalize();
+                    let light = |wi: Vec3| libm::expf(8.0 * (wi.dot(source) - 1.0));
+                    let of = |lobe: ReflectedDirection| (lobe.wi, lobe.weight);
+                    let expected = mean(ggx.reflected(wo, fine).map(of), light);
+                    // What a prefiltered environment holds: the lobe of a view along the normal
+                    let prefiltered = |wi: Vec3| {
+                        let (x, y) = wi.any_orthonormal_pair();
+                        let world_from_lobe = glam::Mat3::from_cols(x, y, wi);
+                        mean(across.reflected(Vec3::Z, fine).map(of), |local| light(world_from_lobe * local))
+                    };
+                    let found = mean(ggx.narrow_lobes(wo).map(of), prefiltered);
+                    let case = format!("{roughness} {strength} {wo} {beside}");
+                    assert!((found - expected).abs() < 0.05, "{case}: {found} is not {expected}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn wide_lobes_have_more_narrow_ones() {
+        let counts = [0.0, 1.0, 2.01, 6.0, 20.0, 1e6].map(|width| spiral_of(NORMALS_PER_WIDTH * width).len());
+        assert_eq!(counts, [16, 16, 32, 64, 256, 256]);
+    }
 }

@@ -215,8 +215,8 @@ impl Bsdf {
         self.transmission_lobe.widest_roughness()
     }
 
-    /// Directions of an anisotropic specular lobe with their shares, which sum to [`Albedos::specular`] within about a thousandth; none
-    /// for isotropic lobes.
+    /// Directions around which lobes of the material's roughness make up an anisotropic specular lobe, with shares whose sum is about
+    /// [`Albedos::specular`]; none for isotropic lobes.
     pub(crate) fn anisotropic_reflections(
         &self,
         wo: Vec3,
@@ -226,7 +226,7 @@ impl Bsdf {
         let film = self.film_reflectances(wo.z);
         let reflected = self.lobe.anisotropic.into_iter().flat_map(move |ggx| {
             let scale = self.compensation(film.as_ref(), terms);
-            ggx.reflected(wo).map(move |reflected| (reflected, scale))
+            ggx.narrow_lobes(wo).map(move |reflected| (reflected, scale))
         });
         reflected.map(move |(ReflectedDirection { wi, facet_cosine, weight }, scale)| {
             let factor = self.specular_factor(self.reflectances(film.as_ref(), facet_cosine), &scale);

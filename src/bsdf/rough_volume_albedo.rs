@@ -14,7 +14,7 @@ use glam::{Vec2, Vec3};
 use super::albedo_grid::cosine_of;
 use super::cubic_table::lagrange_weights;
 use super::fresnel;
-use super::ggx_anisotropic::{disk_pattern, disk_spiral};
+use super::ggx_anisotropic::disk_spiral;
 use super::rough_transmission::refracted_at;
 use super::specular_lobe::SpecularLobe;
 use super::stored_values::{UNIT, decoded, stored};
@@ -41,7 +41,9 @@ const NORMALS: usize = 2048;
 /// 2.5 on both sides and cosines from 0.05.
 pub(super) fn reflected_and_transmitted(lobe: &SpecularLobe, wo: Vec3, relative_ior: f32) -> f32 {
     if lobe.anisotropic.is_some() {
-        return by_summation(lobe, wo, relative_ior, disk_pattern());
+        static NORMALS_OF_A_HIT: OnceLock<Vec<(Vec2, f32)>> = OnceLock::new();
+        let normals = NORMALS_OF_A_HIT.get_or_init(|| disk_spiral(256));
+        return by_summation(lobe, wo, relative_ior, normals);
     }
     tabulated(wo.z, lobe.roughness, relative_ior)
 }

@@ -63,7 +63,17 @@ impl Scattering {
     /// The lobes of `bsdf` towards `wo`, in the local shading frame, below a coat with its own frame.
     #[inline]
     pub fn new(bsdf: Bsdf, wo: Vec3, coat: Option<OrientedCoat>) -> Self {
-        let terms = bsdf.scattering_terms(wo, || bsdf.albedo_terms(wo));
+        Self::by(bsdf, wo, coat, || bsdf.albedo_terms(wo))
+    }
+
+    /// The same without a coat, with the terms of [`Bsdf::albedo_terms`].
+    pub(crate) fn by_terms(bsdf: Bsdf, wo: Vec3, terms: AlbedoTerms) -> Self {
+        Self::by(bsdf, wo, None, || terms)
+    }
+
+    #[inline(always)]
+    fn by(bsdf: Bsdf, wo: Vec3, coat: Option<OrientedCoat>, terms: impl Fn() -> AlbedoTerms) -> Self {
+        let terms = bsdf.scattering_terms(wo, terms);
         let coat = coat.map(|coat| CoatLobe::new(coat, wo));
         let mut scattering = Self::reflecting(bsdf, wo, terms, coat);
         if wo.z > 0.0 {

@@ -91,7 +91,12 @@ impl Tracer<'_, '_> {
         let rays = self.glossy_rays(shading.state);
         let share = shading.facet_share / rays.max(1) as f32;
         for (index, (channels, bsdf)) in shading.transmission_lobes().enumerate() {
-            let lobes = FacetLobes { channels, bsdf, scattering: Scattering::new(*bsdf, shading.wo, None) };
+            let scattering = if shading.dispersed.is_none() {
+                *shading.scattering()
+            } else {
+                Scattering::new(*bsdf, shading.wo, None)
+            };
+            let lobes = FacetLobes { channels, bsdf, scattering };
             if rays == 0 {
                 let (u, u_facet) = self.point_of_frosted_glass(shading, index);
                 let seed = shading.state.seed.child(Purpose::Refraction, 0, 1);

@@ -32,7 +32,7 @@ impl TransmittedLampLight {
     /// The light that a surface transmits.
     pub(super) fn of(context: &IntegratorContext<'_>, shading: &Shading<'_, '_>) -> Self {
         Self {
-            frosted: shading.is_frosted().then(|| Scattering::new(*shading.bsdf, shading.wo, None)),
+            frosted: shading.is_frosted().then(|| *shading.scattering()),
             diffuse: shading.albedos.diffuse_transmission,
             is_thin: shading.material.thin,
             is_covered: shading.transmission_side.stops_lamps(context),

@@ -1,5 +1,7 @@
 //! Shading of surfaces: emission, direct light, environment lookups and child rays.
 
+use std::cell::OnceCell;
+
 use glam::Vec3;
 
 use super::coat::CoatShading;
@@ -108,6 +110,7 @@ impl<'a> Tracer<'_, 'a> {
             material,
             bsdf: &bsdf,
             terms,
+            scattering: OnceCell::new(),
             world_from_local,
             wo,
             weight,

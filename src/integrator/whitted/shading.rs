@@ -1,10 +1,12 @@
 //! A surface prepared for shading: its lobes, its coat and its local frame, as one ray sees them.
 
+use std::cell::OnceCell;
+
 use glam::{Mat3, Vec3};
 
 use super::coat::CoatShading;
 use super::traced_share::traced_share;
-use crate::bsdf::{AlbedoTerms, Albedos, Bsdf};
+use crate::bsdf::{AlbedoTerms, Albedos, Bsdf, Scattering};
 use crate::integrator::transmission_side::TransmissionSide;
 use crate::integrator::wavefront::RaySignature;
 use crate::integrator::{ColorChannels, LightPass, RayKind, RayState};
@@ -35,6 +37,8 @@ pub(super) struct Shading<'p, 'a> {
     pub(super) bsdf: &'p Bsdf,
     /// Albedo terms of the lobes.
     pub(super) terms: AlbedoTerms,
+    /// See [`Shading::scattering`].
+    pub(super) scattering: OnceCell<Scattering>,
     /// Directional albedos of the lobes.
     pub(super) albedos: Albedos,
     /// Columns are tangent, bitangent and normal.
@@ -92,6 +96,11 @@ impl<'p, 'a> Shading<'p, 'a> {
         self.material.transmission > 0.0
             && traced_share(self.bsdf.widest_transmission_roughness()) < 1.0
             && (self.material.thin || !self.bsdf.is_refraction_smooth())
+    }
+
+    /// All lobes below the coat towards the viewer, for what single albedos do not tell.
+    pub(super) fn scattering(&self) -> &Scattering {
+        self.scattering.get_or_init(|| Scattering::by_terms(*self.bsdf, self.wo, self.terms))
     }
 
     /// The lobes that transmit light, each with its colour channels.

@@ -6,9 +6,9 @@ use crate::render::Pass;
 
 use super::SequenceJob;
 
-/// Samples of the first pass, which is always taken.
+/// Samples of the first pass, which is always taken, of all shutter samples together.
 pub(crate) const FIRST_SAMPLES: u32 = 4;
-/// Most samples of a pass between checkpoints.
+/// Most samples of a pass between checkpoints, of all shutter samples together.
 const MOST_SAMPLES: u32 = 64;
 
 /// Times the passes of a frame.
@@ -16,9 +16,10 @@ const MOST_SAMPLES: u32 = 64;
 pub(super) struct PassClock {
     started: Instant,
     limit_seconds: Option<f64>,
-    /// Samples of the first pass under a limit, of each shutter sample.
+    /// Samples of the first pass, of each shutter sample.
     first_samples: u32,
-    has_checkpoints: bool,
+    /// Most samples of a pass, of each shutter sample, where it ends with a checkpoint.
+    most_between_checkpoints: Option<u32>,
     /// Samples of finished passes, of each shutter sample, and of those of earlier runs.
     samples: u32,
     /// Samples of the passes of this run.
@@ -41,11 +42,13 @@ impl PassClock {
         samples: u32,
     ) -> Self {
         let now = Instant::now();
+        // A pass takes its samples of every shutter sample.
+        let of_each = |samples: u32| (samples / shutter_samples.max(1)).max(1);
         Self {
             started: now,
             limit_seconds,
-            first_samples: (FIRST_SAMPLES / shutter_samples.max(1)).max(1),
-            has_checkpoints,
+            first_samples: of_each(FIRST_SAMPLES),
+            most_between_checkpoints: has_checkpoints.then(|| of_each(MOST_SAMPLES)),
             samples,
             timed_samples: 0,
             seconds_a_sample: 0.0,
@@ -55,8 +58,8 @@ impl PassClock {
 
     /// Most samples of the next pass; `None` when the time is over. Every run of a frame has a first pass.
     pub(super) fn most_samples(&self) -> Option<u32> {
-        let of_checkpoints =
-            if self.has_checkpoints { self.samples.clamp(FIRST_SAMPLES, MOST_SAMPLES) } else { u32::MAX };
+        let between = |most| self.samples.clamp(self.first_samples, most);
+        let of_checkpoints = self.most_between_checkpoints.map_or(u32::MAX, between);
         let Some(limit) = self.limit_seconds else { return Some(of_checkpoints) };
         if self.timed_samples == 0 {
             return Some(self.first_samples);
@@ -85,16 +88,21 @@ mod tests {
 
     /// Sizes of the passes of a frame of 200 samples that has `taken` of them.
     fn passes(taken: u32, limit_seconds: Option<f64>) -> Vec<u32> {
+        shutter_passes((200, 1), taken, limit_seconds)
+    }
+
+    /// Sizes of the passes of a frame of so many samples and shutter samples that has `taken` of each of these.
+    fn shutter_passes((samples, times): (u32, u32), taken: u32, limit_seconds: Option<f64>) -> Vec<u32> {
         let settings = RenderSettings {
             window: PixelWindow::full(1, 1),
-            samples: 200,
+            samples,
             integrator: Integrator::Path,
             ..RenderSettings::default()
         };
-        let new = PathFrame::new(&settings, 1);
+        let new = PathFrame::new(&settings, times);
         let (sums, finished) = (new.sums().clone(), new.finished().to_vec());
         let mut frame = new.resumed(sums, finished, taken).unwrap();
-        let mut clock = PassClock::starting((limit_seconds, 1), true, frame.samples_taken());
+        let mut clock = PassClock::starting((limit_seconds, times), true, frame.samples_taken());
         let mut sizes = Vec::new();
         while let Some(pass) = clock.most_samples().and_then(|most| frame.next_pass(most)) {
             sizes.push(pass.samples());
@@ -113,6 +121,14 @@ mod tests {
             assert_eq!(passes(taken, None), whole[index..], "{taken}");
             taken += size;
         }
+    }
+
+    #[test]
+    fn checkpoints_are_as_frequent_however_many_times_the_shutter_has() {
+        assert_eq!(shutter_passes((200, 4), 0, None), [1, 1, 2, 4, 8, 16, 16, 2]);
+        assert_eq!(shutter_passes((200, 4), 16, None), [16, 16, 2]);
+        assert_eq!(shutter_passes((256, 64), 0, None), [1, 1, 1, 1]);
+        assert_eq!(shutter_passes((256, 256), 0, None), [1]);
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! before the first frame.
 
 mod common_sheets;
+mod scene_warnings;
 mod sequence;
 mod written_files;
 
@@ -15,16 +16,14 @@ use std::time::Instant;
 
 use rayon::ThreadPoolBuilder;
 
-use crate::progress::{
-    Part, RunKind, Total, print_json, print_note, print_output, print_scene_failure, print_warning,
-};
+use crate::progress::{Part, RunKind, Total, print_json, print_note, print_output, print_scene_failure};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::exit_code::permanence;
-use rayframe::error::{Error, Provenance, Result, SettingError};
+use rayframe::error::{Error, Provenance, Result, SettingError, Warning};
 use rayframe::gltf::ImageLoading;
 use rayframe::image_file::check_name;
 use rayframe::scene::{AssetCacheUse, CameraRequest, ClipSelection, Scene, VariantRequest};
-use rayframe::sequence::{Plan, triangle_count};
+use rayframe::sequence::Plan;
 use rayframe::settings::{ProgressStyle, SettingValues};
 use rayframe::shot::{
     LoadedEnvironments, RenderJob, ShotOutline, ShotSettings, check_shot, resolve_each, resolved_settings,
@@ -36,9 +35,8 @@ use super::plan::{plan_json, plan_text};
 use super::render_options::{NamedShot, RenderOptions, message};
 use super::signals::{self, CaughtSignal};
 use super::summary::{after_the_end, frames_beside_the_movie, rendered_in_bands, summary};
-use super::warnings::report_warnings;
 use common_sheets::{CommonSheets, SheetRun};
-use sequence::replacing_text;
+use scene_warnings::{report_replaced, report_scene};
 pub(super) use sequence::{check_others, other_files, perform, prepare};
 use written_files::frame_files;
 pub(super) use written_files::{WrittenFiles, check_folders};
@@ -218,7 +216,7 @@ impl Session {
             let inputs = jobs.first().map(|job| job.inputs.clone()).unwrap_or_default();
             self.add_files(named, shot, &ShotOutline { sequences, choices: Vec::new(), inputs })?;
         }
-        report_shot_warnings(&jobs)?;
+        let mut warnings = report_scene(&jobs)?;
         if let (true, Some(job)) = (shot.values.verbose, jobs.first()) {
             report_asset_cache(&job.sequence.scene);
         }
@@ -234,7 +232,7 @@ impl Session {
             plan.check_collisions(&other_files(job), &job.inputs)?;
             check_others(other_files(job), &shot.values)?;
         }
-        warn_about_files(&planned);
+        warnings.extend(report_replaced(&planned));
         if self.is_dry_run {
             print_plan(shot, &jobs, &planned);
             return Ok(None);
@@ -242,21 +240,23 @@ impl Session {
         let prepare =
             |(job, plan): &(&RenderJob, &Plan)| prepare(&job.sequence, plan, &other_files(job), &self.cancel);
         let _locks = planned.iter().map(prepare).collect::<Result<Vec<_>>>()?;
-        Ok(self.render_sequences(&planned, &shot.values).err())
+        Ok(self.render_sequences(&planned, &shot.values, &warnings).err())
     }
 
-    /// Renders planned sequences of one scene.
+    /// Renders planned sequences of one scene. Its warnings are those of the first.
     fn render_sequences(
         &mut self,
         planned: &[(&RenderJob, &Plan)],
         args: &SettingValues,
+        mut warnings: &[Warning],
     ) -> std::result::Result<(), Stop> {
         let mut is_complete = true;
         for (job, plan) in planned {
             print_summary(job, plan, args);
             let run = if self.is_many { RunKind::Part(self.part) } else { RunKind::Alone };
             self.ends_at_once.store(false, Ordering::Relaxed);
-            let outcome = perform(job, plan, args, run, &self.cancel);
+            let told = std::mem::take(&mut warnings);
+            let outcome = perform((job, plan), args, run, told, &self.cancel);
             self.sheets.add(job, plan, &outcome.summary);
             self.part.before += plan.frames.len();
             let is_cut_short = outcome.summary.written.len() < plan.frames.len();
@@ -345,29 +345,6 @@ fn asks_for_each(values: &SettingValues) -> bool {
 fn report_asset_cache(scene: &Scene) {
     if let Some(AssetCacheUse { hits, misses }) = scene.asset_cache {
         print_note(&format!("asset cache: {hits} hits, {misses} misses"));
-    }
-}
-
-/// Prints the warnings of all jobs of a scene.
-fn report_shot_warnings(jobs: &[RenderJob]) -> Result<()> {
-    let Some(first) = jobs.first() else { return Ok(()) };
-    let choices: Vec<_> = jobs.iter().flat_map(|job| job.choices.iter().cloned()).collect();
-    let scene = &first.sequence.scene;
-    report_warnings(&scene.path, &choices, false)?;
-    report_warnings(&scene.path, &first.warnings, first.sequence.strict)?;
-    if triangle_count(scene, &first.sequence.selection.roots) == 0 {
-        print_warning(&format!(
-            "{}: the scene draws no triangles; only the environment is visible",
-            scene.path.display()
-        ));
-    }
-    Ok(())
-}
-
-fn warn_about_files(planned: &[(&RenderJob, &Plan)]) {
-    let replaced: Vec<_> = planned.iter().flat_map(|(_, plan)| plan.replaced.iter().cloned()).collect();
-    if let Some(warning) = replacing_text(&replaced) {
-        print_warning(&warning);
     }
 }
 

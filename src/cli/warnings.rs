@@ -6,7 +6,7 @@ use rayframe::shot::refusal;
 
 /// Prints every warning once. Under `--strict` the first one is an error that counts the others.
 pub(super) fn report_warnings(path: &std::path::Path, warnings: &[Warning], is_strict: bool) -> Result<()> {
-    let unique: std::collections::BTreeSet<_> = warnings.iter().collect();
+    let unique = unique_warnings(warnings);
     // Under --strict the error says the first one.
     for warning in unique.iter().skip(usize::from(is_strict)) {
         print_warning(&format!("{}: {warning}", path.display()));
@@ -15,4 +15,10 @@ pub(super) fn report_warnings(path: &std::path::Path, warnings: &[Warning], is_s
         Some(error) if is_strict => Err(error),
         _ => Ok(()),
     }
+}
+
+/// Every warning once, in order.
+pub(super) fn unique_warnings(warnings: &[Warning]) -> Vec<Warning> {
+    let unique: std::collections::BTreeSet<_> = warnings.iter().cloned().collect();
+    unique.into_iter().collect()
 }

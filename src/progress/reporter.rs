@@ -72,6 +72,11 @@ impl Reporter {
     /// Prints a warning about files that are made after the last frame.
     pub(crate) fn warn(&self, warning: &Warning) {
         print_warning(&warning.to_string());
+        self.repeat(warning);
+    }
+
+    /// Gives programs a warning that people have read already.
+    pub(crate) fn repeat(&self, warning: &Warning) {
         if let Form::Json(lines) = &self.form {
             lines.print(SequenceEvent::Warned(warning));
         }

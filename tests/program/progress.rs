@@ -93,6 +93,38 @@ fn warnings_about_movies_are_json_events_before_the_summary() {
 }
 
 #[test]
+fn warnings_about_the_scene_are_json_events_after_the_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let empty = r#"{"asset": {"version": "2.0"}, "extensionsUsed": ["ACME_glow"]}"#;
+    std::fs::write(folder.path().join("a.gltf"), empty).unwrap();
+    let warnings = |options: &[&str]| {
+        let told = ["render", "a.gltf", "-r", "4x4", "--progress", "json"];
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rayframe"));
+        let run = command.current_dir(folder.path()).args(told).args(options).output().unwrap();
+        assert_eq!(run.status.code(), Some(0), "{run:?}");
+        let said = text(&run.stderr);
+        let events = events(&run);
+        assert_eq!(events[0]["event"], "start");
+        let warnings = events[1..].iter().take_while(|event| event["event"] == "warning");
+        let told = |event: &Value| {
+            Schema::read("progress").check(event);
+            let [pointer, message] = ["pointer", "message"].map(|key| event[key].as_str().unwrap());
+            assert_eq!(said.matches(message).count(), 1, "{said}");
+            (pointer.to_owned(), message.to_owned())
+        };
+        warnings.map(told).collect::<Vec<_>>()
+    };
+    let is_of = |(pointer, message): &(String, String), (at, word)| pointer == at && message.contains(word);
+    let first = warnings(&[]);
+    assert_eq!(first.len(), 2, "{first:?}");
+    assert!(is_of(&first[0], ("/extensionsUsed/0", "ACME_glow")), "{first:?}");
+    assert!(is_of(&first[1], ("", "no triangles")), "{first:?}");
+    let second = warnings(&["--samples", "2", "--resume"]);
+    assert_eq!((second.len(), &second[..2]), (3, &first[..]), "{second:?}");
+    assert!(is_of(&second[2], ("", "1 file made from something else will be replaced")), "{second:?}");
+}
+
+#[test]
 fn exr_runs_that_measure_the_exposure_tell_it() {
     let folder = tempfile::tempdir().unwrap();
     let exposures = |name: &str, options: &[&str]| -> Vec<Value> {

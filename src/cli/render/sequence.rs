@@ -8,14 +8,14 @@ use serde::Serialize;
 
 use crate::progress::{Manifest, ReportedSequence, Reporter, RunKind, Verbosity, pretty_json};
 use rayframe::cancel::CancelFlag;
-use rayframe::error::Result;
+use rayframe::error::{Result, Warning};
 use rayframe::image_file::{
     OutputKind, check_output, probe_folder, remove_stale_temporaries, write_atomically,
 };
 use rayframe::output::SOFTWARE;
 use rayframe::scene::AssetCacheUse;
 use rayframe::sequence::{
-    self, FailedFrame, FrameReport, Plan, ReplacedFile, RunLock, SequenceEvent, SequenceJob, Summary,
+    self, FailedFrame, FrameReport, Plan, RunLock, SequenceEvent, SequenceJob, Summary,
 };
 use rayframe::settings::{ProgressStyle, SettingValues};
 use rayframe::shot::{RenderJob, SequenceNames};
@@ -65,12 +65,12 @@ pub(in crate::cli) fn prepare(
 }
 
 /// Renders the frames with progress output, and writes manifest, statistics, movie and contact sheet. One failure does not
-/// prevent the rest.
+/// prevent the rest. `warnings`, which people have read already, follow the start for programs.
 pub(in crate::cli) fn perform(
-    job: &RenderJob,
-    plan: &Plan,
+    (job, plan): (&RenderJob, &Plan),
     args: &SettingValues,
     run: RunKind,
+    warnings: &[Warning],
     cancel: &CancelFlag,
 ) -> Outcome {
     let RenderJob { sequence, outline, .. } = job;
@@ -99,6 +99,9 @@ pub(in crate::cli) fn perform(
         if !(is_json && matches!(event, SequenceEvent::Finished(_))) {
             reporter.print(event);
         }
+        if matches!(event, SequenceEvent::Started { .. }) {
+            warnings.iter().for_each(|warning| reporter.repeat(warning));
+        }
         presenter.watch(event, &reporter);
     });
     let statistics = outline.stats.as_deref().map(|path| write_statistics(path, job, &summary));
@@ -115,18 +118,6 @@ pub(in crate::cli) fn perform(
         are_failures_told: are_failures_told.into_inner(),
         summary,
     }
-}
-
-/// Warning about files that `--resume` replaces; `None` without any.
-pub(super) fn replacing_text(replaced: &[ReplacedFile]) -> Option<String> {
-    let first = replaced.first()?;
-    let example = format!("\"{}\" is {}", first.path.display(), first.why);
-    Some(match replaced.len() {
-        1 => format!("--resume: 1 file made from something else will be replaced: {example}"),
-        count => {
-            format!("--resume: {count} files made from something else will be replaced; the first, {example}")
-        }
-    })
 }
 
 /// The file of `--stats`.

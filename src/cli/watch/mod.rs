@@ -28,7 +28,7 @@ use super::render::{check_folders, check_others, other_files, perform, prepare};
 use super::render_options::{RenderOptions, message};
 use super::signals;
 use super::summary::summary;
-use super::warnings::report_warnings;
+use super::warnings::{report_warnings, unique_warnings};
 use rayframe::error::{Provenance, SettingError};
 use rayframe::gltf::{ImageLoading, named_files};
 use rayframe::sequence::FrameSpec;
@@ -187,7 +187,8 @@ impl Watch<'_> {
             for planned in &plan.frames {
                 coarse::write(&job.sequence, planned, &cancel)?;
             }
-            perform(job, plan, args, RunKind::Watch(self.stop.clone()), &cancel).result()
+            let warnings = [unique_warnings(&job.choices), unique_warnings(&job.warnings)].concat();
+            perform((job, plan), args, RunKind::Watch(self.stop.clone()), &warnings, &cancel).result()
         })
     }
 }

@@ -10,6 +10,7 @@ use rayframe::sequence::{FrameProgress, SequenceEvent};
 
 use super::Verbosity;
 use super::eta::{Eta, duration_text};
+use super::option_names::option_names;
 use super::plain::{exposure_text, kept_text, phases_text, summary_text};
 use super::print::{one_line, print_note};
 use super::reported::ReportedSequence;
@@ -95,14 +96,13 @@ impl Bars {
             SequenceEvent::FrameFailed(frame, error) => {
                 eta.done += 1;
                 if self.verbosity.names_failures {
-                    self.line(&format!(
-                        "rayframe: error: {}: {error}",
-                        self.reported.frame_text(frame.frame)
-                    ));
+                    self.line(&format!("rayframe: error: {}", self.reported.failure_text(frame, error)));
                 }
                 self.advance(eta);
             }
-            SequenceEvent::Warned(warning) => self.line(&format!("rayframe: warning: {warning}")),
+            SequenceEvent::Warned(warning) => {
+                self.line(&format!("rayframe: warning: {}", option_names(&warning.to_string())))
+            }
             SequenceEvent::Finished(summary) => {
                 self.frame.finish_and_clear();
                 self.sequence.finish_and_clear();

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use rayframe::render::PathProgress;
 use rayframe::sequence::{FrameProgress, PlannedFrame, SequenceEvent, Summary};
 
+use super::option_names::option_names;
 use super::percent_path::add_percent_path;
 use super::print::escaped_json;
 use super::reported::ReportedSequence;
@@ -92,11 +93,11 @@ fn json_line(event: SequenceEvent<'_>) -> Value {
         SequenceEvent::FrameFailed(frame, error) => {
             let mut line = frame_json(frame);
             line["code"] = json!(error.exit_code());
-            line["message"] = json!(error.to_string());
+            line["message"] = json!(option_names(&error.to_string()));
             ("frame_failed", line)
         }
         SequenceEvent::Warned(warning) => {
-            ("warning", json!({"pointer": warning.pointer, "message": warning.message}))
+            ("warning", json!({"pointer": warning.pointer, "message": option_names(&warning.message)}))
         }
         SequenceEvent::Finished(summary) => ("summary", summary_json(summary)),
         _ => ("other", json!({})),
@@ -134,6 +135,7 @@ fn summary_json(summary: &Summary) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rayframe::error::{Error, Warning};
     use rayframe::shot::SequenceNames;
     use std::path::PathBuf;
 
@@ -178,6 +180,15 @@ mod tests {
             (&line["scene"], &line["clip"], &line["camera"]),
             (&json!("a.glb"), &json!("walk"), &Value::Null)
         );
+    }
+
+    #[test]
+    fn messages_name_options() {
+        let warning = Warning::of_file("raise `depth`");
+        assert_eq!(json_line(SequenceEvent::Warned(&warning))["message"], "raise --depth");
+        let error = Error::Temporary { message: "lower `threads`".to_owned() };
+        let line = json_line(SequenceEvent::FrameFailed(&planned("a.exr".into()), &error));
+        assert_eq!(line["message"], "lower --threads");
     }
 
     #[cfg(unix)]

@@ -17,6 +17,7 @@ use rayframe::output::SOFTWARE;
 use rayframe::sequence::{FrameReport, Plan, PlannedFrame, SequenceEvent, SequenceJob, sha256_of_file};
 use rayframe::shot::{RenderJob, SequenceNames};
 
+use super::option_names::option_names;
 use super::percent_path::percent_path;
 use super::pretty_json::pretty_json;
 
@@ -115,7 +116,8 @@ impl<'a> Manifest<'a> {
             SequenceEvent::FrameKept(frame) => Some((frame.frame, kept(frame))),
             SequenceEvent::FrameWritten(report) => Some((report.frame, self.written(report))),
             SequenceEvent::FrameFailed(frame, error) => {
-                let error = FrameError { code: error.exit_code(), message: error.to_string() };
+                let message = option_names(&error.to_string());
+                let error = FrameError { code: error.exit_code(), message };
                 let ended = EndedFrame { status: "failed", files: Vec::new(), error: Some(error) };
                 Some((frame.frame, ended))
             }

@@ -10,7 +10,6 @@ use rayframe::sequence::{FrameProgress, SequenceEvent};
 
 use super::eta::Eta;
 use super::one_line;
-use super::option_names::option_names;
 use super::plain::{kept_text, summary_text, written_text};
 use super::reported::ReportedSequence;
 use super::standard_output::write_lines;
@@ -86,7 +85,7 @@ impl OpenJdLines {
             }
             SequenceEvent::FrameFailed(frame, error) => {
                 state.eta.done += 1;
-                vec![failure(&option_names(&format!("{}: {error}", self.sequence.frame_text(frame.frame))))]
+                vec![failure(&self.sequence.failure_text(frame, error))]
             }
             SequenceEvent::Finished(summary) if self.sequence.part().is_none() => {
                 let is_done = !summary.is_interrupted && summary.failed.is_empty();

@@ -7,7 +7,7 @@ use rayframe::sequence::{FrameReport, SequenceEvent, Summary};
 
 use super::eta::{Eta, duration_text};
 use super::reported::ReportedSequence;
-use super::{Verbosity, option_names, print_error, print_note, print_warning};
+use super::{Verbosity, print_error, print_note, print_warning};
 
 /// Plain lines on the standard error stream.
 #[derive(Debug)]
@@ -48,10 +48,7 @@ impl PlainLines {
             SequenceEvent::FrameFailed(frame, error) => {
                 eta.done += 1;
                 if self.verbosity.names_failures {
-                    print_error(&option_names(&format!(
-                        "{}: {error}",
-                        self.sequence.frame_text(frame.frame)
-                    )));
+                    print_error(&self.sequence.failure_text(frame, error));
                 }
             }
             SequenceEvent::Warned(warning) => print_warning(&warning.to_string()),

@@ -5,8 +5,11 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use rayframe::cancel::CancelFlag;
+use rayframe::error::Error;
+use rayframe::sequence::PlannedFrame;
 use rayframe::shot::SequenceNames;
 
+use super::option_names::option_names;
 use super::percent_path::add_percent_path;
 
 /// What follows from the interruption of a run.
@@ -73,6 +76,11 @@ impl ReportedSequence {
         words.extend(self.names.labels());
         words.push(format!("frame {frame}"));
         words.join(" ")
+    }
+
+    /// Why a frame failed, in a line that names it, with the options of the command line.
+    pub(super) fn failure_text(&self, planned: &PlannedFrame, error: &Error) -> String {
+        format!("{}: {}", self.frame_text(planned.frame), option_names(&error.to_string()))
     }
 
     /// Frames that are done before the sequence begins, and all frames, where it has `to_render` and `kept` ones.

@@ -7,7 +7,6 @@ use rayframe::settings::ProgressStyle;
 use super::bars::Bars;
 use super::json::JsonLines;
 use super::openjd::OpenJdLines;
-use super::option_names::option_names;
 use super::plain::PlainLines;
 use super::print::{print_error, print_raw, print_warning};
 use super::reported::ReportedSequence;
@@ -95,7 +94,7 @@ impl Reporter {
         match event {
             SequenceEvent::Warned(warning) => print_warning(&warning.to_string()),
             SequenceEvent::FrameFailed(frame, error) if self.verbosity.names_failures => {
-                print_error(&option_names(&format!("{}: {error}", self.sequence.frame_text(frame.frame))));
+                print_error(&self.sequence.failure_text(frame, error));
             }
             _ => {}
         }

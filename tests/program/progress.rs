@@ -352,8 +352,11 @@ fn a_pipe_gets_a_line_a_frame_with_the_remaining_time() {
 fn a_terminal_shows_bars_with_the_remaining_time() {
     let folder = tempfile::tempdir().unwrap();
     let program = env!("CARGO_BIN_EXE_rayframe");
-    let command =
-        format!("{program} render {} -o a.####.exr -r 192x108 --samples 4 -f {}", scene(), last_frame());
+    let command = format!(
+        "{program} render {} -o a.####.exr -r 192x108 --samples 4 --depth 1 -f {}",
+        scene(),
+        last_frame()
+    );
     let output = Command::new("script")
         .args(["-qec", &command, "/dev/null"])
         .current_dir(folder.path())
@@ -370,4 +373,5 @@ fn a_terminal_shows_bars_with_the_remaining_time() {
         said.trim_end().ends_with(" s") && said.contains("10 frames written to a.####.exr in "),
         "{said}"
     );
+    assert!(said.contains("was cut off at depth 1: raise --depth"), "{said}");
 }

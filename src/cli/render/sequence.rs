@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::Serialize;
 
-use crate::progress::{Manifest, ReportedSequence, Reporter, RunKind, Verbosity, pretty_json};
+use crate::progress::{Manifest, ReportedSequence, Reporter, RunKind, Verbosity, option_names, pretty_json};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Result, Warning};
 use rayframe::image_file::{
@@ -151,7 +151,7 @@ fn write_statistics(path: &Path, job: &RenderJob, summary: &Summary) -> Result<(
     let failed = summary.failed.iter().map(|FailedFrame { frame, error }| FailedEntry {
         frame: *frame,
         code: error.exit_code(),
-        message: error.to_string(),
+        message: option_names(&error.to_string()),
     });
     let (width, height) = job.sequence.render.resolution;
     let statistics = Statistics {

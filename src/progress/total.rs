@@ -10,6 +10,7 @@ use rayframe::settings::ProgressStyle;
 use super::eta::duration_text;
 use super::json::print_json;
 use super::openjd::print_openjd_total;
+use super::percent_path::add_percent_path;
 use super::plain::and_count;
 use super::print::print_note;
 use super::reported::RESUMABLE;
@@ -70,9 +71,8 @@ impl Total {
     }
 
     fn json(&self) -> Value {
-        let failed = self.failed_scenes.iter().map(|(scene, code, message)| {
-            json!({"scene": scene.to_string_lossy(), "code": code, "message": message})
-        });
+        let failed =
+            self.failed_scenes.iter().map(|(scene, code, message)| failure_json(scene, *code, message));
         json!({
             "schema": SCHEMA,
             "event": "total",
@@ -91,16 +91,17 @@ impl Total {
 /// Prints that a scene cannot be rendered, for programs.
 pub(crate) fn print_scene_failure(style: ProgressStyle, scene: &Path, code: u8, message: &str) {
     if style == ProgressStyle::Json {
-        let scene = scene.to_string_lossy();
-        let line = json!({
-            "schema": SCHEMA,
-            "event": "scene_failed",
-            "scene": scene,
-            "code": code,
-            "message": message,
-        });
+        let mut line = failure_json(scene, code, message);
+        line["schema"] = json!(SCHEMA);
+        line["event"] = json!("scene_failed");
         print_json(&line);
     }
+}
+
+fn failure_json(scene: &Path, code: u8, message: &str) -> Value {
+    let mut failure = json!({"scene": scene.to_string_lossy(), "code": code, "message": message});
+    add_percent_path(&mut failure, "scene_percent", scene);
+    failure
 }
 
 #[cfg(test)]
@@ -114,5 +115,15 @@ mod tests {
         let failed_scenes = vec![("b.glb".into(), 65, "empty".to_owned())];
         let total = Total { complete_scenes: 1, kept: 3, failed: 1, failed_scenes, ..total };
         assert_eq!(total.text(), "1 of 2 scenes complete: 1 frame written, 3 kept, 1 failed in 4.2 s");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn scenes_that_fail_are_named_without_loss() {
+        use std::os::unix::ffi::OsStrExt as _;
+        let scene = PathBuf::from(std::ffi::OsStr::from_bytes(b"a\xff.glb"));
+        let total = Total { failed_scenes: vec![(scene, 65, "empty".to_owned())], ..Total::default() };
+        assert_eq!(total.json()["failed_scenes"][0]["scene_percent"], "a%FF%2Eglb");
+        assert_eq!(failure_json(Path::new("a.glb"), 65, "empty").get("scene_percent"), None);
     }
 }

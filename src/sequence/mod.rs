@@ -29,6 +29,7 @@ mod plan;
 mod plates;
 mod posed_frames;
 mod render_hash;
+mod render_hashes;
 mod resume;
 mod run_lock;
 mod scene_content;
@@ -58,7 +59,8 @@ pub use memory::{
 pub(crate) use pass_clock::FIRST_SAMPLES;
 pub use plan::{Plan, PlannedFrame};
 pub use plates::Plates;
-pub use render_hash::render_hash;
+pub(crate) use render_hashes::RenderHashes;
+pub use render_hashes::render_hash;
 pub use resume::ReplacedFile;
 pub use run_lock::RunLock;
 pub use sequence_outputs::SequenceOutputs;

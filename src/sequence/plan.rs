@@ -14,7 +14,7 @@ use crate::settings::PlatePattern;
 use super::file_stamp::FileStamp;
 use super::movie_settings::check_movie;
 use super::resume::{Decision, ReplacedFile, decide, preview_in_the_way};
-use super::{ExistingFiles, OutputFormat, SequenceJob, memory, render_hash};
+use super::{ExistingFiles, OutputFormat, RenderHashes, SequenceJob, memory};
 
 /// A frame to render, and its files.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,7 +78,9 @@ impl Plan {
     pub fn new(job: &SequenceJob) -> Result<Self> {
         let band_rows = Self::check(job)?;
         let is_movie = job.output.is_movie();
-        let mut inspected: Vec<_> = job.frames.par_iter().map(|&frame| inspect_frame(job, frame)).collect();
+        let hashes = RenderHashes::new(job);
+        let inspect = |&frame: &i64| inspect_frame(job, frame, hashes.of(frame));
+        let mut inspected: Vec<_> = job.frames.par_iter().map(inspect).collect();
         if is_movie {
             // A movie shows its frames in the order of time.
             inspected.sort_by_key(|inspected| inspected.planned.frame);
@@ -232,13 +234,12 @@ struct InspectedFrame {
     in_the_way: Option<ReplacedFile>,
 }
 
-fn inspect_frame(job: &SequenceJob, frame: i64) -> InspectedFrame {
+fn inspect_frame(job: &SequenceJob, frame: i64, render_hash: String) -> InspectedFrame {
     let path = job.output.path(frame);
     let stamp = FileStamp::of(&path);
     let aovs = job.exr.split_aovs().iter();
     let aov_paths: Vec<_> = aovs.map(|aov| job.output.layer_path(frame, aov.name())).collect();
     let preview_path = job.preview.then(|| path.with_extension("png"));
-    let render_hash = render_hash(job, frame);
     let time_seconds = job.rate.time_seconds(frame);
     let planned =
         PlannedFrame { frame, time_seconds, path, aov_paths, preview_path, render_hash, is_done: false };

@@ -24,19 +24,6 @@ use super::{Exposure, OutputFormat, SequenceJob, SharedExposure, Shutter};
 /// Number of the rule of automatic exposure: frames by two rules never belong to one sequence.
 const METERING: u32 = 2;
 
-/// The hash of `frame`, 64 hexadecimal digits.
-///
-/// Every struct of settings is destructured in full, so that a new field is either hashed or left out on purpose.
-pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
-    let mut content = content_of_all_frames(job);
-    content["frame"] = json!(frame);
-    if let Some(plates) = &job.plates {
-        let (content_hash, fit) = plates.content_key(frame);
-        content["plate"] = json!([content_hash.map(|hash| hex(&hash)), fit]);
-    }
-    hash_of(&content)
-}
-
 /// The hash of a run: of all that its files are made from, the part of the image and of its samples, and what is stored beside pixels.
 /// Runs of other frames before plates have other hashes.
 pub(super) fn run_hash(job: &SequenceJob) -> String {
@@ -69,7 +56,9 @@ fn hash_of(content: &serde_json::Value) -> String {
 }
 
 /// What the frames of a job have in common.
-fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
+///
+/// Every struct of settings is destructured in full, so that a new field is either hashed or left out on purpose.
+pub(super) fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
     let SequenceJob {
         scene,
         selection,

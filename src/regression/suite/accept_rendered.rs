@@ -14,7 +14,7 @@ use super::{Approval, PendingKind, RenderedReport, Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::image_file::{ExrHeader, probe_folder, write_atomically};
 use crate::regression::{Image, pixel_hash};
-use crate::sequence::render_hash;
+use crate::sequence::RenderHashes;
 use crate::shot::memory_limit::default_max_memory_bytes;
 
 /// A checked change of a reference.
@@ -144,8 +144,9 @@ fn render_hashes(suite: &Suite, shot: &SuiteShot) -> Result<BTreeMap<String, Str
     let mut hashes = BTreeMap::new();
     for covered in jobs_of(suite, shot, &[])?.jobs {
         let job = reference_job(covered.job.sequence.clone(), Path::new(""))?;
+        let of_job = RenderHashes::new(&job);
         let frames = job.frames.iter();
-        hashes.extend(frames.map(|&frame| (covered.image_name(&shot.name, frame), render_hash(&job, frame))));
+        hashes.extend(frames.map(|&frame| (covered.image_name(&shot.name, frame), of_job.of(frame))));
     }
     Ok(hashes)
 }

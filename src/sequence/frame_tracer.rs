@@ -58,6 +58,8 @@ pub(crate) struct FrameTracer<'a> {
     posed: PosedFrames,
     /// Hashes of vertices and texels, computed once.
     static_hashes: OnceLock<StaticHashes>,
+    /// The value of [`PartHashes::ATTRIBUTE`] where no clip plays.
+    still_parts: OnceLock<String>,
     /// The value of [`SceneContent::ATTRIBUTE`].
     content: OnceLock<String>,
     /// The plate behind a frame.
@@ -101,6 +103,7 @@ impl<'a> FrameTracer<'a> {
             instance_ids: None,
             posed: PosedFrames::default(),
             static_hashes: OnceLock::new(),
+            still_parts: OnceLock::new(),
             content: OnceLock::new(),
             plate: None,
             frame_seconds: 0.0,
@@ -332,9 +335,7 @@ impl<'a> FrameTracer<'a> {
             render_hash,
             (camera, resolution),
         );
-        let statics = self.static_hashes.get_or_init(|| StaticHashes::of(&self.job.scene));
-        let parts = part_hashes(self.job, statics, frame);
-        attributes.texts.push((PartHashes::ATTRIBUTE.to_owned(), parts.text()));
+        attributes.texts.push((PartHashes::ATTRIBUTE.to_owned(), self.parts_text(frame)));
         if self.job.exr.lists_content {
             let content = self.content.get_or_init(|| scene_content(&self.job.scene).text());
             attributes.texts.push((SceneContent::ATTRIBUTE.to_owned(), content.clone()));
@@ -342,6 +343,13 @@ impl<'a> FrameTracer<'a> {
         let range = self.job.render.sample_range_text();
         attributes.texts.extend(range.map(|range| (SAMPLE_RANGE.to_owned(), range)));
         attributes
+    }
+
+    /// The hashes of the parts of the scene at the time of a frame, which are those of any other where no clip plays.
+    fn parts_text(&self, frame: i64) -> String {
+        let statics = || self.static_hashes.get_or_init(|| StaticHashes::of(&self.job.scene));
+        let text = || part_hashes(self.job, statics(), frame).text();
+        if self.job.selection.clips.is_empty() { self.still_parts.get_or_init(text).clone() } else { text() }
     }
 
     /// Ids and names of the mesh instances, computed once and only for AOVs that need them.

@@ -14,7 +14,7 @@ use rayframe::sequence::{ExistingFiles, FrameRate, Plan, Shutter, run};
 use crate::stage::{Stage, animate, lambert, rectangle, sequence_job, unlit};
 
 /// A white half plane x < 0 that moves by one metre along x from 0 s to 1 s.
-fn moving_edge() -> Scene {
+pub(crate) fn moving_edge() -> Scene {
     let mut scene = Scene {
         nodes: vec![Node { mesh: Some(MeshIndex(0)), ..Node::default() }],
         node_order: vec![NodeIndex(0)],

@@ -2,9 +2,15 @@
 
 use std::path::Path;
 
+use rayframe::cancel::CancelFlag;
 use rayframe::frame::Frame;
 use rayframe::gltf::{ImportOptions, import};
-use rayframe::scene::{Selection, SelectionRequest};
+use rayframe::regression::Image;
+use rayframe::scene::{SelectedCamera, Selection, SelectionRequest};
+use rayframe::sequence::{Plan, run};
+
+use crate::motion_blur::moving_edge;
+use crate::stage::sequence_job;
 
 /// The order is that of no sequence: times come back, and repeat.
 const TIMES: [f64; 8] = [0.0, 0.5, 0.5, 0.25, 1.0, 1.0, 0.0, 1.75];
@@ -40,4 +46,29 @@ fn a_frame_that_is_posed_again_is_as_a_new_one() {
         }
     }
     assert!(moved > 40, "{moved} poses moved");
+}
+
+#[test]
+fn parts_of_a_scene_are_those_of_the_frame_where_a_clip_plays() {
+    let folder = tempfile::tempdir().unwrap();
+    let parts = |name: &str, plays: bool| {
+        let output = folder.path().join(format!("{name}.####.exr"));
+        let mut job = sequence_job(moving_edge(), SelectedCamera::Auto, (4, 4), &output);
+        job.frames = vec![0, 6];
+        if !plays {
+            job.selection.clips.clear();
+        }
+        let plan = Plan::new(&job).unwrap();
+        plan.prepare().unwrap();
+        run(&job, &plan, &CancelFlag::new(), &|_| ()).outcome().unwrap();
+        [0, 6].map(|frame| {
+            let path = folder.path().join(format!("{name}.{frame:04}.exr"));
+            Image::read(&path).unwrap().scene.parts.unwrap()
+        })
+    };
+    let [[still, later], [first, moved]] = [parts("still", false), parts("moving", true)];
+    // The clip begins where the node is.
+    assert_eq!((&later, &first), (&still, &still));
+    assert_ne!(moved.geometry, still.geometry);
+    assert_eq!((moved.materials, moved.lights), (still.materials, still.lights));
 }

@@ -1,10 +1,13 @@
 //! Sequences of files.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::error::{Error, Result};
-use crate::sequence::{Plan, RunLock, SequenceEvent, SequenceJob, Summary, run, write_sequence_outputs};
+use crate::sequence::{
+    ExistingFiles, Plan, RunLock, SequenceEvent, SequenceJob, Summary, check_other_files,
+    prepare_other_files, run, write_sequence_outputs,
+};
 use crate::settings::Settings;
 use crate::shot::RenderJob;
 
@@ -33,12 +36,14 @@ impl SequenceRenderer {
     /// it does not, and [`Summary::failed`] holds the failures.
     ///
     /// # Errors
-    /// What can be found without rendering: names, existing files of other content, folders, memory, and another process that renders
-    /// the same frames ([`Error::Temporary`]). Then the first
+    /// What can be found without rendering: names, existing files of other content, also under the name of the movie or the contact sheet,
+    /// folders, memory, and another process that renders the same frames ([`Error::Temporary`]). Then the first
     /// failure, [`Error::Interrupted`], and errors of writing a movie or a contact sheet.
     pub fn run(&self, on_event: impl Fn(SequenceEvent<'_>) + Sync) -> Result<Summary> {
-        let plan = self.plan().map_err(|error| self.settings.locate(error))?;
+        let others: Vec<_> = self.job.sequence_outputs.files().collect();
+        let plan = self.plan(&others).map_err(|error| self.settings.locate(error))?;
         plan.prepare()?;
+        prepare_other_files(&others)?;
         let _lock = RunLock::acquire(&self.job, &plan, &self.cancel)?;
         let summary = run(&self.job, &plan, &self.cancel, &on_event);
         if summary.is_interrupted || !(summary.failed.is_empty() || self.job.keep_going) {
@@ -54,10 +59,11 @@ impl SequenceRenderer {
         Ok(summary)
     }
 
-    fn plan(&self) -> Result<Plan> {
+    fn plan(&self, others: &[(&Path, &'static str)]) -> Result<Plan> {
         let plan = Plan::new(&self.job)?;
-        let others: Vec<_> = self.job.sequence_outputs.files().collect();
-        plan.check_collisions(&others, &self.inputs)?;
+        plan.check_collisions(others, &self.inputs)?;
+        let overwrites = self.job.existing == ExistingFiles::Overwrite;
+        check_other_files(others.iter().copied(), overwrites)?;
         Ok(plan)
     }
 }

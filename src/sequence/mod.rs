@@ -23,6 +23,7 @@ mod manifest;
 mod memory;
 mod movie_output;
 mod movie_settings;
+mod other_files;
 mod panic;
 mod pass_clock;
 mod plan;
@@ -56,6 +57,7 @@ pub use manifest::{ListedFile, Manifest};
 pub use memory::{
     PixelMemory, check_framing_memory, check_image_memory, check_whole_frames, estimated_bytes,
 };
+pub use other_files::{check_other_files, prepare_other_files};
 pub(crate) use pass_clock::FIRST_SAMPLES;
 pub use plan::{Plan, PlannedFrame};
 pub use plates::Plates;

@@ -100,6 +100,39 @@ fn a_setting_that_the_scene_cannot_honour_is_an_error_of_the_render() {
 }
 
 #[test]
+fn files_beside_the_frames_replace_none_of_other_programs() {
+    let folder = tempfile::tempdir().unwrap();
+    for (setting, name) in [("contact_sheet", "sheet.png"), ("movie", "movie.gif")] {
+        let (frames, file) = (folder.path().join(setting), folder.path().join(name));
+        std::fs::write(&file, "of another program").unwrap();
+        let renderer = small().set("frames", "0-1").unwrap().set(setting, &file).unwrap();
+        let run = |renderer: &Renderer| renderer.sequence(frames.join("a.#.png")).unwrap().run(|_| ());
+        let error = run(&renderer).unwrap_err();
+        assert!(matches!(&error, Error::CannotCreate { path, .. } if *path == file), "{setting}: {error}");
+        assert_eq!(std::fs::read(&file).unwrap(), b"of another program");
+        assert!(!frames.exists(), "{setting}");
+
+        let overwriting = renderer.clone().set("overwrite", "true").unwrap();
+        run(&overwriting).unwrap();
+        assert_ne!(std::fs::read(&file).unwrap(), b"of another program");
+        // Its own file may be replaced.
+        run(&renderer).unwrap();
+    }
+}
+
+#[test]
+fn folders_of_files_beside_the_frames_are_checked_before_the_first_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("file"), "").unwrap();
+    let sheet = folder.path().join("file/sheet.png");
+    let renderer = small().set("frames", "0-1").unwrap().set("contact_sheet", sheet).unwrap();
+    let sequence = renderer.sequence(folder.path().join("a.#.png")).unwrap();
+    let error = sequence.run(|_| ()).unwrap_err();
+    assert!(matches!(error, Error::CannotCreate { .. }), "{error}");
+    assert!(!folder.path().join("a.0.png").exists());
+}
+
+#[test]
 fn sequences_are_checked_as_by_the_program_before_the_first_frame() {
     let folder = tempfile::tempdir().unwrap();
     let sky = folder.path().join("sky.exr");

@@ -9,9 +9,7 @@ use serde::Serialize;
 use crate::progress::{Manifest, ReportedSequence, Reporter, RunKind, Verbosity, option_names, pretty_json};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Result, Warning};
-use rayframe::image_file::{
-    OutputKind, check_output, probe_folder, remove_stale_temporaries, write_atomically,
-};
+use rayframe::image_file::write_atomically;
 use rayframe::output::SOFTWARE;
 use rayframe::scene::AssetCacheUse;
 use rayframe::sequence::{
@@ -37,15 +35,12 @@ pub(in crate::cli) fn other_files(job: &RenderJob) -> Vec<(&Path, &'static str)>
 /// Checks that the files beside the frames replace nothing but such files.
 ///
 /// # Errors
-/// Those of [`check_output`].
+/// Those of [`sequence::check_other_files`].
 pub(in crate::cli) fn check_others<'a>(
     others: impl IntoIterator<Item = (&'a Path, &'static str)>,
     args: &SettingValues,
 ) -> Result<()> {
-    others.into_iter().try_for_each(|(path, setting)| match OutputKind::of_setting(setting) {
-        Some(kind) => check_output(path, kind, args.overwrite),
-        None => Ok(()),
-    })
+    sequence::check_other_files(others, args.overwrite)
 }
 
 /// Checks that all files can be written, removes temporary files of killed runs, and excludes runs that would write the same frames
@@ -53,14 +48,11 @@ pub(in crate::cli) fn check_others<'a>(
 pub(in crate::cli) fn prepare(
     job: &SequenceJob,
     plan: &Plan,
-    others: &[(&Path, &str)],
+    others: &[(&Path, &'static str)],
     cancel: &CancelFlag,
 ) -> Result<Option<RunLock>> {
     plan.prepare()?;
-    for (path, _) in others {
-        probe_folder(path)?;
-        remove_stale_temporaries(&[path.to_path_buf()]);
-    }
+    sequence::prepare_other_files(others)?;
     RunLock::acquire(job, plan, cancel)
 }
 

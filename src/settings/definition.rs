@@ -63,6 +63,7 @@ pub(super) struct Access<S: 'static> {
     pub(super) parse: fn(&mut S, &OsStr, &Provenance) -> Result<(), String>,
     pub(super) origin: fn(&S) -> Option<&Provenance>,
     pub(super) write: fn(&S) -> Option<Vec<OsString>>,
+    pub(super) check: fn(&S) -> Result<(), String>,
     pub(super) write_default: fn() -> Option<Vec<OsString>>,
     pub(super) copy: fn(to: &mut S, from: &S),
     pub(super) clear: fn(&mut S),

@@ -62,6 +62,19 @@ impl Settings {
         Ok(())
     }
 
+    /// Checks values that come from code, as texts are checked where they are read.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for the first that no text gives.
+    pub(crate) fn check_values(&self) -> Result<()> {
+        for definition in DEFINITIONS {
+            if definition.origin(self) == Some(&Provenance::Library) {
+                (definition.access.check)(self).map_err(|why| self.error(definition.name, why))?;
+            }
+        }
+        Ok(())
+    }
+
     /// Checks that no setting lacks the one without which it has no meaning.
     ///
     /// # Errors

@@ -99,6 +99,14 @@ pub trait SettingType {
     /// The texts of a value: one, or any number for a repeated setting. [`SettingType::parse`] gives the same value.
     fn write(value: &Self::Value) -> Vec<OsString>;
 
+    /// Checks a value that was not read from text. Types of numbers have values that no text gives.
+    ///
+    /// # Errors
+    /// One line that says what to write.
+    fn check(_: &Self::Value) -> Result<(), String> {
+        Ok(())
+    }
+
     /// The text with files relative to `folder`.
     fn rebase(text: OsString, _folder: &Path) -> OsString {
         text
@@ -113,6 +121,16 @@ pub trait SettingType {
     fn choices() -> Vec<NamedChoice> {
         Vec::new()
     }
+}
+
+/// Checks a value as its text is.
+///
+/// # Errors
+/// Those of [`SettingType::parse`].
+pub(super) fn check_text<T: SettingType>(value: &T::Value) -> Result<(), String> {
+    let texts = T::write(value);
+    // An empty list has no text.
+    texts.iter().filter(|text| !text.is_empty()).try_for_each(|text| T::parse(text).map(drop))
 }
 
 /// The text as Unicode.

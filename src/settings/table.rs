@@ -46,6 +46,9 @@ macro_rules! settings {
                 parse: |settings, text, origin| set::<$type>(&mut settings.$name, text, origin),
                 origin: |settings| settings.$name.as_ref().map(|given| &given.origin),
                 write: |settings| settings.$name.as_ref().map(|given| <$type as SettingType>::write(&given.value)),
+                check: |settings| {
+                    settings.$name.as_ref().map_or(Ok(()), |given| <$type as SettingType>::check(&given.value))
+                },
                 write_default: || default_texts!($type $(, $default)?),
                 copy: |to, from| to.$name.clone_from(&from.$name),
                 clear: |settings| settings.$name = None,

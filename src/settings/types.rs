@@ -18,7 +18,7 @@ use super::exposure::Exposure;
 use super::frame_rate::FrameRate;
 use super::frame_spec::{FrameSpec, frames_text};
 use super::named::Named;
-use super::setting_type::{NamedChoice, SettingType, ValueForm, unicode};
+use super::setting_type::{NamedChoice, SettingType, ValueForm, check_text, unicode};
 use super::{camera_values, lists, parse};
 
 /// Declares types of settings: the value, how TOML writes it, text to value, value to text.
@@ -40,6 +40,10 @@ macro_rules! setting_types {
             fn write(value: &$value) -> Vec<OsString> {
                 let write: fn(&$value) -> String = $write;
                 vec![write(value).into()]
+            }
+
+            fn check(value: &$value) -> Result<(), String> {
+                check_text::<Self>(value)
             }
         }
     )+};
@@ -197,6 +201,10 @@ where
 
     fn write(value: &T) -> Vec<OsString> {
         vec![value.to_string().into()]
+    }
+
+    fn check(value: &T) -> Result<(), String> {
+        check_text::<Self>(value)
     }
 }
 

@@ -24,13 +24,14 @@ impl ShotSettings {
     /// Merges levels of settings, the strongest first.
     ///
     /// # Errors
-    /// [`Error::Setting`] for settings that cannot be combined, [`Error::Refused`] for a program that a file names, [`Error::Usage`] and
+    /// [`Error::Setting`] for values of code that make no sense and for settings that cannot be combined, [`Error::Refused`] for a program that a file names, [`Error::Usage`] and
     /// [`Error::Invalid`] where no scene is named.
     pub fn merge(levels: impl IntoIterator<Item = Settings>, shot_file: Option<PathBuf>) -> Result<Self> {
         let mut settings = Settings::default();
         for level in levels {
             settings.fill_from(&level);
         }
+        settings.check_values()?;
         settings.check_requirements()?;
         check_program(&settings)?;
         let Some(scene) = settings.scene.as_ref().map(|scene| scene.value.clone()) else {

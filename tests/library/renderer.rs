@@ -100,6 +100,31 @@ fn a_setting_that_the_scene_cannot_honour_is_an_error_of_the_render() {
 }
 
 #[test]
+fn values_that_make_no_sense_are_errors_of_the_render() {
+    let refused = |renderer: &Renderer, frame: i64, setting: &str| {
+        let error = renderer.frame(frame).unwrap_err();
+        assert!(matches!(&error, Error::Setting(error) if error.setting == setting), "{setting}: {error}");
+        assert_eq!(error.exit_code(), 2);
+    };
+    for (width, height) in [(0, 0), (0, 9), (9, 0)] {
+        refused(&small().size(width, height), 0, "resolution");
+    }
+    for samples in [0, 65_537] {
+        refused(&small().samples(samples), 0, "samples");
+    }
+    let range = small().set("integrator", "path").unwrap().set("sample_range", "0-3").unwrap();
+    refused(&range.samples(0), 0, "samples");
+    for frame in [3_000_000_000, -3_000_000_000] {
+        refused(&small(), frame, "frames");
+    }
+    let mut renderer = small();
+    renderer.settings_mut().light_scale = Some(f32::NAN.into());
+    refused(&renderer, 0, "light_scale");
+    // No AOVs are an empty list.
+    assert!(small().aovs([]).frame(0).is_ok());
+}
+
+#[test]
 fn files_beside_the_frames_replace_none_of_other_programs() {
     let folder = tempfile::tempdir().unwrap();
     for (setting, name) in [("contact_sheet", "sheet.png"), ("movie", "movie.gif")] {

@@ -158,7 +158,7 @@ impl Renderer {
     /// # Errors
     /// [`Error::Setting`](crate::Error::Setting) for settings that make no sense for the scene, errors of loading the
     /// environment, [`Error::Refused`](crate::Error::Refused) where the frame needs more memory than the limit, and with the setting
-    /// `strict` the first warning.
+    /// `strict` the first warning about the scene, and [`Error::Internal`](crate::Error::Internal) for pixels that are not finite.
     pub fn frame(&self, frame: i64) -> Result<RenderedFrame> {
         // The frames that are set may have no plates.
         let mut renderer = self.clone();

@@ -4,12 +4,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::cancel::CancelFlag;
-use crate::error::Result;
+use crate::error::{Result, Warning};
 use crate::film::Film;
 use crate::image::Image;
 use crate::image_file::{FrameAttributes, write_atomically};
 use crate::output::{ExrOutput, InstanceIds, exr_files, exr_image, png_file};
-use crate::sequence::{FrameTracer, SequenceJob, check_whole_frames, exposure_ev, render_hash};
+use crate::sequence::{
+    FrameStatistics, FrameTracer, FrameWarnings, SequenceJob, check_whole_frames, exposure_ev, render_hash,
+};
 
 /// A rendered frame in memory: linear colour, alpha and AOVs.
 #[derive(Clone, Debug)]
@@ -23,6 +25,7 @@ pub struct RenderedFrame {
     instance_ids: Arc<InstanceIds>,
     /// The exposure that the frame was rendered by, if it was.
     exposure_ev: Option<f32>,
+    warnings: Vec<Warning>,
     cancel: CancelFlag,
 }
 
@@ -31,19 +34,25 @@ impl RenderedFrame {
         check_whole_frames(&job)?;
         let mut film = FrameTracer::empty_film(&job);
         let mut tracer = FrameTracer::new(&job, cancel);
-        tracer.render(frame, &mut film, None, &|_| ())?;
+        let FrameStatistics { tree, rays, .. } = tracer.render(frame, &mut film, None, &|_| ())?;
+        let warnings = FrameWarnings::default().of_frame(&job, frame, &tree, &rays)?;
         let attributes = tracer.attributes(frame, &render_hash(&job, frame));
         let instance_ids = tracer.instance_ids();
         let exposure_ev = tracer.exposure_ev();
         drop(tracer);
         let over_plate = film.plate.as_ref().map(|plate| plate.under(&film.pixels));
         let cancel = cancel.clone();
-        Ok(Self { job, frame, film, over_plate, attributes, instance_ids, exposure_ev, cancel })
+        Ok(Self { job, frame, film, over_plate, attributes, instance_ids, exposure_ev, warnings, cancel })
     }
 
     /// Frame number.
     pub fn number(&self) -> i64 {
         self.frame
+    }
+
+    /// What was noticed while it was rendered: pixels that were not finite and are black, and a camera that sees nothing.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
     }
 
     /// Columns and rows of [`RenderedFrame::pixels`]: the whole image, or the crop.

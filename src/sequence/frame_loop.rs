@@ -343,7 +343,7 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         FrameStatistics { tree, rays, .. }: &FrameStatistics,
         lit: impl FnOnce() -> LitPixels,
     ) -> Result<()> {
-        let warnings = self.warnings.of_frame(self.job, planned, tree, rays)?;
+        let warnings = self.warnings.of_frame(self.job, planned.frame, tree, rays)?;
         let hint = self.warnings.studio_hint(self.job, rays, lit);
         for warning in warnings.iter().chain(&hint) {
             (self.on_event)(SequenceEvent::Warned(warning));

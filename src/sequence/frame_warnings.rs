@@ -11,14 +11,14 @@ use crate::render::RenderStatistics;
 use crate::scene::{Environment, SelectedCamera};
 
 use super::memory::reference_budget;
-use super::{PlannedFrame, SequenceJob, Summary};
+use super::{SequenceJob, Summary};
 
 /// Luminance that counts as black at an exposure of 0: sRGB 6 of 255.
 const BLACK: f32 = 0.002;
 
 /// Warnings of the frames of a run, each given once.
 #[derive(Debug, Default)]
-pub(super) struct FrameWarnings {
+pub(crate) struct FrameWarnings {
     given: Vec<Warning>,
     /// Whether the warning that the camera sees nothing was given.
     warned_of_empty_view: bool,
@@ -31,14 +31,13 @@ impl FrameWarnings {
     ///
     /// # Errors
     /// [`Error::Internal`] for pixels that are not finite if `job.strict`.
-    pub(super) fn of_frame(
+    pub(crate) fn of_frame(
         &mut self,
         job: &SequenceJob,
-        planned: &PlannedFrame,
+        frame: i64,
         tree: &BuildStatistics,
         rays: &RenderStatistics,
     ) -> Result<Vec<Warning>> {
-        let frame = planned.frame;
         let mut messages = non_finite_messages(frame, rays, job.strict)?;
         let window = job.render.window;
         let is_whole = window.size() == job.render.resolution;

@@ -51,7 +51,8 @@ pub use event::{FrameProgress, SequenceEvent};
 pub use exposure::exposure_ev;
 pub use first_pose::FirstPose;
 pub use frame_loop::run;
-pub(crate) use frame_tracer::FrameTracer;
+pub(crate) use frame_tracer::{FrameStatistics, FrameTracer};
+pub(crate) use frame_warnings::FrameWarnings;
 pub use job::{SequenceJob, duration_seconds, triangle_count};
 pub use manifest::{ListedFile, Manifest};
 pub use memory::{

@@ -1,11 +1,17 @@
 //! The façade: equal bytes in memory and in sequences, settings, errors.
 
+use glam::Vec3;
 use rayframe::error::Provenance;
 use rayframe::output::Aov;
 use rayframe::scene::BuiltInLight;
 use rayframe::sequence::SequenceEvent;
 use rayframe::settings::{EnvironmentSource, Settings};
 use rayframe::{Error, Renderer};
+use scene_builder::document::Gltf;
+use scene_builder::material::Material;
+use scene_builder::node::Node;
+use scene_builder::shapes::cuboid;
+use scene_builder::staging::directional_light;
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/demo/whitted_1980.gltf");
 
@@ -213,6 +219,27 @@ fn strict_refuses_warnings() {
         matches!(&error, Error::Unsupported { .. }) && error.to_string().contains("ACME_glow"),
         "{error}"
     );
+}
+
+#[test]
+fn pixels_that_are_not_finite_are_a_warning_of_the_frame_or_an_error() {
+    let mut scene = Gltf::new("a lamp beyond the largest number");
+    let material = Material::matte("grey", [0.5; 3]).add_to(&mut scene);
+    let mesh = cuboid(1.0, 1.0, 1.0).add_to(&mut scene, material);
+    scene.node(Node::mesh(mesh));
+    directional_light(&mut scene, Vec3::new(0.0, 0.0, 1.0), 3e38);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    std::fs::write(&path, scene.to_file_text()).unwrap();
+    let renderer = Renderer::open(&path).unwrap().size(8, 8).samples(1).set("light_scale", "1000").unwrap();
+
+    let frame = renderer.frame(0).unwrap();
+    let messages: Vec<_> = frame.warnings().iter().map(|warning| warning.message.as_str()).collect();
+    assert!(messages.iter().any(|message| message.contains("pixels were infinite")), "{messages:?}");
+    assert!(frame.pixels().iter().flatten().all(|value| value.is_finite()));
+    let error = renderer.set("strict", "true").unwrap().frame(0).unwrap_err();
+    assert_eq!(error.exit_code(), 70, "{error}");
+    assert!(small().frame(0).unwrap().warnings().is_empty());
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Selected scene, clips, camera and variant, resolved against one scene.
 
 use super::{
-    Animation, AnimationIndex, AnimationTarget, CameraChanges, CameraIndex, ImageLightIndex, LightKind,
+    Animation, AnimationIndex, AnimationTarget, CameraChanges, CameraIndex, ImageLightIndex, Light,
     NodeIndex, Scene, SelectedCamera, VariantIndex,
 };
 
@@ -62,19 +62,18 @@ impl Selection {
 
     /// Whether any node below the selected roots has a light.
     pub fn has_lights(&self, scene: &Scene) -> bool {
-        !self.light_kinds(scene).is_empty()
+        !self.lights(scene).is_empty()
     }
 
-    /// The kind of every light below the selected roots.
-    pub fn light_kinds(&self, scene: &Scene) -> Vec<LightKind> {
-        let mut kinds = Vec::new();
+    /// Every light below the selected roots, once for each node that has it.
+    pub fn lights<'s>(&self, scene: &'s Scene) -> Vec<&'s Light> {
+        let mut lights = Vec::new();
         let mut pending = self.roots.clone();
         while let Some(node) = pending.pop().and_then(|index| scene.nodes.get(index.index())) {
-            let light = node.light.and_then(|light| scene.lights.get(light.index()));
-            kinds.extend(light.map(|light| light.kind));
+            lights.extend(node.light.and_then(|light| scene.lights.get(light.index())));
             pending.extend_from_slice(&node.children);
         }
-        kinds
+        lights
     }
 
     /// Label of the camera for messages: `camera "name"`, `camera #2` without a name, or `camera auto`.

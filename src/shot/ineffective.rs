@@ -1,17 +1,18 @@
 //! Settings that are given and have no effect on a job.
 
+use crate::count_text::counted;
 use crate::error::Warning;
 use crate::image::PlateFit;
 use crate::render::{EnvSamples, FIRST_DECISION, Integrator, LightSize};
-use crate::scene::{CameraRequest, Environment, LightKind, Orbit, SelectedCamera};
+use crate::scene::{CameraRequest, Environment, Light, LightKind, Orbit, SelectedCamera};
 use crate::sequence::{Exposure, FIRST_SAMPLES, OutputFormat, Plates, SequenceJob};
 
 use crate::settings::{GroundKind, SettingValues};
 
 /// One warning for each setting that has no effect on this job.
 pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) -> Vec<Warning> {
-    let lights = job.selection.light_kinds(&job.scene);
-    let is_sun = |kind: &LightKind| matches!(kind, LightKind::Directional);
+    let lights = job.selection.lights(&job.scene);
+    let is_sun = |light: &&Light| matches!(light.kind, LightKind::Directional);
     let has_sun = lights.iter().any(is_sun) || has_key_light(job);
     let is_seen =
         job.preview || job.output.format() != OutputFormat::Exr || job.sequence_outputs.needs_tone_mapping();
@@ -75,7 +76,8 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
         |(_, setting, why): (bool, &str, &str)| Warning::of_file(format!("`{setting}` does nothing: {why}"));
     let ineffective = ineffective.into_iter().filter(|(is_ineffective, ..)| *is_ineffective).map(warning);
     let stage = ground_without_shadows(values, job);
-    ineffective.chain(stage).chain(equal_frames(job)).collect()
+    let infinite = infinite_lights(&lights, job.render.light_scale);
+    ineffective.chain(stage).chain(equal_frames(job)).chain(infinite).collect()
 }
 
 /// Whether a turntable starts from a camera of the file.
@@ -88,6 +90,17 @@ fn starts_from_camera(values: &SettingValues) -> bool {
 fn has_key_light(job: &SequenceJob) -> bool {
     let has_peaks = job.render.integrator == Integrator::Whitted && !job.environment.peaks().is_empty();
     has_peaks || job.environment.key_light().is_some()
+}
+
+/// Note of lights that `light_scale` makes infinite: pixels that are not finite are black, and paths choose no such light.
+fn infinite_lights(lights: &[&Light], light_scale: f32) -> Option<Warning> {
+    let count = lights.iter().filter(|light| !(light.intensity * light_scale).is_finite()).count();
+    (count > 0).then(|| {
+        let lights = counted(count, "light");
+        Warning::of_file(format!(
+            "`light_scale` takes the intensity of {lights} beyond 3.4e38, the largest number, so that what it lights is black; lower it"
+        ))
+    })
 }
 
 /// Note that no light casts a shadow on the ground.

@@ -294,6 +294,27 @@ fn a_shutter_before_what_does_not_move_changes_nothing() {
 }
 
 #[test]
+fn lights_that_are_scaled_beyond_all_numbers_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("a.gltf");
+    let text = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+        "nodes": [{"extensions": {"KHR_lights_punctual": {"light": 0}}}],
+        "extensionsUsed": ["KHR_lights_punctual"],
+        "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 3e38}]}}}"#;
+    std::fs::write(&scene, text).unwrap();
+    for (integrator, scale, is_infinite) in
+        [("whitted", "1000", true), ("path", "1000", true), ("path", "1", false)]
+    {
+        let options = ["--integrator", integrator, "--light-scale", scale, "-n", "-o", "unwritten.exr"];
+        let done = rayframe(&[&["render", scene.to_str().unwrap()], &options[..]].concat());
+        let said = stderr(&done);
+        assert_eq!(done.status.code(), Some(0), "{said}");
+        let is_told = said.contains("--light-scale takes the intensity of 1 light beyond 3.4e38");
+        assert_eq!(is_told, is_infinite, "{integrator} {scale}: {said}");
+    }
+}
+
+#[test]
 fn strict_reports_each_warning_once() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("a.gltf");

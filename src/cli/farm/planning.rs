@@ -163,7 +163,9 @@ fn output(job: &RenderJob) -> Result<(String, String)> {
     let fixed = &text[..text.find(['#', '%', '{']).unwrap_or(text.len())];
     let (folder, name) = text.split_at(fixed.rfind('/').map_or(0, |slash| slash + 1));
     let folder = if folder.is_empty() { Path::new(".") } else { Path::new(folder) };
-    Ok((absolute(&folder.join("x"))?.trim_end_matches("/x").to_owned(), name.to_owned()))
+    // Links are resolved up to the folder of a file: any name stands for it.
+    let file = canonical(&folder.join("file"));
+    Ok((unicode(file.parent().unwrap_or(folder))?, name.to_owned()))
 }
 
 /// Rayframe on the workers. Tasks run in the folder of the job, so that a path is made absolute; a bare name is searched for.
@@ -181,6 +183,9 @@ fn program(args: &FarmArgs) -> Result<String> {
 
 /// The absolute path, without links as far as its folder exists.
 fn absolute(path: &Path) -> Result<String> {
-    let path = canonical(path);
+    unicode(&canonical(path))
+}
+
+fn unicode(path: &Path) -> Result<String> {
     path.to_str().map(str::to_owned).ok_or_else(|| not_unicode(&path.to_string_lossy()))
 }

@@ -26,6 +26,23 @@ fn jobs_that_would_replace_frames_of_each_other_are_refused() {
     assert_eq!(names(&folder.path().join("job")), ["aspect_wide", "whitted_1980"]);
 }
 
+#[cfg(unix)]
+#[test]
+fn frames_are_written_into_their_folder_whatever_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = folder.path().canonicalize().unwrap();
+    for name in ["x", "x/x", "file", "out"] {
+        let (job, out) = (folder.path().join("job").join(name), folder.path().join(name));
+        let frames = out.join("a.####.exr");
+        let given = ["farm", "parallel", SCENE, "-r", "16x9", "-f", "0", "-o", text(&frames)];
+        let wrote = rayframe(&both(&given, &["--out-dir", text(&job)]));
+        assert_eq!(wrote.status.code(), Some(0), "{name}: {}", stderr(&wrote));
+        let script = std::fs::read_to_string(job.join("task.sh")).unwrap();
+        let line = format!("output=${{RAYFRAME_OUTPUT_FOLDER:-'{}'}}", text(&whole.join(name)));
+        assert!(script.lines().any(|written| written == line), "{line}\n{script}");
+    }
+}
+
 #[test]
 fn outputs_that_are_plates_or_files_of_others_are_refused() {
     let folder = tempfile::tempdir().unwrap();

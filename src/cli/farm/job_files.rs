@@ -106,6 +106,7 @@ fn list(engine: &str, plan: &JobPlan, job_files: BTreeMap<String, Vec<String>>) 
     })
 }
 
-fn sha256(text: &str) -> String {
+/// The digits of the SHA-256 of a text.
+pub(super) fn sha256(text: &str) -> String {
     hex(&Sha256::digest(text.as_bytes()))
 }

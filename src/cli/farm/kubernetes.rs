@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use rayframe::error::{Error, Result};
 use rayframe::regression::suite::shell_quoted;
 
-use super::job_files::JobFile;
+use super::job_files::{JobFile, sha256};
 use super::job_plan::JobPlan;
 use super::task_script::{MERGE, SHOT_FILE, TASK_SCRIPT, numbered_files};
 
@@ -15,6 +15,10 @@ use super::task_script::{MERGE, SHOT_FILE, TASK_SCRIPT, numbered_files};
 const JOB_FOLDER: &str = "/etc/rayframe-job";
 /// Largest content of a ConfigMap, with space for its names.
 const MAX_CONFIG_BYTES: usize = (1 << 20) - 4096;
+/// Characters of the shot's name in the names of objects: a domain label with a hash, `-merge` and the index of a pod has at most 63.
+const MAX_NAME: usize = 40;
+/// Digits of the hash in the names of objects.
+const HASH_DIGITS: usize = 8;
 /// Exit codes of failures that repeat themselves.
 const PERMANENT: [i32; 6] = [2, 65, 66, 70, 73, 77];
 
@@ -30,18 +34,19 @@ pub(super) fn files(plan: &JobPlan) -> Result<Vec<JobFile>> {
             "{count} tasks need more than the 1 MiB of a ConfigMap; raise --chunk"
         )));
     }
+    let name = name(plan, &scripts);
     let data: serde_json::Map<String, Value> =
         scripts.iter().map(|file| (file.name.to_owned(), json!(file.content))).collect();
     let config = json!({
         "apiVersion": "v1", "kind": "ConfigMap",
-        "metadata": { "name": name(plan), "labels": labels(plan) },
+        "metadata": { "name": name, "labels": labels(&name) },
         "data": data,
     });
-    let mut files = vec![manifest("job.k8s.json", &json!([config, indexed_job(plan)]))?];
+    let mut files = vec![manifest("job.k8s.json", &json!([config, indexed_job(plan, &name)]))?];
     if !plan.parts.is_empty() {
-        files.push(manifest("merge.k8s.json", &json!([merge_job(plan)]))?);
+        files.push(manifest("merge.k8s.json", &json!([merge_job(plan, &name)]))?);
     }
-    files.push(JobFile { name: "submit.sh", content: submit(plan) });
+    files.push(JobFile { name: "submit.sh", content: submit(plan, &name) });
     files.push(JobFile { name: "tasks.txt", content: plan.task_list() });
     Ok(files)
 }
@@ -53,18 +58,22 @@ fn manifest(name: &'static str, items: &Value) -> Result<JobFile> {
     Ok(JobFile { name, content: format!("{text}\n") })
 }
 
-/// A name by RFC 1123, short enough for the index that pods add.
-fn name(plan: &JobPlan) -> String {
-    plan.plain_name(40).to_ascii_lowercase().replace(['_', '.'], "-")
+/// A name by RFC 1123 that other jobs do not have: `kubectl apply` runs nothing for a job whose name and tasks' count are those of an earlier
+/// one, whatever its script.
+fn name(plan: &JobPlan, scripts: &[JobFile]) -> String {
+    let own = plan.plain_name(MAX_NAME).to_ascii_lowercase().replace(['_', '.'], "-");
+    let hashes: Vec<String> = scripts.iter().map(|file| sha256(&file.content)).collect();
+    let hash = sha256(&hashes.concat());
+    format!("{own}-{}", hash.get(..HASH_DIGITS).unwrap_or(&hash))
 }
 
-fn labels(plan: &JobPlan) -> Value {
-    json!({ "app.kubernetes.io/name": "rayframe", "app.kubernetes.io/instance": name(plan) })
+fn labels(name: &str) -> Value {
+    json!({ "app.kubernetes.io/name": "rayframe", "app.kubernetes.io/instance": name })
 }
 
-fn indexed_job(plan: &JobPlan) -> Value {
+fn indexed_job(plan: &JobPlan, name: &str) -> Value {
     let count = plan.tasks.len();
-    let mut job = job(plan, &name(plan), "${JOB_COMPLETION_INDEX}");
+    let mut job = job(plan, (name, name), "${JOB_COMPLETION_INDEX}");
     let spec = &mut job["spec"];
     spec["completionMode"] = json!("Indexed");
     spec["completions"] = json!(count);
@@ -75,8 +84,8 @@ fn indexed_job(plan: &JobPlan) -> Value {
     job
 }
 
-fn merge_job(plan: &JobPlan) -> Value {
-    let mut job = job(plan, &format!("{}-merge", name(plan)), MERGE);
+fn merge_job(plan: &JobPlan, name: &str) -> Value {
+    let mut job = job(plan, (&format!("{name}-merge"), name), MERGE);
     job["spec"]["backoffLimit"] = json!(plan.retries);
     job["spec"]["podFailurePolicy"] = failure_policy("FailJob");
     job
@@ -90,10 +99,11 @@ fn failure_policy(action: &str) -> Value {
     ] })
 }
 
-fn job(plan: &JobPlan, name: &str, task: &str) -> Value {
+/// A job that runs `task`, with its name and that of the ConfigMap.
+fn job(plan: &JobPlan, (name, config): (&str, &str), task: &str) -> Value {
     let needs = json!({ "cpu": plan.resources.threads.to_string(), "memory": format!("{}Mi", plan.resources.memory_mib()) });
     let mut mounts = vec![json!({ "name": "job", "mountPath": JOB_FOLDER, "readOnly": true })];
-    let mut volumes = vec![json!({ "name": "job", "configMap": { "name": self::name(plan) } })];
+    let mut volumes = vec![json!({ "name": "job", "configMap": { "name": config } })];
     for (index, (claim, path)) in plan.claims.iter().enumerate() {
         let volume = format!("claim-{index}");
         mounts.push(json!({ "name": volume, "mountPath": path }));
@@ -103,9 +113,9 @@ fn job(plan: &JobPlan, name: &str, task: &str) -> Value {
     let script = format!("exec sh {JOB_FOLDER}/{TASK_SCRIPT} \"{task}\" {JOB_FOLDER}/{SHOT_FILE}");
     json!({
         "apiVersion": "batch/v1", "kind": "Job",
-        "metadata": { "name": name, "labels": labels(plan) },
+        "metadata": { "name": name, "labels": labels(config) },
         "spec": { "template": {
-            "metadata": { "labels": labels(plan) },
+            "metadata": { "labels": labels(config) },
             "spec": {
                 "restartPolicy": "Never",
                 "containers": [{
@@ -121,7 +131,7 @@ fn job(plan: &JobPlan, name: &str, task: &str) -> Value {
     })
 }
 
-fn submit(plan: &JobPlan) -> String {
+fn submit(plan: &JobPlan, name: &str) -> String {
     let at = |name: &str| shell_quoted(&format!("{}/{name}", plan.folder));
     let mut text = format!(
         "#!/bin/sh\n# Written by {}. Submits the job; options of kubectl may follow\nset -eu\nkubectl apply -f {} \"$@\"\n",
@@ -131,8 +141,7 @@ fn submit(plan: &JobPlan) -> String {
     if !plan.parts.is_empty() {
         let _ = write!(
             text,
-            "kubectl wait --for=condition=complete --timeout=-1s job/{} \"$@\"\nkubectl apply -f {} \"$@\"\n",
-            name(plan),
+            "kubectl wait --for=condition=complete --timeout=-1s job/{name} \"$@\"\nkubectl apply -f {} \"$@\"\n",
             at("merge.k8s.json")
         );
     }
@@ -141,6 +150,7 @@ fn submit(plan: &JobPlan) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::job_plan::Pin;
     use super::super::test_plan::{plan, still};
     use super::*;
 
@@ -155,7 +165,8 @@ mod tests {
     fn the_job_has_an_index_for_each_task() {
         let items = items(&plan(), "job.k8s.json");
         let (config, spec) = (&items[0], &items[1]["spec"]);
-        assert_eq!(config["metadata"]["name"], "it-s--new");
+        let name = config["metadata"]["name"].as_str().unwrap();
+        assert!(name.starts_with("it-s--new-"), "{name}");
         assert!(config["data"]["task.sh"].as_str().unwrap().contains("'1') set -- '--frames=3'"));
         assert_eq!([&spec["completions"], &spec["parallelism"], &spec["backoffLimitPerIndex"]], [2, 2, 3]);
         assert_eq!(
@@ -171,8 +182,42 @@ mod tests {
     #[test]
     fn a_second_job_merges() {
         let items = items(&still(), "merge.k8s.json");
-        assert_eq!(items[0]["metadata"]["name"], "s-merge");
+        let name = items[0]["metadata"]["name"].as_str().unwrap();
+        assert!(name.starts_with("s-") && name.ends_with("-merge"), "{name}");
         assert!(items[0]["spec"]["completionMode"].is_null());
+    }
+
+    /// Names of the ConfigMap and of both Jobs, which `submit.sh` and the volumes name, too.
+    fn names_of(plan: &JobPlan) -> Vec<String> {
+        let files = files(plan).unwrap();
+        let submit = &files.iter().find(|file| file.name == "submit.sh").unwrap().content;
+        let [job, merge] = ["job.k8s.json", "merge.k8s.json"].map(|name| items(plan, name));
+        let named = |item: &Value| item["metadata"]["name"].as_str().unwrap().to_owned();
+        let (config, indexed) = (named(&job[0]), named(&job[1]));
+        assert!(submit.contains(&format!(" job/{indexed} ")), "{submit}");
+        for item in [&job[1], &merge[0]] {
+            assert_eq!(item["spec"]["template"]["spec"]["volumes"][0]["configMap"]["name"], *config);
+        }
+        vec![config, indexed, named(&merge[0])]
+    }
+
+    #[test]
+    fn jobs_with_other_scripts_or_settings_have_other_names() {
+        let long = JobPlan { name: "A_very.long name".repeat(9), ..still() };
+        let other_frame = JobPlan { pin: Pin { frame: 2, ..long.pin.clone() }, ..long.clone() };
+        let other_shot = JobPlan { shot_file: "resolution = \"32x18\"\n".to_owned(), ..long.clone() };
+        let names = names_of(&long);
+        assert_eq!(names_of(&long), names);
+        for other in [names_of(&other_frame), names_of(&other_shot)] {
+            for (other, name) in other.iter().zip(&names) {
+                assert_ne!(other, name);
+            }
+        }
+        for name in names {
+            // With the index of a pod a name is still a label.
+            assert!(name.len() + "-99999".len() <= 63, "{name}");
+            assert!(name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-'), "{name}");
+        }
     }
 
     #[test]

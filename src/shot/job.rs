@@ -10,6 +10,7 @@ use crate::sequence::SequenceJob;
 use crate::settings::{DEFINITIONS, Settings};
 
 use super::environment::LoadedEnvironments;
+use super::memory_limit::max_memory_bytes;
 use super::outline::ShotOutline;
 use super::resolve::{RenderJob, each_setting, load_scene, prepared, resolve, resolve_scene_with};
 use super::shot_settings::{ShotSettings, check_program, check_warnings, is_shot, no_scene};
@@ -48,16 +49,22 @@ pub fn shot_job(request: &ShotRequest<'_>) -> Result<ShotJob> {
 }
 
 /// The jobs of a shot whose scene is loaded once: one for each level of settings that `views` makes of the shot and its scene. The levels
-/// override the shot's settings. A level that cannot be resolved has an error of its own.
+/// override the shot's settings. A level that cannot be resolved has an error of its own. The memory limit, of loading as of rendering, is
+/// an equal share for each of `shots_at_once`.
 ///
 /// # Errors
 /// Those of reading the shot and loading the scene, and of `views`.
 pub fn shot_jobs(
     request: &ShotRequest<'_>,
-    images: ImageLoading,
+    (images, shots_at_once): (ImageLoading, usize),
     views: impl FnOnce(&ShotSettings, &Scene) -> Result<Vec<Settings>>,
 ) -> Result<Vec<Result<ShotJob>>> {
-    let shot = shot_settings(request)?;
+    let mut shot = shot_settings(request)?;
+    if shots_at_once > 1 {
+        let share = max_memory_bytes(&shot.values) / shots_at_once as u64;
+        shot.settings.max_memory = Some(share.into());
+        shot.values.max_memory = Some(share);
+    }
     let scene = Arc::new(load_scene(&shot, images)?);
     let mut environments = LoadedEnvironments::default();
     let mut job = |view: Settings| {

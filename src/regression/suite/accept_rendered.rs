@@ -142,7 +142,7 @@ impl<'a> RenderedChecks<'a> {
 /// The render hashes of all frames of a shot, by name of image.
 fn render_hashes(suite: &Suite, shot: &SuiteShot) -> Result<BTreeMap<String, String>> {
     let mut hashes = BTreeMap::new();
-    for covered in jobs_of(suite, shot, &[])?.jobs {
+    for covered in jobs_of(suite, shot, &[], 1)?.jobs {
         let job = reference_job(covered.job.sequence.clone(), Path::new(""))?;
         let of_job = RenderHashes::new(&job);
         let frames = job.frames.iter();

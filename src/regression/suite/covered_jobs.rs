@@ -109,7 +109,7 @@ impl ShotImages {
     /// # Errors
     /// Those of reading and resolving the shot.
     pub(super) fn of(suite: &Suite, shot: &SuiteShot) -> Result<Self> {
-        let CoveredShot { jobs, lost, .. } = covered_shot(suite, shot, &[], ImageLoading::Headers)?;
+        let CoveredShot { jobs, lost, .. } = covered_shot(suite, shot, &[], (ImageLoading::Headers, 1))?;
         let mut rendered = Vec::new();
         for covered in &jobs {
             let frames = covered.job.sequence.frames.iter();
@@ -120,12 +120,18 @@ impl ShotImages {
     }
 }
 
-/// The jobs of a shot file or a scene, with the settings that the suite has for all shots, below `overrides`. They share one scene.
+/// The jobs of a shot file or a scene, with the settings that the suite has for all shots, below `overrides`. They share one scene, and
+/// the memory with other shots, of which there are `shots_at_once`.
 ///
 /// # Errors
 /// Those of reading and resolving the shot.
-pub(super) fn jobs_of(suite: &Suite, shot: &SuiteShot, overrides: &[String]) -> Result<CoveredShot> {
-    covered_shot(suite, shot, overrides, ImageLoading::Texels)
+pub(super) fn jobs_of(
+    suite: &Suite,
+    shot: &SuiteShot,
+    overrides: &[String],
+    shots_at_once: usize,
+) -> Result<CoveredShot> {
+    covered_shot(suite, shot, overrides, (ImageLoading::Texels, shots_at_once))
 }
 
 /// The views of a shot that the suite covers, found once its scene is loaded.
@@ -147,12 +153,12 @@ fn covered_shot(
     suite: &Suite,
     shot: &SuiteShot,
     overrides: &[String],
-    images: ImageLoading,
+    loading: (ImageLoading, usize),
 ) -> Result<CoveredShot> {
     let coverage = suite.coverage_of(&shot.path)?;
     let request = ShotRequest { path: &shot.path, suite: Some(&suite.file), overrides };
     let mut views = CoveredViews { shot, coverage: &coverage, views: Vec::new() };
-    let resolved = shot_jobs(&request, images, |settings, scene| views.find(settings, scene))?;
+    let resolved = shot_jobs(&request, loading, |settings, scene| views.find(settings, scene))?;
     let (mut jobs, mut lost) = (Vec::new(), Vec::new());
     for (job, view) in resolved.into_iter().zip(views.views) {
         match job {

@@ -34,6 +34,7 @@ mod covered_jobs;
 mod discover;
 mod filter;
 mod input_files;
+mod large_scenes;
 mod limits;
 mod merge_reports;
 mod names;

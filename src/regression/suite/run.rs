@@ -10,6 +10,7 @@ use rayon::ThreadPoolBuilder;
 use super::changed_files::changed_shots;
 use super::discover::discover_files;
 use super::filter::Filter;
+use super::large_scenes::is_large_file;
 use super::names::{ReferenceFile, reference_files};
 use super::renamed::name_renamed;
 use super::rendered_images::{remove_rendered, write_list};
@@ -21,9 +22,6 @@ use crate::error::{Error, Result};
 use crate::regression::report_page::ImageBudget;
 use crate::regression::result::{ShotResult, SuiteResult};
 use crate::regression::verdict::Verdict;
-
-/// Scenes of more bytes are tested one at a time.
-const LARGE_SCENE_BYTES: u64 = 64 << 20;
 
 /// Progress callback: the number of selected shots, and the result of a finished one. Called from any thread.
 pub type OnShot<'a> = dyn Fn(usize, &ShotResult) + Sync + 'a;
@@ -98,8 +96,8 @@ pub fn run(
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         threads => threads,
     };
-    // Two large scenes are never held at a time.
-    let (alone, together): (Vec<_>, Vec<_>) = chosen.into_iter().partition(is_large);
+    // Files that scenes name are counted as they are tested: of shots with a known verdict nothing is read.
+    let (alone, together): (Vec<_>, Vec<_>) = chosen.into_iter().partition(|shot| is_large_file(&shot.scene));
     let workers = threads.min(together.len()).max(1);
     let opened = options.uses_cache.then(|| VerdictCache::open(suite, &suite.cache, &shots)).transpose();
     let (cache, not_opened) = match opened {
@@ -157,14 +155,9 @@ fn names_of(shots: &[SuiteShot]) -> BTreeSet<String> {
     shots.iter().map(|shot| shot.name.clone()).collect()
 }
 
-/// Whether the scene is so large that it is tested alone, with all memory and threads.
-fn is_large(shot: &SuiteShot) -> bool {
-    std::fs::metadata(&shot.scene).is_ok_and(|metadata| metadata.len() > LARGE_SCENE_BYTES)
-}
-
 struct Tested {
     results: Vec<ShotResult>,
-    /// Shots whose share of the memory is too small.
+    /// Shots whose share of the memory is too small, and those of large scenes.
     refused: Vec<SuiteShot>,
 }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::covered_jobs::{CoveredJob, CoveredShot, jobs_of, lost_images};
+use super::large_scenes::is_large;
 use super::limits::PresetLimits;
 use super::names::reference_path;
 use super::orphans::add_reference;
@@ -49,7 +50,7 @@ pub(super) struct TestContext<'a> {
     pub(super) cancel: &'a CancelFlag,
 }
 
-/// Renders and compares one shot. `None` where its share of the memory is too small, and it is to be tested alone.
+/// Renders and compares one shot. `None` where its share of the memory is too small or its scene is large, and it is to be tested alone.
 ///
 /// # Errors
 /// [`Error::Interrupted`] when cancelled. Other errors become part of the result.
@@ -60,7 +61,8 @@ pub(super) fn test_shot(context: &TestContext<'_>, shot: &SuiteShot) -> Result<O
     let passing = limits.as_ref().map_or(context.suite.limits, |limits| *limits);
     let tested = catch_unwind(AssertUnwindSafe(|| tested(context, shot, limits?)));
     let tested = match tested {
-        Ok(Ok(tested)) => tested,
+        Ok(Ok(Some(tested))) => tested,
+        Ok(Ok(None)) => return Ok(None),
         Ok(Err(Error::Refused { .. })) if context.shots_at_once > 1 => return Ok(None),
         Ok(Err(error @ Error::Interrupted(_))) => return Err(error),
         Ok(Err(error)) => unopened(shot, error.to_string()),
@@ -164,14 +166,19 @@ pub(super) fn keep_rendered(report: &Path, frame: &TestedFrame) -> Result<()> {
     }
 }
 
-fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> Result<TestedShot> {
+/// `None` for a shot of a large scene beside others.
+fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> Result<Option<TestedShot>> {
     if let Some(cached) = context.cache.and_then(|cache| cache.find(shot)) {
         let mut shot = TestedShot::cached(cached);
         shot.frames.iter_mut().for_each(|frame| admit(context, &mut frame.result));
-        return Ok(shot);
+        return Ok(Some(shot));
+    }
+    if context.shots_at_once > 1 && is_large(&shot.scene) {
+        return Ok(None);
     }
     let (mut frames, mut warnings, mut inputs) = (Vec::new(), BTreeSet::new(), Some(BTreeSet::new()));
-    let CoveredShot { jobs, lost, warning } = jobs_of(context.suite, shot, context.overrides)?;
+    let CoveredShot { jobs, lost, warning } =
+        jobs_of(context.suite, shot, context.overrides, context.shots_at_once)?;
     warnings.extend(warning);
     for covered in jobs {
         tested_view(context, shot, &limits.limits, (&covered, &mut frames))?;
@@ -185,12 +192,12 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
     }
     let lost = lost_images(context.suite, &shot.name, &lost)?;
     frames.extend(lost.into_iter().map(|(name, view)| lost_frame(context, name, &view.error)));
-    Ok(TestedShot {
+    Ok(Some(TestedShot {
         frames,
         warnings: warnings.into_iter().collect(),
         inputs: inputs.map(|inputs| inputs.into_iter().collect()),
         ..TestedShot::default()
-    })
+    }))
 }
 
 /// Keeps the images of a result for the report, as far as there is memory for them.
@@ -222,9 +229,7 @@ fn tested_view(
     limits: &Limits,
     (covered, tested): (&CoveredJob, &mut Vec<TestedFrame>),
 ) -> Result<()> {
-    let mut job = covered.job.sequence.clone();
-    job.max_memory_bytes /= context.shots_at_once.max(1) as u64;
-    let mut rendered = render_shot(job, context.cancel)?;
+    let mut rendered = render_shot(covered.job.sequence.clone(), context.cancel)?;
     let is_refused = |(_, file): &(i64, Result<PathBuf>)| matches!(file, Err(Error::Refused { .. }));
     if let Some(refused) = rendered.frames.iter().position(is_refused).filter(|_| context.shots_at_once > 1) {
         rendered.frames.swap_remove(refused).1?;

@@ -1,4 +1,5 @@
 use super::*;
+use crate::error::Error;
 use crate::film::PixelWindow;
 use crate::settings::EnvironmentSource;
 
@@ -41,6 +42,22 @@ fn overrides_come_before_the_shot_before_the_suite_before_defaults() {
     let path = folder.path().join("shots/a.toml");
     let alone = shot_job(&ShotRequest { path: &path, suite: None, overrides: &[] }).unwrap().sequence;
     assert_eq!(alone.render.samples, 3);
+}
+
+#[test]
+fn shots_at_once_load_and_render_within_shares_of_the_memory() {
+    let folder = suite("scene = 'a.gltf'\nresolution = [16, 9]\nmax_memory = '400M'", "");
+    let path = folder.path().join("shots/a.toml");
+    let request = ShotRequest { path: &path, suite: None, overrides: &[] };
+    let jobs = |shots_at_once| {
+        shot_jobs(&request, (ImageLoading::Texels, shots_at_once), |_, _| Ok(vec![Settings::default()]))
+    };
+    for (shots_at_once, share) in [(1, 400_000_000), (4, 100_000_000)] {
+        let job = jobs(shots_at_once).unwrap().remove(0).unwrap();
+        assert_eq!(job.sequence.max_memory_bytes, share);
+    }
+    // The scene itself needs more than 400 bytes.
+    assert!(matches!(jobs(1_000_000), Err(Error::Refused { .. })));
 }
 
 /// The other side follows from the camera, whose aspect ratio is 16:9.

@@ -239,6 +239,37 @@ fn coarse_images_come_first_and_changes_cancel_the_render() {
 }
 
 #[test]
+fn the_last_full_image_comes_back_after_an_error_and_at_the_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_scene(folder, "1, 0, 0");
+    write_corners(folder, 1.0);
+    let look = folder.join("look.png");
+    let whole = rendered(folder, &["a.gltf", "-r", "1920x1080", "--samples", "1"]);
+    std::fs::write(&look, &whole).unwrap();
+    let is_coarse = || {
+        let stored = inspect_png(&look).ok().and_then(|stored| stored.render_hash);
+        stored.is_some_and(|hash| hash.starts_with("coarse "))
+    };
+    let mut running = watch(folder, &["a.gltf", "-r", "1920x1080", "--samples", "4096", "-o", "look.png"]);
+    wait_until(folder, "the coarse image", is_coarse);
+    std::fs::write(folder.join("a.gltf"), "{\"asset\": ").unwrap();
+    wait_until(folder, "an error", || told(folder).contains("rayframe: error: a.gltf"));
+    wait_for(folder, "the last full image", &whole);
+
+    // While a file keeps changing no render begins, and the signal comes before the next one.
+    write_scene(folder, "0, 0, 1");
+    wait_until(folder, "another coarse image", is_coarse);
+    let ends = told(folder).matches("begins again").count();
+    wait_until(folder, "the end of the render", || {
+        write_scene(folder, &format!("0, {}, 1", Instant::now().elapsed().as_secs_f32()));
+        told(folder).matches("begins again").count() > ends
+    });
+    assert_eq!(terminate(&mut running), Some(15));
+    assert!(std::fs::read(&look).unwrap() == whole);
+}
+
+#[test]
 fn invalid_watches_are_refused_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

@@ -21,8 +21,8 @@ const LEAST_PIXELS: u64 = 64 * 64;
 const MARK: &str = "coarse ";
 
 /// Whether the file `path` is a coarse image.
-pub(super) fn is_coarse(job: &SequenceJob, path: &Path) -> bool {
-    stored_hash(job, path).is_some_and(|hash| hash.starts_with(MARK))
+pub(super) fn is_coarse(format: OutputFormat, path: &Path) -> bool {
+    stored_hash(format, path).is_some_and(|hash| hash.starts_with(MARK))
 }
 
 /// Whether a stored hash belongs to the frame, or to a coarse image of any frame.
@@ -30,8 +30,8 @@ pub(super) fn is_of(stored: &str, render_hash: &str) -> bool {
     stored == render_hash || stored.starts_with(MARK)
 }
 
-fn stored_hash(job: &SequenceJob, path: &Path) -> Option<String> {
-    let stored = match job.output.format() {
+fn stored_hash(format: OutputFormat, path: &Path) -> Option<String> {
+    let stored = match format {
         OutputFormat::Exr => inspect_exr(path),
         OutputFormat::Png | OutputFormat::Movie(_) => inspect_png(path),
     };
@@ -45,7 +45,7 @@ pub(super) fn write(job: &SequenceJob, planned: &PlannedFrame, cancel: &CancelFl
         return Ok(());
     }
     // The file is already better.
-    if stored_hash(job, &planned.path).as_ref() == Some(&planned.render_hash) {
+    if stored_hash(job.output.format(), &planned.path).as_ref() == Some(&planned.render_hash) {
         return Ok(());
     }
     let frame = Frame::at(&job.scene, &job.selection, planned.time_seconds);

@@ -5,6 +5,7 @@
 
 mod coarse;
 mod files;
+mod last_image;
 mod options;
 
 use std::ffi::OsString;
@@ -18,7 +19,7 @@ use rayon::ThreadPoolBuilder;
 use crate::progress::{RunKind, print_error, print_note};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Result, Warning, exit_code};
-use rayframe::image_file::{inspect_exr, inspect_png, write_atomically};
+use rayframe::image_file::{inspect_exr, inspect_png};
 use rayframe::sequence::{
     ExistingFiles, OutputFormat, OutputPattern, Plan, SequenceJob, SharedExposure, check_whole_frames,
 };
@@ -36,6 +37,7 @@ use rayframe::settings::{ProgressStyle, SettingValues};
 use rayframe::shot::{RenderJob, ShotSettings, resolve};
 
 use files::{TICK, WatchedFiles};
+use last_image::LastImage;
 
 pub(super) use options::WatchOptions;
 
@@ -45,8 +47,7 @@ struct Watch<'a> {
     /// Raised by signals.
     stop: CancelFlag,
     files: WatchedFiles,
-    /// The last full image under the output's name.
-    full: Option<Vec<u8>>,
+    last: Option<LastImage>,
     /// The last summary, and its warnings.
     printed: (String, Vec<Warning>),
 }
@@ -66,17 +67,25 @@ fn watch(options: &RenderOptions) -> Result<ExitStatus> {
     let caught =
         signals::watch(&stop).map_err(|error| internal(format!("signals cannot be watched: {error}")))?;
     let mut watch =
-        Watch { options, stop, files: WatchedFiles::default(), full: None, printed: Default::default() };
+        Watch { options, stop, files: WatchedFiles::default(), last: None, printed: Default::default() };
     let mut is_first = true;
     loop {
         watch.files.look();
         match pool.install(|| watch.render()) {
             Ok(()) | Err(Error::Interrupted(_)) => {}
             // Only an error in the content of a file can be repaired by saving it.
-            Err(error) if is_first && error.exit_code() != exit_code::INVALID => return Err(error),
+            Err(error) if is_first && error.exit_code() != exit_code::INVALID => {
+                // The first error is the reason.
+                let _ = watch.restore_full();
+                return Err(error);
+            }
             Err(error) => {
                 watch.files.add(path_of(&error));
                 print_error(&message(&error));
+                // The repair may take long.
+                if let Err(error) = watch.restore_full() {
+                    print_error(&message(&error));
+                }
             }
         }
         is_first = false;
@@ -84,6 +93,7 @@ fn watch(options: &RenderOptions) -> Result<ExitStatus> {
             break;
         }
     }
+    watch.restore_full()?;
     Ok(caught.number().map_or(ExitStatus::Code(exit_code::TEMPORARY), ExitStatus::Signal))
 }
 
@@ -136,35 +146,12 @@ impl Watch<'_> {
             self.printed = printed;
         }
         let _lock = prepare(job, &plan, &others, &self.stop)?;
-        self.keep_full(job, &plan);
-        let rendered = self.render_frames(&resolved, &plan, args);
-        if self.stop.is_raised() {
-            self.restore_full(job, &plan)?;
-        }
-        rendered
+        LastImage::keep(&mut self.last, job, &plan)?;
+        self.render_frames(&resolved, &plan, args)
     }
 
-    /// Keeps the existing image, unless it is coarse.
-    fn keep_full(&mut self, job: &SequenceJob, plan: &Plan) {
-        for planned in &plan.frames {
-            if !coarse::is_coarse(job, &planned.path) {
-                self.full = std::fs::read(&planned.path).ok();
-            }
-        }
-    }
-
-    /// Replaces a coarse image by the last full one, or removes it.
-    fn restore_full(&self, job: &SequenceJob, plan: &Plan) -> Result<()> {
-        for planned in &plan.frames {
-            if coarse::is_coarse(job, &planned.path) {
-                match &self.full {
-                    Some(whole) => write_atomically(&planned.path, whole)?,
-                    // A file that cannot be removed is marked as coarse.
-                    None => drop(std::fs::remove_file(&planned.path)),
-                }
-            }
-        }
-        Ok(())
+    fn restore_full(&self) -> Result<()> {
+        self.last.as_ref().map_or(Ok(()), LastImage::restore)
     }
 
     /// Renders the coarse image and then the full one, unless an input changes before.

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::fs::Metadata;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
 use rayframe::cancel::CancelFlag;
@@ -27,12 +28,15 @@ pub(super) struct WatchedFiles {
     /// Time of the last poll before reading began.
     looked: Option<SystemTime>,
     last_look: Mutex<Option<Instant>>,
+    /// Whether a change was noticed since.
+    was_noticed: AtomicBool,
 }
 
 impl WatchedFiles {
     /// Records the present states, before the files are read.
     pub(super) fn look(&mut self) {
         self.looked = Some(SystemTime::now());
+        *self.was_noticed.get_mut() = false;
         self.stamps = self.now();
     }
 
@@ -67,18 +71,24 @@ impl WatchedFiles {
             return false;
         }
         *last = Some(Instant::now());
-        self.now() != self.stamps
+        let has_changed = self.now() != self.stamps;
+        if has_changed {
+            self.was_noticed.store(true, Ordering::Relaxed);
+        }
+        has_changed
     }
 
-    /// Waits until a file has changed and is unchanged for one interval; `false` once `stop` is raised.
+    /// Returns once a file has changed and is unchanged for one interval; `false` once `stop` is raised. After a change that was noticed
+    /// the files may be again what they were: one was gone for a moment.
     pub(super) fn wait_for_change(&self, stop: &CancelFlag) -> bool {
-        let mut changed = None;
+        let was_noticed = self.was_noticed.load(Ordering::Relaxed);
+        let mut earlier = None;
         loop {
             let now = self.now();
-            if now != self.stamps && changed.as_ref() == Some(&now) {
+            if (was_noticed || now != self.stamps) && earlier.as_ref() == Some(&now) {
                 return !stop.is_raised();
             }
-            changed = Some(now);
+            earlier = Some(now);
             let start = Instant::now();
             while start.elapsed() < INTERVAL {
                 if stop.is_raised() {
@@ -139,6 +149,24 @@ mod tests {
         // Files that are no longer watched are ignored.
         files.replace([missing]);
         assert_eq!(files.now(), files.stamps);
+    }
+
+    #[test]
+    fn files_that_are_again_what_they_were_end_a_wait_after_a_change() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, away) = (folder.path().join("a"), folder.path().join("b"));
+        std::fs::write(&path, "1").unwrap();
+        let mut files = WatchedFiles::default();
+        files.add([path.clone()]);
+        files.look();
+        std::fs::rename(&path, &away).unwrap();
+        assert!(files.has_changed_by_now());
+        std::fs::rename(&away, &path).unwrap();
+        assert_eq!(files.now(), files.stamps);
+        let stop = CancelFlag::new();
+        assert!(files.wait_for_change(&stop));
+        stop.raise();
+        assert!(!files.wait_for_change(&stop));
     }
 
     #[test]

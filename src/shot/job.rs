@@ -37,6 +37,27 @@ pub struct ShotJob {
     pub inputs: Vec<PathBuf>,
 }
 
+/// What is set for a view of a shot.
+#[derive(Clone, Debug, Default)]
+pub struct ViewSettings {
+    /// Settings over those of the shot.
+    pub settings: Settings,
+    /// Names of settings that the view does not take from the shot.
+    pub without: &'static [&'static str],
+}
+
+impl ViewSettings {
+    /// The view of a shot.
+    ///
+    /// # Errors
+    /// Those of [`ShotSettings::merge`].
+    fn over(self, shot: &ShotSettings) -> Result<ShotSettings> {
+        let mut of_shot = shot.settings.clone();
+        self.without.iter().for_each(|name| of_shot.clear(name));
+        ShotSettings::merge([self.settings, of_shot], shot.shot_file.clone())
+    }
+}
+
 /// Reads a shot file or a scene with its settings, and resolves them as `rayframe render` does.
 ///
 /// # Errors
@@ -57,7 +78,7 @@ pub fn shot_job(request: &ShotRequest<'_>) -> Result<ShotJob> {
 pub fn shot_jobs(
     request: &ShotRequest<'_>,
     (images, shots_at_once): (ImageLoading, usize),
-    views: impl FnOnce(&ShotSettings, &Scene) -> Result<Vec<Settings>>,
+    views: impl FnOnce(&ShotSettings, &Scene) -> Result<Vec<ViewSettings>>,
 ) -> Result<Vec<Result<ShotJob>>> {
     let mut shot = shot_settings(request)?;
     if shots_at_once > 1 {
@@ -67,8 +88,8 @@ pub fn shot_jobs(
     }
     let scene = Arc::new(load_scene(&shot, images)?);
     let mut environments = LoadedEnvironments::default();
-    let mut job = |view: Settings| {
-        let shot = ShotSettings::merge([view, shot.settings.clone()], shot.shot_file.clone())?;
+    let mut job = |view: ViewSettings| {
+        let shot = view.over(&shot)?;
         refuse_each(&shot)?;
         let RenderJob { sequence, warnings, inputs, .. } =
             resolve_scene_with(&shot, Arc::clone(&scene), &mut environments)?;
@@ -93,12 +114,12 @@ fn refuse_each(shot: &ShotSettings) -> Result<()> {
 /// Those of [`shot_job`], of each level, and of `views`.
 pub fn shot_outlines(
     request: &ShotRequest<'_>,
-    views: impl FnOnce(&ShotSettings, &Scene) -> Result<Vec<Settings>>,
+    views: impl FnOnce(&ShotSettings, &Scene) -> Result<Vec<ViewSettings>>,
 ) -> Result<Vec<ShotOutline>> {
     let shot = shot_settings(request)?;
     let scene = prepared(&shot, Arc::new(load_scene(&shot, ImageLoading::Budget)?))?;
-    let outline = |view: Settings| {
-        let shot = ShotSettings::merge([view, shot.settings.clone()], shot.shot_file.clone())?;
+    let outline = |view: ViewSettings| {
+        let shot = view.over(&shot)?;
         ShotOutline::new(&shot, &scene)
     };
     views(&shot, &scene)?.into_iter().map(outline).collect()

@@ -23,7 +23,8 @@ mod view;
 
 pub use environment::LoadedEnvironments;
 pub use job::{
-    ShotJob, ShotRequest, check_suite_settings, scene_of_shot, shot_job, shot_jobs, shot_outlines,
+    ShotJob, ShotRequest, ViewSettings, check_suite_settings, scene_of_shot, shot_job, shot_jobs,
+    shot_outlines,
 };
 pub use named_images::NamedImages;
 pub use outline::{SequenceOutline, ShotOutline};

@@ -11,8 +11,8 @@ use crate::error::{Error, Result};
 use crate::gltf::ImageLoading;
 use crate::scene::{Scene, SelectedCamera, Selection};
 use crate::sequence::SequenceJob;
-use crate::settings::{NamedFrame, Settings};
-use crate::shot::{ShotJob, ShotRequest, ShotSettings, shot_jobs, shot_outlines};
+use crate::settings::NamedFrame;
+use crate::shot::{ShotJob, ShotRequest, ShotSettings, ViewSettings, shot_jobs, shot_outlines};
 
 /// A job of a shot.
 #[derive(Debug)]
@@ -143,9 +143,9 @@ struct CoveredViews<'a> {
 
 impl CoveredViews<'_> {
     /// Finds the views, and returns the settings of each.
-    fn find(&mut self, settings: &ShotSettings, scene: &Scene) -> Result<Vec<Settings>> {
+    fn find(&mut self, settings: &ShotSettings, scene: &Scene) -> Result<Vec<ViewSettings>> {
         self.views = views_of(self.shot, self.coverage, settings, scene)?;
-        Ok(self.views.iter().map(|view| view.settings.clone()).collect())
+        Ok(self.views.iter().map(|view| view.level.clone()).collect())
     }
 }
 

@@ -13,7 +13,7 @@ use crate::settings::{
     BackgroundSource, DEFINITIONS, FrameSpec, Named as _, NamedFrame, Settings, file_name_part,
 };
 use crate::shot::default_views::{DefaultCamera, DefaultView, Elements, default_views};
-use crate::shot::{ShotSettings, is_shot};
+use crate::shot::{ShotSettings, ViewSettings, is_shot};
 
 /// Frames of a clip that are tested by default.
 const FRAMES_OF_CLIP: [NamedFrame; 3] = [NamedFrame::First, NamedFrame::Middle, NamedFrame::Last];
@@ -39,6 +39,12 @@ const CHOOSING: [&str; 17] = [
     "scene_choice",
     "variant",
 ];
+/// Settings that make another view of a camera of the file.
+const OTHER_VIEWS: &[&str] = &["orbit", "view", "camera_position", "look_at", "frame_node"];
+/// Those on a turntable, which begins where the camera is: the others say what it turns about.
+const OTHER_VIEWS_OF_TURNTABLE: &[&str] = &["orbit", "view", "camera_position"];
+/// The setting by which a view has the lens of a camera of the file.
+const CAMERA_OF_FILE: &[&str] = &["camera"];
 
 /// The views of a shot that the suite covers, with distinct labels.
 pub(super) fn views_of(
@@ -49,7 +55,7 @@ pub(super) fn views_of(
 ) -> Result<Vec<View>> {
     let is_default =
         coverage.is_empty() && !is_shot(&shot.path) && !has_plate(settings) && !chooses(&settings.settings);
-    let mut views = if is_default { whole_scene(scene)? } else { combinations(coverage, scene) };
+    let mut views = if is_default { whole_scene(scene)? } else { combinations(coverage, settings, scene) };
     make_unique_for_files(views.iter_mut().map(|view| &mut view.label));
     Ok(views)
 }
@@ -70,14 +76,15 @@ fn chooses(settings: &Settings) -> bool {
 pub(super) struct View {
     /// Its part of the names of its images.
     pub(super) label: String,
-    pub(super) settings: Settings,
+    pub(super) level: ViewSettings,
 }
 
 impl View {
     /// The whole shot, at `frames`.
     fn whole(frames: Option<&[NamedFrame]>) -> Self {
         let frames = frames.map(|frames| FrameSpec::Named(frames.to_vec()).into());
-        Self { label: String::new(), settings: Settings { frames, ..Settings::default() } }
+        let settings = Settings { frames, ..Settings::default() };
+        Self { label: String::new(), level: ViewSettings { settings, without: &[] } }
     }
 
     /// The view with another setting, and its name.
@@ -87,23 +94,32 @@ impl View {
         name.truncate((0..=name.len().min(MAX_LABEL_BYTES)).rfind(fits).unwrap_or(0));
         let label = if self.label.is_empty() { name } else { format!("{}@{name}", self.label) };
         let mut view = Self { label, ..self.clone() };
-        set(&mut view.settings);
+        set(&mut view.level.settings);
         view
+    }
+
+    /// The view without these settings of the shot.
+    fn without(mut self, names: &'static [&'static str]) -> Self {
+        self.level.without = names;
+        self
     }
 }
 
 /// All combinations of what the coverage names.
-fn combinations(coverage: &Coverage, scene: &Scene) -> Vec<View> {
+fn combinations(coverage: &Coverage, shot: &ShotSettings, scene: &Scene) -> Vec<View> {
     let whole = View::whole(coverage.frames.as_deref());
     let chosen = |covered: &Option<Covered>, all: fn(&Scene) -> Vec<(String, NameOrIndex)>| {
         covered.as_ref().map(|covered| chosen(covered, all(scene))).unwrap_or_default()
     };
     let mut from = Vec::new();
     for (name, camera) in chosen(&coverage.cameras, cameras) {
-        from.push(whole.and(&name, |settings| settings.camera = Some(CameraRequest::Camera(camera).into())));
+        let view = whole.and(&name, |settings| settings.camera = Some(CameraRequest::Camera(camera).into()));
+        let is_turned = shot.values.turntable.is_some();
+        from.push(view.without(if is_turned { OTHER_VIEWS_OF_TURNTABLE } else { OTHER_VIEWS }));
     }
     for &view in coverage.views.iter().flatten() {
-        from.push(whole.and(view.choice_name(), |settings| settings.view = Some(view.into())));
+        let view = whole.and(view.choice_name(), |settings| settings.view = Some(view.into()));
+        from.push(view.without(CAMERA_OF_FILE));
     }
     if from.is_empty() {
         from.push(whole);
@@ -188,9 +204,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn choosing_names_are_settings() {
-        for name in CHOOSING {
-            assert!(DEFINITIONS.iter().any(|definition| definition.name == name), "{name}");
+    fn names_are_those_of_settings() {
+        for name in CHOOSING.iter().chain(OTHER_VIEWS).chain(OTHER_VIEWS_OF_TURNTABLE).chain(CAMERA_OF_FILE) {
+            assert!(DEFINITIONS.iter().any(|definition| definition.name == *name), "{name}");
         }
     }
 }

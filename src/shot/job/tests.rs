@@ -50,7 +50,7 @@ fn shots_at_once_load_and_render_within_shares_of_the_memory() {
     let path = folder.path().join("shots/a.toml");
     let request = ShotRequest { path: &path, suite: None, overrides: &[] };
     let jobs = |shots_at_once| {
-        shot_jobs(&request, (ImageLoading::Texels, shots_at_once), |_, _| Ok(vec![Settings::default()]))
+        shot_jobs(&request, (ImageLoading::Texels, shots_at_once), |_, _| Ok(vec![ViewSettings::default()]))
     };
     for (shots_at_once, share) in [(1, 400_000_000), (4, 100_000_000)] {
         let job = jobs(shots_at_once).unwrap().remove(0).unwrap();

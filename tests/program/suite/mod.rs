@@ -15,6 +15,7 @@ mod shards;
 mod summaries;
 mod unchanged;
 mod verdicts;
+mod views;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};

@@ -53,16 +53,18 @@ pub(super) fn views_of(
     settings: &ShotSettings,
     scene: &Scene,
 ) -> Result<Vec<View>> {
-    let is_default =
-        coverage.is_empty() && !is_shot(&shot.path) && !has_plate(settings) && !chooses(&settings.settings);
+    let is_default = coverage.is_empty()
+        && !is_shot(&shot.path)
+        && !has_image_sequence(settings)
+        && !chooses(&settings.settings);
     let mut views = if is_default { whole_scene(scene)? } else { combinations(coverage, settings, scene) };
     make_unique_for_files(views.iter_mut().map(|view| &mut view.label));
     Ok(views)
 }
 
-/// Whether a plate lies behind the scene, whose file may depend on the frame.
-fn has_plate(shot: &ShotSettings) -> bool {
-    matches!(shot.values.background, BackgroundSource::Plate(_))
+/// Whether an image for each frame lies behind the scene, of which those of all clips' frames may not be there.
+fn has_image_sequence(shot: &ShotSettings) -> bool {
+    matches!(&shot.values.background, BackgroundSource::Plate(plate) if plate.is_numbered())
 }
 
 fn chooses(settings: &Settings) -> bool {

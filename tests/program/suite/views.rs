@@ -1,5 +1,7 @@
 //! Which of the settings of a shot count for the views that `[test]` lists, and for those of a scene without a shot file.
 
+use rayframe::image_file::encode_png;
+
 use super::Stage;
 use super::coverage::{SUITE, accepted, scene};
 
@@ -45,4 +47,22 @@ fn views_that_are_listed_are_those_of_the_automatic_camera() {
     }
     stage.write("suite.toml", &suite("frame_node = 'hat'"));
     stage.run(&["test"]).ends(1, &["2 failed"]);
+}
+
+#[test]
+fn a_scene_before_one_plate_is_tested_whole_and_one_before_a_sequence_is_not() {
+    let stage = Stage::new(SUITE);
+    stage.write("robot.gltf", &scene(0).to_string());
+    let whole = stage.run(&["test", "--list-images"]).stdout;
+    assert_eq!(whole.lines().count(), 11, "{whole}");
+    let png = encode_png((2, 1), &[[60, 60, 60, 255]; 2], "").unwrap();
+    for name in (0..=24).map(|frame| format!("sky.{frame:04}.png")) {
+        std::fs::write(stage.path(&name), &png).unwrap();
+    }
+    stage.write("suite.toml", &format!("{SUITE}background = 'plate:sky.0000.png'\n"));
+    assert_eq!(stage.run(&["test", "--list-images"]).stdout, whole);
+    stage.write("suite.toml", &format!("{SUITE}background = 'sky.####.png'\n"));
+    let listed = stage.run(&["test", "--list-images"]).stdout;
+    let frames: Vec<_> = (0..=24).map(|frame| format!("  robot.{frame:04}\n")).collect();
+    assert_eq!(listed, format!("robot\n{}", frames.concat()));
 }

@@ -6,6 +6,7 @@ use super::color_checks::{ColorMeasure, measure_colors};
 use super::common_form::{in_form_of, is_light, is_statistic};
 use super::comparison::{Check, Comparison, Mismatch};
 use super::exact::are_identical;
+use super::layer_limits::LayerLimits;
 use super::matte_difference::matte_differences;
 use super::non_finite::non_finite;
 use super::presets::Limits;
@@ -139,23 +140,28 @@ fn mismatches(actual: &Image, reference: &Image) -> Vec<Mismatch> {
 }
 
 fn compare_layers(comparison: &mut Comparison, actual: &Image, reference: &Image, limits: &Limits) {
-    let pixels = reference.data_window.pixel_count();
     for layer in reference.layers() {
         let images = [actual, reference];
-        let (data, light) = ((&limits.data, limits.data_share), (&limits.light, limits.light_share));
         let is_light = is_light(layer, reference);
-        let layer_limits = if is_light { light } else { data };
-        let difference = layer_difference(layer, images, layer_limits.0, |_| true);
-        let holds_integers =
-            || reference.channels_of(layer).all(|channel| matches!(channel.samples, Samples::Uint(_)));
+        let channels: Vec<_> = reference.channels_of(layer).collect();
+        let layer_limits = if is_light {
+            LayerLimits::of_light(limits)
+        } else {
+            LayerLimits::of_data(limits, layer, &channels)
+        };
+        let difference = layer_difference(layer, images, &layer_limits.values, |_| true);
+        let holds_integers = || channels.iter().all(|channel| matches!(channel.samples, Samples::Uint(_)));
         if !(is_statistic(layer) && holds_integers()) {
-            comparison.checks.extend(share_check(layer, &difference, layer_limits, pixels));
+            comparison.checks.extend(layer_limits.check(layer, &difference, reference));
         }
         comparison.layers.push(difference);
         if is_light {
             // Such as a depth beside the colours of a layer.
-            let difference = layer_difference(layer, images, data.0, |channel| !is_color(&channel.name));
-            let of_data = share_check(&format!("data of {layer}"), &difference, data, pixels);
+            let is_data = |channel: &Channel| !is_color(&channel.name);
+            let channels: Vec<_> = channels.into_iter().filter(|channel| is_data(channel)).collect();
+            let limits = LayerLimits::of_data(limits, layer, &channels);
+            let difference = layer_difference(layer, images, &limits.values, is_data);
+            let of_data = limits.check(&format!("data of {layer}"), &difference, reference);
             comparison.checks.extend(of_data.filter(|_| !difference.channels.is_empty()));
         }
     }
@@ -166,26 +172,6 @@ fn compare_layers(comparison: &mut Comparison, actual: &Image, reference: &Image
         let measure = "values whose bits differ".to_owned();
         comparison.checks.insert(0, Check { measure, measured, limit, at: None, passes: measured <= limit });
     }
-}
-
-/// The check of the share of pixels that differ; `None` without a limit.
-fn share_check(
-    what: &str,
-    difference: &LayerDifference,
-    (values, share): (&ValueLimits, f64),
-    pixels: usize,
-) -> Option<Check> {
-    let measured = difference.different_pixels as f64 / pixels.max(1) as f64;
-    let worst = difference.channels.iter().filter(|channel| channel.different > 0 || channel.largest > 0.0);
-    let worst = worst.max_by(|a, b| a.largest.total_cmp(&b.largest));
-    let (absolute, percent) = (values.absolute, values.relative * 100.0);
-    (share < f64::INFINITY).then(|| Check {
-        measure: format!("share of pixels with {what} off by more than {absolute} and {percent} %"),
-        measured,
-        limit: share,
-        at: worst.map(|channel| channel.largest_at),
-        passes: measured <= share,
-    })
 }
 
 /// Whether a channel of a layer of light is colour or coverage.

@@ -22,6 +22,7 @@ mod exact;
 mod flip;
 mod folder_files;
 mod heat_map;
+mod layer_limits;
 mod matte_difference;
 mod non_finite;
 mod pooling;

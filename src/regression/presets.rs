@@ -13,7 +13,8 @@ pub struct Limits {
     pub light: ValueLimits,
     /// Share of pixels with a value of light beyond both limits.
     pub light_share: f64,
-    /// Limits on values of layers of data (depth, normals, albedo, …), in units of the layer. Ids must be equal.
+    /// Limits on values of layers of data (depth, normals, albedo, …), in units of the layer; where depths or positions lie within less than
+    /// one unit, the absolute limit is a share of their range. Ids must be equal.
     pub data: ValueLimits,
     /// Share of pixels with a value of data beyond both limits.
     pub data_share: f64,

@@ -12,7 +12,8 @@
 //! A reference without light has no exposures of its own: the images are compared at those of the other one, at most five stops below white.
 //!
 //! The curve compresses the contrast of what is bright to a quarter. Where the brightest light is near the median, all exposures show both there, and
-//! a soft shadow on white passes. [`Exposures::linear`] are exposures without a curve, as an image viewer shows linear light.
+//! a soft shadow on white passes. [`Exposures::linear`] are exposures without a curve, as an image viewer shows linear light. One of them shows the
+//! darker half of an image where all others show it black: beside a bright sky that is most of the image, an object in the shade may vanish.
 
 use serde::Serialize;
 
@@ -26,8 +27,10 @@ const BLACK_SHARE: f32 = 1.0 / 65536.0;
 const LEAST_SHARE: f32 = 1.0 / 64.0;
 /// Share of what is lit that is not white at the first exposure without a curve. The rest is highlights.
 const BELOW_WHITE: f64 = 0.98;
-/// Linear value of the median of what is lit at the second one.
+/// Linear value of the median of what is lit at the second one, and of the median of the darker half at the third one.
 const LINEAR_MEDIAN: f32 = 0.4;
+/// The darker half is hidden at the other exposures where its median is under this share of theirs: four stops.
+const HIDDEN_SHARE: f32 = 1.0 / 16.0;
 
 /// Largest luminance that counts as no light: under half a step of a display of 8 bits.
 const NO_LIGHT: f32 = 1e-4;
@@ -45,7 +48,8 @@ pub struct Exposures {
     /// Number of exposures, evenly spaced, both ends included.
     pub count: u32,
     /// Factors on light of the exposures without the tone curve, at which what is beyond 1 is white: the first shows what is bright just
-    /// below white; a second one shows the median where the first shows it dark. None for black images.
+    /// below white; a second one shows the median where the first shows it dark, and a third one the median of the darker half where all others
+    /// show it black. None for black images.
     pub linear: Vec<f32>,
 }
 
@@ -86,7 +90,7 @@ impl Exposures {
         let (start, stop) = (stops(largest), stops(median));
         // An image of uniform brightness needs one exposure; the published tool rejects it.
         let count = if stop > start { ((stop - start).ceil() as u32).max(2) } else { 1 };
-        Self { start, stop, count, linear: linear_scales(luminances, lit) }
+        Self { start, stop, count, linear: linear_scales(luminances, median, lit) }
     }
 
     /// The factor on light of each exposure with the tone curve.
@@ -96,11 +100,14 @@ impl Exposures {
     }
 }
 
-/// [`Exposures::linear`] of the sorted luminances of a reference and the median of what is lit.
-fn linear_scales(luminances: &[f32], lit: f32) -> Vec<f32> {
+/// [`Exposures::linear`] of the sorted luminances of a reference, the one that its last exposure shows, and the median of what is lit.
+fn linear_scales(luminances: &[f32], shown: f32, lit: f32) -> Vec<f32> {
     let bright = 1.0 / quantile_of_lit(luminances, BELOW_WHITE);
     let median = LINEAR_MEDIAN / lit;
-    let scales = [Some(bright), (median > 2.0 * bright).then_some(median)];
+    let dark = luminances.get(luminances.len() / 4).copied().unwrap_or_default();
+    let is_hidden = dark >= BLACK_SHARE * lit && dark < HIDDEN_SHARE * shown.min(lit);
+    let scales =
+        [Some(bright), (median > 2.0 * bright).then_some(median), is_hidden.then_some(LINEAR_MEDIAN / dark)];
     scales.into_iter().flatten().filter(|scale| scale.is_finite()).collect()
 }
 
@@ -163,6 +170,7 @@ fn at_least_zero(value: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::regression::{ColorEncoding, Image, Preset, compare};
 
     #[test]
     fn the_range_covers_the_brightest_light_and_the_median() {
@@ -269,6 +277,41 @@ mod tests {
             assert!(found.iter().zip(expected).all(|(a, b)| (a / b - 1.0).abs() < 1e-5), "{found:?}");
         }
         assert!(linear(&image(0, 0.0, 0.0)).is_empty());
+    }
+
+    #[test]
+    fn a_dark_half_that_no_other_exposure_shows_has_one_of_its_own() {
+        // A sky of six tenths, and ground
+        let image = |sky: f32, ground: f32| {
+            (0..1000).map(|i| [if i < 600 { sky } else { ground }; 3]).collect::<Vec<_>>()
+        };
+        for (sky, ground) in [(20.0, 0.02), (5.0, 0.2)] {
+            let linear = Exposures::of(&image(sky, ground)).linear;
+            let last = linear.last().copied().unwrap();
+            assert!((last * ground / 0.4 - 1.0).abs() < 1e-5, "{linear:?}");
+        }
+        // Ordinary contrast, the other way round, and a black half have no more exposures than before.
+        for (sky, ground) in [(2.0, 0.2), (0.02, 20.0), (20.0, 0.0), (20.0, 1e-5)] {
+            let linear = Exposures::of(&image(sky, ground)).linear;
+            assert!(linear.iter().all(|scale| scale * sky.max(ground) <= 1.0 + 1e-5), "{linear:?}");
+        }
+    }
+
+    #[test]
+    fn an_object_in_the_shade_below_a_bright_sky_may_not_vanish() {
+        let image = |object: f32| {
+            let light = |at: u32| match (at % 160, at / 160) {
+                (_, ..54) => 20.0,
+                (50..90, 58..88) => object,
+                _ => 0.02,
+            };
+            let pixels: Vec<_> = (0..160 * 90).map(|at| [light(at), light(at), light(at), 1.0]).collect();
+            Image::from_rgba((160, 90), ColorEncoding::Linear, &pixels)
+        };
+        let passes =
+            |actual, reference| compare(&image(actual), &image(reference), &Preset::Visual.limits()).passes();
+        assert!(!passes(0.02, 0.005) && !passes(0.005, 0.02));
+        assert!(passes(0.0051, 0.005));
     }
 
     #[test]

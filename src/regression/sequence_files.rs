@@ -190,7 +190,7 @@ fn files_of_pattern(pattern: &SequencePattern) -> Result<Vec<(Key, PathBuf)>> {
         frames.extend(pattern.frames_of(&entry.file_name()));
     }
     let files = frames.into_iter().map(|frame| (frame, pattern.path(frame)));
-    let files = files.filter(|(_, file)| file.is_file());
+    let files = files.filter(|(_, file)| is_file_or_lost(file));
     Ok(files.map(|(frame, file)| ((PathBuf::new(), String::new(), Some(frame)), file)).collect())
 }
 
@@ -216,7 +216,7 @@ fn files_of_folder(
                 folders.push((below.join(name), file));
             } else if !is_hidden(&file)
                 && is_image(&file)
-                && file.is_file()
+                && is_file_or_lost(&file)
                 && !is_output(&file, OutputKind::Movie)
             {
                 let (name, frame) = numbered_name(&name);
@@ -249,6 +249,11 @@ fn may_hold_frames(folder: &Path) -> bool {
         && !is_hidden(folder)
         && !is_thumbnails()
         && !is_output(&folder.join("index.html"), OutputKind::ReportPage)
+}
+
+/// Whether a path is a file, or a link to nothing: a frame that is lost, which those who read it tell.
+fn is_file_or_lost(path: &Path) -> bool {
+    path.is_file() || path.is_symlink() && !path.exists()
 }
 
 fn is_image(path: &Path) -> bool {

@@ -389,3 +389,11 @@ fn damaged_tiles_are_not_merged() {
     assert_eq!(merged.status.code(), Some(65), "{text}");
     assert!(text.contains("t2.exr: is damaged") && !stage.path("again.exr").exists(), "{text}");
 }
+
+#[cfg(unix)]
+#[test]
+fn links_to_nothing_are_missing() {
+    let stage = Stage::new();
+    std::os::unix::fs::symlink("gone.exr", stage.path("out/a.0004.exr")).unwrap();
+    assert_eq!(stage.check(&["out", "-q"]), (Some(1), vec!["FAIL out/a.0004.exr: is not there".to_owned()]));
+}

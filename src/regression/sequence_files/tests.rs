@@ -40,6 +40,25 @@ fn the_files_of_a_folder_are_those_below_it_in_order() {
     assert_eq!(sequence_files(files.path()).unwrap(), expected.map(|name| files.path().join(name)));
 }
 
+#[cfg(unix)]
+#[test]
+fn links_to_nothing_are_frames_and_others_what_they_lead_to() {
+    use std::os::unix::fs::symlink;
+    let (files, reference) = (folder(&["a.0001.exr", "notes.txt"]), folder(&["a.0001.exr"]));
+    let at = |name: &str| files.path().join(name);
+    for (target, name) in
+        [("gone.exr", "a.0002.exr"), ("a.0001.exr", "a.0003.exr"), (".", "a.0004.exr"), ("gone", "notes")]
+    {
+        symlink(target, at(name)).unwrap();
+    }
+    let frames = ["a.0001.exr", "a.0002.exr", "a.0003.exr"].map(at);
+    for sequence in [files.path().to_owned(), at("a.####.exr")] {
+        assert_eq!(sequence_files(&sequence).unwrap(), frames);
+        let paired = pair_files(&sequence, &reference.path().join("a.####.exr")).unwrap();
+        assert_eq!((frames_of(&paired), &*paired.only_in_actual), (vec![1], &frames[1..]));
+    }
+}
+
 #[test]
 fn a_minus_belongs_to_a_number_unless_it_follows_a_word() {
     for (name, frame) in [

@@ -101,7 +101,7 @@ impl Bars {
                 self.advance(eta);
             }
             SequenceEvent::Warned(warning) => {
-                self.line(&format!("rayframe: warning: {}", option_names(&warning.to_string())))
+                self.line(&format!("rayframe: warning: {}", option_names(&warning.to_string())));
             }
             SequenceEvent::Finished(summary) => {
                 self.frame.finish_and_clear();

@@ -92,7 +92,9 @@ pub(in crate::cli) fn perform(
             reporter.print(event);
         }
         if matches!(event, SequenceEvent::Started { .. }) {
-            warnings.iter().for_each(|warning| reporter.repeat(warning));
+            for warning in warnings {
+                reporter.repeat(warning);
+            }
         }
         presenter.watch(event, &reporter);
     });

@@ -7,10 +7,12 @@
 set -eu
 target=
 if [ "${1-}" = --target ]; then
-    target=$2
+    target=${2:?is missing: --target TRIPLE}
     shift 2
 fi
 folder=${1:-$(mktemp -d)}
+mkdir -p "$folder"
+folder=$(cd "$folder" && pwd)
 root=$(git -C "$(dirname "$0")" rev-parse --show-toplevel)
 cargo_home=${CARGO_HOME:-$HOME/.cargo}
 # The commit stays the same where another one is made meanwhile.

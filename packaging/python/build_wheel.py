@@ -22,10 +22,12 @@ def main():
     parser.add_argument("--program", type=pathlib.Path)
     parser.add_argument("--out", type=pathlib.Path, default=FOLDER / "dist")
     options, more = parser.parse_known_args()
+    # Maturin runs in another folder.
+    options.out = options.out.resolve()
     program = options.program
     if program is None:
-        subprocess.run(["cargo", "build", "--release", "--locked", "--manifest-path", ROOT / "Cargo.toml"], check=True)
-        target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+        subprocess.run(["cargo", "build", "--release", "--locked"], cwd=ROOT, check=True)
+        target = ROOT / os.environ.get("CARGO_TARGET_DIR", "target")
         program = target / "release" / ("rayframe.exe" if os.name == "nt" else "rayframe")
     scripts = FOLDER / "rayframe.data/scripts"
     shutil.rmtree(scripts.parent, ignore_errors=True)

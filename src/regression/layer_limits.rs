@@ -26,8 +26,9 @@ impl LayerLimits {
     /// of that range: an asset of centimetres has the limits of one of metres.
     pub(super) fn of_data(limits: &Limits, layer: &str, channels: &[&Channel]) -> Self {
         let (values, share) = (limits.data, limits.data_share);
-        let range = if are_lengths(layer, channels) { range(channels) } else { 1.0 };
-        if range >= 1.0 || !values.absolute.is_finite() {
+        let range = if are_lengths(layer, channels) { range(channels) } else { 0.0 };
+        // Without a range there is none to take a share of.
+        if !(range > 0.0 && range < 1.0) || !values.absolute.is_finite() {
             return Self { values, share, of_range: None };
         }
         let scaled = ValueLimits { absolute: values.absolute * range, ..values };

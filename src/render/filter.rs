@@ -117,7 +117,7 @@ impl PixelFilter {
 fn invert(table: &[f64], filter: PixelFilter, u: f64) -> (f64, f32) {
     let cell = table.partition_point(|&below| below <= u).min(CELLS - 1);
     let start = if cell == 0 { 0.0 } else { table[cell - 1] };
-    let share = (u - start) / (table[cell] - start).max(f64::MIN_POSITIVE);
+    let share = ((u - start) / (table[cell] - start).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
     let distance = ((cell as f64 + share) / CELLS as f64 * 2.0 - 1.0) * filter.radius();
     let center = ((cell as f64 + 0.5) / CELLS as f64 * 2.0 - 1.0) * filter.radius();
     (distance, if filter.value(center) < 0.0 { -1.0 } else { 1.0 })

@@ -11,13 +11,21 @@ use crate::integrator::{R2, unit_interval};
 /// `count` columns and, for powers of two, one in each of `count` rows. Their mean is the centre, so that no count moves the image.
 ///
 /// Each set `set` is the first one, rotated around the square (by the R₂ sequence of Roberts, "The Unreasonable Effectiveness of
-/// Quasirandom Sequences", 2018). Set 0 is not rotated.
+/// Quasirandom Sequences", 2018) and moved by less than a step so that its mean is the centre, too. Set 0 is not rotated.
 pub(super) fn pixel_offsets(count: u32, set: u32) -> Vec<Vec2> {
     let column = |i: u32| (i as f32 + 0.5) / count as f32;
     let shift_of_rows = shift_to_center(count, u32::reverse_bits);
     let row = |i: u32| inside(unit_interval(i.reverse_bits()) + shift_of_rows);
     let shift = Vec2::new(unit_interval(set.wrapping_mul(R2[0])), unit_interval(set.wrapping_mul(R2[1])));
-    (0..count).map(|i| Vec2::new(wrapped(column(i) + shift.x), wrapped(row(i) + shift.y))).collect()
+    let mut offsets: Vec<Vec2> =
+        (0..count).map(|i| Vec2::new(wrapped(column(i) + shift.x), wrapped(row(i) + shift.y))).collect();
+    if set != 0 {
+        let to_center = Vec2::splat(0.5) - offsets.iter().sum::<Vec2>() / count as f32;
+        for p in &mut offsets {
+            *p = Vec2::new(inside(p.x + to_center.x), inside(p.y + to_center.y));
+        }
+    }
+    offsets
 }
 
 /// Some of the `count` positions in the unit square that one shutter sample has. The first of any number fill the square evenly, and so
@@ -96,9 +104,9 @@ const THIRD_DIRECTIONS: [u32; 32] = {
     directions
 };
 
-/// The number, or the largest one below 1. The mean of few positions is moved so far that the last is beyond, by less than a hundredth.
+/// The number, or the closest one in [0, 1). Positions that are moved until their mean is the centre may be outside by less than a step.
 fn inside(x: f32) -> f32 {
-    x.min(1.0 - f32::EPSILON / 2.0)
+    x.clamp(0.0, 1.0 - f32::EPSILON / 2.0)
 }
 
 /// Wraps a number in [0, 2) to [0, 1).
@@ -145,11 +153,12 @@ mod tests {
 
     #[test]
     fn positions_of_any_count_stay_inside_the_pixel() {
-        for count in 1..70 {
+        for count in 1..1100 {
             for set in [0, 1, 2, 77] {
                 let shutter = ShutterSample { index: set, count: 78 };
-                let offsets =
-                    [pixel_offsets(count, set), progressive_offsets(0..count, count, shutter)].concat();
+                let whole = progressive_offsets(0..count, count, ShutterSample::ONLY);
+                let of_one_time = progressive_offsets(0..count, count, shutter);
+                let offsets = [pixel_offsets(count, set), whole, of_one_time].concat();
                 assert!(offsets.iter().all(|p| p.min_element() >= 0.0 && p.max_element() < 1.0));
             }
         }
@@ -164,6 +173,12 @@ mod tests {
                 let distance = (mean(&offsets) - 0.5).abs().max_element();
                 assert!(distance < 3e-4, "{count}: {distance}");
             }
+            // What is clamped in a rotated set moves its mean by a part of a step for one position of each row and column.
+            let distance = (mean(&pixel_offsets(count, 1 << 16)) - 0.5).abs().max_element();
+            assert!(
+                distance < 0.01 && distance <= 0.5 / (count * count) as f32 + 1e-4,
+                "{count}: {distance}"
+            );
         }
         for (count, times) in [(3, 4), (5, 2), (96, 8)] {
             assert!((mean(&of_all_times(0..count, count, times)) - 0.5).abs().max_element() < 1e-4);

@@ -92,13 +92,13 @@ fn has_key_light(job: &SequenceJob) -> bool {
     has_peaks || job.environment.key_light().is_some()
 }
 
-/// Note of lights that `light_scale` makes infinite: pixels that are not finite are black, and paths choose no such light.
+/// Note of lights that `light_scale` makes infinite: pixels that are not finite are black, and paths leave such lights out.
 fn infinite_lights(lights: &[&Light], light_scale: f32) -> Option<Warning> {
     let count = lights.iter().filter(|light| !(light.intensity * light_scale).is_finite()).count();
     (count > 0).then(|| {
         let lights = counted(count, "light");
         Warning::of_file(format!(
-            "`light_scale` takes the intensity of {lights} beyond 3.4e38, the largest number, so that what it lights is black; lower it"
+            "`light_scale` takes the intensity of {lights} beyond 3.4e38, the largest number: its light is missing, or what it lights is black; lower it"
         ))
     })
 }

@@ -123,7 +123,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("targets", nargs="*", metavar="TARGET", help="all by default")
     parser.add_argument("--seconds", type=int, default=60, help="time of each target")
-    parser.add_argument("--folder", type=Path, default=ROOT / "target/fuzz", help="corpus, logs and build (default target/fuzz)")
+    parser.add_argument("--folder", type=lambda path: Path(path).resolve(), default=ROOT / "target/fuzz", help="corpus, logs and build (default target/fuzz)")
     arguments = parser.parse_args()
     names = write_seeds(arguments.folder / "seeds")
     if unknown := set(arguments.targets) - set(names):

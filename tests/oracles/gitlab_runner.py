@@ -64,7 +64,7 @@ class GitLab:
                 own = {"CI_NODE_INDEX": str(index)} if "parallel" in job else {}
                 title = f"{name} {index}/{total}" if "parallel" in job else name
                 variables = {**pipeline["variables"], **own, "CI_NODE_TOTAL": str(total), "CI": "true", "GITLAB_CI": "true",
-                             "CI_JOB_NAME_SLUG": re.sub(r"[^a-z0-9]+", "-", title), "CI_PROJECT_DIR": str(self.workspace)}
+                             "CI_JOB_NAME": title, "CI_JOB_NAME_SLUG": re.sub(r"[^a-z0-9]+", "-", title), "CI_PROJECT_DIR": str(self.workspace)}
                 jobs.append(self.job(scenario, title, job, variables, needs, shell))
         return jobs
 

@@ -218,6 +218,10 @@ fn coarse_images_come_first_and_changes_cancel_the_render() {
     let mut running = watch(folder, &slow);
     wait_until(folder, "the coarse image", || coarse().is_some());
     let first = coarse();
+    // A broken file does not take the only image away.
+    std::fs::write(folder.join("a.gltf"), "{\"asset\": ").unwrap();
+    wait_until(folder, "an error", || told(folder).contains("rayframe: error: a.gltf"));
+    assert_eq!(coarse(), first);
     write_scene(folder, "0, 0, 1");
     wait_until(folder, "another coarse image", || coarse().is_some_and(|hash| Some(hash) != first));
     // The end alone is no reason to render again, and nothing is left to resume.

@@ -58,11 +58,13 @@ fn manifest(name: &'static str, items: &Value) -> Result<JobFile> {
     Ok(JobFile { name, content: format!("{text}\n") })
 }
 
-/// A name by RFC 1123 that other jobs do not have: `kubectl apply` runs nothing for a job whose name and tasks' count are those of an earlier
-/// one, whatever its script.
+/// A name by RFC 1123 that other jobs do not have: `kubectl apply` runs nothing for a job that equals an earlier one but for its ConfigMap, and
+/// refuses one of the same name with another image, other volumes or retries.
 fn name(plan: &JobPlan, scripts: &[JobFile]) -> String {
     let own = plan.plain_name(MAX_NAME).to_ascii_lowercase().replace(['_', '.'], "-");
-    let hashes: Vec<String> = scripts.iter().map(|file| sha256(&file.content)).collect();
+    let scripts = scripts.iter().map(|file| file.content.clone());
+    let jobs = [indexed_job(plan, ""), merge_job(plan, "")].map(|job| job.to_string());
+    let hashes: Vec<String> = scripts.chain(jobs).map(|content| sha256(&content)).collect();
     let hash = sha256(&hashes.concat());
     format!("{own}-{}", hash.get(..HASH_DIGITS).unwrap_or(&hash))
 }
@@ -202,13 +204,16 @@ mod tests {
     }
 
     #[test]
-    fn jobs_with_other_scripts_or_settings_have_other_names() {
+    fn jobs_that_differ_in_anything_have_other_names() {
         let long = JobPlan { name: "A_very.long name".repeat(9), ..still() };
         let other_frame = JobPlan { pin: Pin { frame: 2, ..long.pin.clone() }, ..long.clone() };
         let other_shot = JobPlan { shot_file: "resolution = \"32x18\"\n".to_owned(), ..long.clone() };
+        let other_retries = JobPlan { retries: long.retries + 1, ..long.clone() };
+        let other_claims =
+            JobPlan { claims: vec![("other".to_owned(), "/other".to_owned())], ..long.clone() };
         let names = names_of(&long);
         assert_eq!(names_of(&long), names);
-        for other in [names_of(&other_frame), names_of(&other_shot)] {
+        for other in [other_frame, other_shot, other_retries, other_claims].map(|plan| names_of(&plan)) {
             for (other, name) in other.iter().zip(&names) {
                 assert_ne!(other, name);
             }

@@ -26,7 +26,7 @@ impl LastImage {
         let format = job.output.format();
         for planned in &plan.frames {
             if let Some(other) = last.take_if(|last| last.path != planned.path) {
-                other.restore()?;
+                other.finish()?;
             }
             let last = last.get_or_insert_with(|| Self { path: planned.path.clone(), format, full: None });
             if !coarse::is_coarse(format, &planned.path) {
@@ -36,18 +36,26 @@ impl LastImage {
         Ok(())
     }
 
-    /// Replaces a coarse image by the last full one, or removes it.
+    /// Replaces a coarse image by the last full one. The first image of a file stays as it is.
     ///
     /// # Errors
     /// Those of writing the file.
     pub(super) fn restore(&self) -> Result<()> {
-        if coarse::is_coarse(self.format, &self.path) {
-            match &self.full {
-                Some(full) => write_atomically(&self.path, full)?,
-                // A file that cannot be removed is marked as coarse.
-                None => drop(std::fs::remove_file(&self.path)),
-            }
+        match &self.full {
+            Some(full) if coarse::is_coarse(self.format, &self.path) => write_atomically(&self.path, full),
+            _ => Ok(()),
         }
-        Ok(())
+    }
+
+    /// Replaces a coarse image by the last full one, or removes it: nothing follows it any more.
+    ///
+    /// # Errors
+    /// Those of writing the file.
+    pub(super) fn finish(&self) -> Result<()> {
+        if self.full.is_none() && coarse::is_coarse(self.format, &self.path) {
+            // A file that cannot be removed is marked as coarse.
+            let _ = std::fs::remove_file(&self.path);
+        }
+        self.restore()
     }
 }

@@ -76,14 +76,14 @@ fn watch(options: &RenderOptions) -> Result<ExitStatus> {
             // Only an error in the content of a file can be repaired by saving it.
             Err(error) if is_first && error.exit_code() != exit_code::INVALID => {
                 // The first error is the reason.
-                let _ = watch.restore_full();
+                let _ = watch.finish_image();
                 return Err(error);
             }
             Err(error) => {
                 watch.files.add(path_of(&error));
                 print_error(&message(&error));
                 // The repair may take long.
-                if let Err(error) = watch.restore_full() {
+                if let Err(error) = watch.last.as_ref().map_or(Ok(()), LastImage::restore) {
                     print_error(&message(&error));
                 }
             }
@@ -93,7 +93,7 @@ fn watch(options: &RenderOptions) -> Result<ExitStatus> {
             break;
         }
     }
-    watch.restore_full()?;
+    watch.finish_image()?;
     Ok(caught.number().map_or(ExitStatus::Code(exit_code::TEMPORARY), ExitStatus::Signal))
 }
 
@@ -150,8 +150,8 @@ impl Watch<'_> {
         self.render_frames(&resolved, &plan, args)
     }
 
-    fn restore_full(&self) -> Result<()> {
-        self.last.as_ref().map_or(Ok(()), LastImage::restore)
+    fn finish_image(&self) -> Result<()> {
+        self.last.as_ref().map_or(Ok(()), LastImage::finish)
     }
 
     /// Renders the coarse image and then the full one, unless an input changes before.

@@ -1,9 +1,9 @@
 //! Several rays for a rough mirror, coat or frosted glass (Cook, Porter, Carpenter, "Distributed Ray Tracing", SIGGRAPH 1984).
 //!
-//! With glossy samples, sampled rays follow the whole lobe and the prefiltered environment is not looked up. The first rough surface of
-//! a path sends that many rays, also where it is seen in mirrors or through clear glass, later ones one each: the rays from the first one average what these
-//! reflect. On the denser side
-//! of frosted volumes, `frosted_glass` sends them by facets.
+//! With glossy samples, sampled rays follow the whole lobe and the prefiltered environment is not looked up. The first rough
+//! surface of a path sends that many rays, in proportion to its weight where it is seen in mirrors or through clear glass. Later
+//! ones send one each: the rays from the first one average what these reflect. On the denser side of frosted volumes,
+//! `frosted_glass` sends them by facets.
 
 use super::environment_shadows::on_side;
 use super::secondary_rays::ChildRay;
@@ -18,7 +18,11 @@ impl Tracer<'_, '_> {
     pub(super) fn glossy_rays(&self, state: &RayState) -> u32 {
         match self.context.settings.glossy_samples {
             0 => 0,
-            samples if !state.is_sampled => samples,
+            // A faint reflection of the surface needs fewer.
+            samples if !state.is_sampled => {
+                let wanted = (samples as f32 * state.weight.max_element()).ceil();
+                if wanted < samples as f32 { (wanted as u32).max(1) } else { samples }
+            }
             _ => 1,
         }
     }

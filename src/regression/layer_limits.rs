@@ -28,7 +28,7 @@ impl LayerLimits {
         let (values, share) = (limits.data, limits.data_share);
         let range = if are_lengths(layer, channels) { range(channels) } else { 0.0 };
         // Without a range there is none to take a share of.
-        if !(range > 0.0 && range < 1.0) || !values.absolute.is_finite() {
+        if !(range > 0.0 && range < 1.0 && values.absolute.is_finite()) {
             return Self { values, share, of_range: None };
         }
         let scaled = ValueLimits { absolute: values.absolute * range, ..values };

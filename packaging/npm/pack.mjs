@@ -8,7 +8,7 @@
 import { execFileSync } from "node:child_process";
 import { chmodSync, copyFileSync, cpSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
-import { dirname, join, resolve } from "node:path";
+import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
 const here = dirname(fileURLToPath(import.meta.url));
@@ -23,8 +23,11 @@ const stage = mkdtempSync(join(tmpdir(), "rayframe-npm-"));
 
 function pack(folder) {
   for (const licence of ["LICENSE-MIT", "LICENSE-APACHE"]) copyFileSync(join(here, "..", "..", licence), join(folder, licence));
-  const packed = execFileSync("npm", ["pack", "--silent", "--pack-destination", resolve(out)], { cwd: folder, encoding: "utf8" });
-  console.log(join(out, packed.trim()));
+  // On Windows npm is a script, which a shell runs. Paths would need its quotes, so that the file is copied from here.
+  const options = { cwd: folder, encoding: "utf8", shell: process.platform === "win32" };
+  const packed = execFileSync("npm", ["pack", "--silent"], options).trim();
+  copyFileSync(join(folder, packed), join(out, packed));
+  console.log(join(out, packed));
 }
 
 try {

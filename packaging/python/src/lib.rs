@@ -102,7 +102,7 @@ fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&CancelFlag) -> Resu
         thread::scope(|threads| {
             let (sender, receiver) = channel();
             let flag = &cancel;
-            threads.spawn(move || {
+            let worker = threads.spawn(move || {
                 let _ = sender.send(work(flag));
             });
             loop {
@@ -110,6 +110,8 @@ fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&CancelFlag) -> Resu
                     Ok(result) => return result.map_err(raised),
                     Err(RecvTimeoutError::Timeout) => {}
                     Err(RecvTimeoutError::Disconnected) => {
+                        // The scope would panic for a thread whose panic nobody took.
+                        let _ = worker.join();
                         return Err(raised(Error::Internal { message: "the renderer panicked".to_owned() }));
                     }
                 }

@@ -1,5 +1,7 @@
 //! Emissive triangles of a frame. Those whose texture varies are divided where it does.
 
+use std::collections::HashMap;
+
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -29,7 +31,8 @@ const EVEN_RATIO: f32 = 2.0;
 /// The parts of triangles that emit light, ascending, and what a light tree needs to know of each.
 pub(super) fn emitters(view: SceneView<'_>) -> (Vec<TrianglePart>, Vec<Emitter>) {
     let instances = view.frame.instances.par_iter().map(|instance| lit_triangles(view, instance));
-    let triangles: Vec<LitTriangle> = instances.collect::<Vec<_>>().into_iter().flatten().collect();
+    let mut triangles: Vec<LitTriangle> = instances.collect::<Vec<_>>().into_iter().flatten().collect();
+    remove_hidden_copies(view, &mut triangles);
     let power: f64 = triangles.iter().map(|triangle| f64::from(triangle.power)).sum();
     let least_power = (power * LEAST_SHARE) as f32;
     let parts = triangles.par_iter().map(|triangle| triangle.parts(view, least_power));
@@ -64,6 +67,28 @@ fn lit_triangles(view: SceneView<'_>, instance: &MeshInstance) -> Vec<LitTriangl
         LitTriangle { triangle, halvings, power: power_of(view, triangle, mean(&cells)) }
     });
     lit.filter(|lit| lit.power > 0.0 && lit.power < f32::INFINITY).collect()
+}
+
+/// Removes triangles that no ray hits since an earlier one has the same corners: of equal distances the lowest index wins.
+fn remove_hidden_copies(view: SceneView<'_>, triangles: &mut Vec<LitTriangle>) {
+    let mut seen: HashMap<[u32; 9], TriangleFlags> = HashMap::new();
+    triangles.retain(|lit| {
+        let flags = view.frame.flags[lit.triangle as usize];
+        let bits =
+            view.frame.triangles[lit.triangle as usize].vertices.map(|v| v.to_array().map(f32::to_bits));
+        let corners = std::array::from_fn(|index| bits[index / 3][index % 3]);
+        let hides = |earlier: &TriangleFlags| {
+            !earlier.has(TriangleFlags::SINGLE_SIDED) || flags.has(TriangleFlags::SINGLE_SIDED)
+        };
+        if seen.get(&corners).is_some_and(hides) {
+            return false;
+        }
+        // Light passes cut-outs and glass.
+        if !flags.has(TriangleFlags::FILTERED) && !flags.has(TriangleFlags::TRANSMISSIVE) {
+            seen.insert(corners, flags);
+        }
+        true
+    });
 }
 
 /// Halvings of `length` to `target` or less.

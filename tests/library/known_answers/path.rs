@@ -69,11 +69,16 @@ fn environments_cast_shadows() {
 #[test]
 fn emissive_squares_light_by_their_form_factor() {
     // From tiny, where shadow rays find the light, to large, where sampled rays do.
-    for (half_width, radiance) in [(0.01, 1e4), (0.1, 100.0), (1.0, 3.0), (8.0, 1.0)] {
+    // A copy in the same place is never hit, and gives no light.
+    for (half_width, radiance, copies) in
+        [(0.01, 1e4, 1), (0.1, 100.0, 1), (1.0, 3.0, 1), (1.0, 3.0, 2), (8.0, 1.0, 3)]
+    {
         let mut stage = stage(4096);
         stage.add(floor(9.0), lambert(Vec3::splat(0.5)));
         // The front faces down.
-        stage.add(rectangle(Vec3::Y, Vec3::X * half_width, Vec3::Z * half_width), lamp(radiance));
+        for _ in 0..copies {
+            stage.add(rectangle(Vec3::Y, Vec3::X * half_width, Vec3::Z * half_width), lamp(radiance));
+        }
         let expected = 0.5 * radiance * square_form_factor(half_width, 1.0);
         let seen = middle(&stage);
         assert_close(seen, Vec3::splat(expected), 0.01 * expected);

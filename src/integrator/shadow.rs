@@ -1,5 +1,7 @@
 //! Transmittance of shadow rays: opaque surfaces, transparent surfaces, and the media in between.
 
+mod batch_tracing;
+
 use std::cell::{Cell, RefCell};
 
 use glam::Vec3;
@@ -68,8 +70,11 @@ pub(super) struct ShadowBatch {
     is_occluded: Vec<bool>,
     /// Whether the ray hits a transparent surface; known for rays that hit no opaque one.
     is_tinted: Vec<Cell<bool>>,
-    /// The transparent surfaces of those rays.
+    /// The transparent surfaces of those rays, from the ray `first_collected` on.
     transparent_hits: TransparentHits,
+    first_collected: u32,
+    /// The transmittance of every ray, where the rays have more transparent surfaces than are kept at once; else empty.
+    found_in_parts: Vec<ShadowTransmittance>,
     media: Vec<SurfaceMedia>,
     cache: RefCell<ShadowCache>,
 }
@@ -139,30 +144,23 @@ impl ShadowBatch {
         self.rays.is_empty()
     }
 
-    /// Looks for opaque surfaces along all rays and collects the transparent ones.
-    pub(super) fn trace(&mut self, context: &IntegratorContext<'_>, counters: &mut TraversalCounters) {
-        let Self { rays, is_occluded, is_tinted, transparent_hits, .. } = self;
-        let passage = self.passage;
-        transparent_hits.clear();
-        is_occluded.resize(rays.len(), false);
-        is_tinted.clear();
-        is_tinted.resize(rays.len(), Cell::new(false));
-        let solid = |index: usize, hit: &Hit| match occlusion(context, hit, passage) {
-            Occlusion::Opaque => true,
-            Occlusion::Transparent => {
-                is_tinted[index].set(true);
-                transparent_hits.add(index, hit);
-                false
-            }
-            Occlusion::Absent => false,
-        };
-        context.view.bvh.occluded_rays(rays, solid, is_occluded, counters);
-        transparent_hits.sort(rays.len(), |index| !is_occluded[index]);
-    }
-
     /// The transmittance of a ray.
     #[inline]
     pub(super) fn transmittance(
+        &self,
+        context: &IntegratorContext<'_>,
+        index: u32,
+        counters: &mut TraversalCounters,
+    ) -> ShadowTransmittance {
+        match self.found_in_parts.get(index as usize) {
+            Some(found) => *found,
+            None => self.collected_transmittance(context, index, counters),
+        }
+    }
+
+    /// The transmittance of one of the rays whose surfaces were collected last.
+    #[inline]
+    fn collected_transmittance(
         &self,
         context: &IntegratorContext<'_>,
         index: u32,
@@ -220,10 +218,9 @@ impl ShadowBatch {
             let media = self.media_at_start(context, (index, &mut cache.media), &mut next);
             through_surfaces(context, (ray, self.passage), (media, &mut *cache), next)
         } else {
-            let media =
-                self.media_at_start(context, (index, &mut cache.media), self.transparent_hits.along(index));
-            let next = self.transparent_hits.along(index);
-            through_surfaces(context, (ray, self.passage), (media, &mut *cache), next)
+            let next = || self.transparent_hits.along(index - self.first_collected);
+            let media = self.media_at_start(context, (index, &mut cache.media), next());
+            through_surfaces(context, (ray, self.passage), (media, &mut *cache), next())
         }
     }
 
@@ -252,7 +249,7 @@ fn occlusion(context: &IntegratorContext<'_>, hit: &Hit, passage: GlassPassage) 
 }
 
 /// The next surface of a shadow ray, by a query of its own. Reference implementation of the collected hits, and the fallback
-/// where these are too many.
+/// where those of a single ray are too many.
 fn next_surface(
     context: &IntegratorContext<'_>,
     (ray, passage): (&Ray, GlassPassage),

@@ -8,37 +8,60 @@ use std::cmp::Ordering;
 
 use crate::bvh::{Hit, HitOrder};
 
-/// Hits that are kept at most; further ones are dropped.
+/// Hits that are kept at most.
 const MAX_HITS: usize = 1 << 16;
 
 /// Transparent hits of several rays.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct TransparentHits {
+    /// [`MAX_HITS`]; further ones are dropped.
+    pub(super) most_hits: usize,
     /// With the index of the ray, in the order in which they were added.
     hits: RefCell<Vec<(u32, Hit)>>,
     /// By ray, in order along each ray.
     sorted: Vec<Hit>,
     /// For each ray the index after its last hit.
     ends: Vec<u32>,
-    is_overfull: Cell<bool>,
+    dropped: Cell<usize>,
+}
+
+impl Default for TransparentHits {
+    fn default() -> Self {
+        Self {
+            most_hits: MAX_HITS,
+            hits: RefCell::default(),
+            sorted: Vec::new(),
+            ends: Vec::new(),
+            dropped: Cell::new(0),
+        }
+    }
 }
 
 impl TransparentHits {
     /// Removes all hits and keeps the memory.
     pub(super) fn clear(&mut self) {
         self.hits.get_mut().clear();
-        self.is_overfull.set(false);
+        self.dropped.set(0);
     }
 
     /// Whether hits were dropped.
     pub(super) fn is_overfull(&self) -> bool {
-        self.is_overfull.get()
+        self.dropped.get() > 0
+    }
+
+    /// Into how many parts the rays have to be divided at least so that no hits of theirs are dropped.
+    pub(super) fn least_parts(&self) -> usize {
+        1 + self.dropped.get().div_ceil(self.most_hits)
     }
 
     /// Adds a hit of ray `ray`; called from filters.
     pub(super) fn add(&self, ray: usize, hit: &Hit) {
         let mut hits = self.hits.borrow_mut();
-        if hits.len() < MAX_HITS { hits.push((ray as u32, *hit)) } else { self.is_overfull.set(true) }
+        if hits.len() < self.most_hits {
+            hits.push((ray as u32, *hit));
+        } else {
+            self.dropped.set(self.dropped.get() + 1);
+        }
     }
 
     /// Sorts the hits of those of `rays` rays that `keeps` accepts, and removes the others.
@@ -131,9 +154,15 @@ mod tests {
             hits.add(i, &hit(1.0, 0));
         }
         assert!(!hits.is_overfull());
-        hits.add(0, &hit(2.0, 0));
-        assert!(hits.is_overfull());
+        for (added, parts) in [(1, 2), (MAX_HITS - 1, 2), (1, 3)] {
+            for _ in 0..added {
+                hits.add(0, &hit(2.0, 0));
+            }
+            assert!(hits.is_overfull());
+            assert_eq!(hits.least_parts(), parts);
+        }
         hits.clear();
         assert!(!hits.is_overfull());
+        assert_eq!(hits.least_parts(), 1);
     }
 }

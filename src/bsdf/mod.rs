@@ -61,6 +61,7 @@ pub(crate) use scattering_sampling::FacetSample;
 pub(crate) use scattering_sampling::LobeDirection;
 pub(crate) use scattering_sampling::cosine_direction;
 pub use scattering_sampling::{ScatterLobe, ScatterSample};
+pub(crate) use specular_lobe::is_smooth_roughness;
 
 use fresnel::{Dielectric, Tint};
 use ggx_anisotropic::ReflectedDirection;

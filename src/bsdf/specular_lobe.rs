@@ -5,6 +5,11 @@ use glam::{Vec2, Vec3};
 use super::ggx::{self, MIN_ALPHA};
 use super::ggx_anisotropic::AnisotropicGgx;
 
+/// Whether isotropic lobes of this roughness are those of mirrors and clear glass; an anisotropic one is wider.
+pub(crate) fn is_smooth_roughness(roughness: f32) -> bool {
+    SpecularLobe::new(roughness.clamp(0.0, 1.0), None).is_smooth()
+}
+
 /// A GGX lobe.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SpecularLobe {

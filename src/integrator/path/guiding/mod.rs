@@ -9,6 +9,7 @@
 //! but not the mean.
 
 mod direction_tree;
+mod focusing_materials;
 mod guide_build;
 mod photon;
 mod photon_sources;

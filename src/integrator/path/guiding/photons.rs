@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::focusing_materials::may_focus_light;
 use super::photon::{BATCH, Photon, PhotonPath, PhotonRay, PhotonStore, STORED_BY_BATCH};
 use super::photon_sources::{EmittedPhoton, PhotonSources};
 use crate::integrator::last_scatter::LastScatter;
@@ -32,8 +33,11 @@ pub(super) struct PhotonTracing<'c, 'a> {
 }
 
 impl<'c, 'a> PhotonTracing<'c, 'a> {
-    /// `None` where nothing emits photons.
+    /// `None` where nothing emits photons, or nothing can focus them.
     pub(super) fn new(context: &'c IntegratorContext<'a>) -> Option<Self> {
+        if !context.view.frame.materials.iter().any(may_focus_light) {
+            return None;
+        }
         let sources = PhotonSources::new(context)?;
         let count = photon_count(context.settings.max_samples);
         Some(Self { context, sources, points: ZSobol::new(count, 0), count })

@@ -94,6 +94,21 @@ fn only_focused_light_needs_a_guide() {
 }
 
 #[test]
+fn photons_are_traced_only_where_something_may_focus_them() {
+    for (scene, is_traced) in [
+        ("path/box", true),
+        // A window, which is smooth
+        ("showcase/apartment", true),
+        ("material/emissive_strength", false),
+    ] {
+        with_paths(scene, |context, _| {
+            assert!(PhotonSources::new(context).is_some(), "{scene}");
+            assert_eq!(PhotonTracing::new(context).is_some(), is_traced, "{scene}");
+        });
+    }
+}
+
+#[test]
 fn other_lights_take_samples_from_the_guide() {
     let largest_share = |radiance: f32, scale: f32| {
         let mut largest = None;

@@ -49,7 +49,7 @@ impl TransparentHits {
         self.dropped.get() > 0
     }
 
-    /// Into how many parts the rays have to be divided at least so that no hits of theirs are dropped.
+    /// Into how many parts the rays have to be divided at least so that no hits of theirs are dropped, unless they have unequal numbers of them.
     pub(super) fn least_parts(&self) -> usize {
         1 + self.dropped.get().div_ceil(self.most_hits)
     }

@@ -47,7 +47,11 @@ impl SamplePlan {
         let max = settings.adaptive.map_or(base, |adaptive| shutter_sample.share_of(adaptive.max_samples));
         let max = max.max(base);
         let [base_offsets, extra_offsets] = if shutter_sample.count > 1 {
-            [0..base, base..max].map(|indices| progressive_offsets(indices, max, shutter_sample))
+            // Most pixels have the base positions alone: their mean is the centre, too.
+            [
+                progressive_offsets(0..base, base, shutter_sample),
+                progressive_offsets(base..max, max, shutter_sample),
+            ]
         } else {
             [(base, 0), (max - base, EXTRA_SET)].map(|(count, set)| pixel_offsets(count, set))
         };

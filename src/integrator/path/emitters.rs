@@ -1,6 +1,6 @@
 //! Emissive triangles of a frame. Those whose texture varies are divided where it does.
 
-use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -69,26 +69,42 @@ fn lit_triangles(view: SceneView<'_>, instance: &MeshInstance) -> Vec<LitTriangl
     lit.filter(|lit| lit.power > 0.0 && lit.power < f32::INFINITY).collect()
 }
 
-/// Removes triangles that no ray hits since an earlier one has the same corners: of equal distances the lowest index wins.
+/// Removes triangles that no ray hits since an opaque earlier one has the same corners in the same order: of equal distances the lowest index
+/// wins.
 fn remove_hidden_copies(view: SceneView<'_>, triangles: &mut Vec<LitTriangle>) {
-    let mut seen: HashMap<[u32; 9], TriangleFlags> = HashMap::new();
-    triangles.retain(|lit| {
-        let flags = view.frame.flags[lit.triangle as usize];
-        let bits =
-            view.frame.triangles[lit.triangle as usize].vertices.map(|v| v.to_array().map(f32::to_bits));
-        let corners = std::array::from_fn(|index| bits[index / 3][index % 3]);
-        let hides = |earlier: &TriangleFlags| {
-            !earlier.has(TriangleFlags::SINGLE_SIDED) || flags.has(TriangleFlags::SINGLE_SIDED)
-        };
-        if seen.get(&corners).is_some_and(hides) {
-            return false;
+    let corners = |lit: &LitTriangle| {
+        view.frame.triangles[lit.triangle as usize].vertices.map(|v| v.to_array().map(f32::to_bits))
+    };
+    let hash = |lit: &LitTriangle| {
+        let mut hasher = DefaultHasher::new();
+        corners(lit).hash(&mut hasher);
+        hasher.finish()
+    };
+    let mut by_hash: Vec<(u64, u32)> =
+        triangles.par_iter().map(hash).zip(0..triangles.len() as u32).collect();
+    by_hash.par_sort_unstable();
+
+    let flags = |lit: &LitTriangle| view.frame.flags[lit.triangle as usize];
+    let is_two_sided = |lit: &LitTriangle| !flags(lit).has(TriangleFlags::SINGLE_SIDED);
+    let mut is_hidden = vec![false; triangles.len()];
+    for copies in by_hash.chunk_by(|a, b| a.0 == b.0).filter(|copies| copies.len() > 1) {
+        let mut opaque: Vec<&LitTriangle> = Vec::new();
+        for &(_, index) in copies {
+            let lit = &triangles[index as usize];
+            let hides = |earlier: &&LitTriangle| {
+                corners(earlier) == corners(lit) && (is_two_sided(earlier) || !is_two_sided(lit))
+            };
+            is_hidden[index as usize] = opaque.iter().any(hides);
+            // Light passes cut-outs and glass.
+            let lets_light_pass =
+                flags(lit).has(TriangleFlags::FILTERED) || flags(lit).has(TriangleFlags::TRANSMISSIVE);
+            if !lets_light_pass && !is_hidden[index as usize] {
+                opaque.push(lit);
+            }
         }
-        // Light passes cut-outs and glass.
-        if !flags.has(TriangleFlags::FILTERED) && !flags.has(TriangleFlags::TRANSMISSIVE) {
-            seen.insert(corners, flags);
-        }
-        true
-    });
+    }
+    let mut hidden = is_hidden.into_iter();
+    triangles.retain(|_| !hidden.next().unwrap_or(false));
 }
 
 /// Halvings of `length` to `target` or less.

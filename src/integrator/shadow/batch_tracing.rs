@@ -20,7 +20,7 @@ impl ShadowBatch {
         self.is_tinted.resize(all.end, Cell::new(false));
         self.found_in_parts.clear();
         self.collect(context, all.clone(), counters);
-        if self.transparent_hits.is_overfull() {
+        if self.transparent_hits.is_overfull() && all.len() > 1 {
             self.found_in_parts.resize(all.end, ShadowTransmittance::NONE);
             self.trace_in_parts(context, all, counters);
         }
@@ -59,7 +59,9 @@ impl ShadowBatch {
         rays: Range<usize>,
         counters: &mut TraversalCounters,
     ) {
-        let part_rays = rays.len().div_ceil(self.transparent_hits.least_parts());
+        // Rays have unequal numbers of surfaces.
+        let least_parts = self.transparent_hits.least_parts();
+        let part_rays = rays.len().div_ceil(least_parts + least_parts.div_ceil(4));
         for first in rays.clone().step_by(part_rays) {
             let part = first..rays.end.min(first + part_rays);
             self.collect(context, part.clone(), counters);

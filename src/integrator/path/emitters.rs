@@ -84,8 +84,7 @@ fn remove_hidden_copies(view: SceneView<'_>, triangles: &mut Vec<LitTriangle>) {
         triangles.par_iter().map(hash).zip(0..triangles.len() as u32).collect();
     by_hash.par_sort_unstable();
 
-    let flags = |lit: &LitTriangle| view.frame.flags[lit.triangle as usize];
-    let is_two_sided = |lit: &LitTriangle| !flags(lit).has(TriangleFlags::SINGLE_SIDED);
+    let is_two_sided = |lit: &LitTriangle| is_two_sided(view, lit.triangle);
     let mut is_hidden = vec![false; triangles.len()];
     for copies in by_hash.chunk_by(|a, b| a.0 == b.0).filter(|copies| copies.len() > 1) {
         let mut opaque: Vec<&LitTriangle> = Vec::new();
@@ -96,8 +95,9 @@ fn remove_hidden_copies(view: SceneView<'_>, triangles: &mut Vec<LitTriangle>) {
             };
             is_hidden[index as usize] = opaque.iter().any(hides);
             // Light passes cut-outs and glass.
+            let flags = view.frame.flags[lit.triangle as usize];
             let lets_light_pass =
-                flags(lit).has(TriangleFlags::FILTERED) || flags(lit).has(TriangleFlags::TRANSMISSIVE);
+                flags.has(TriangleFlags::FILTERED) || flags.has(TriangleFlags::TRANSMISSIVE);
             if !lets_light_pass && !is_hidden[index as usize] {
                 opaque.push(lit);
             }

@@ -106,7 +106,7 @@ pub(super) fn roughness_of(row: usize) -> f32 {
 
 /// Column of a view, 0 to 1.
 #[inline(always)]
-fn column(cos_o: f32, roughness: f32) -> f32 {
+pub(super) fn column(cos_o: f32, roughness: f32) -> f32 {
     let root = cos_o.sqrt();
     root * EVEN + root * (1.0 + roughness) / (root + roughness) * (1.0 - EVEN)
 }

@@ -112,6 +112,11 @@ impl AlbedoSlice {
         (self.side == Side::Thinner && self.zoom == 1.0).then_some(&self.position)
     }
 
+    /// Index beyond the boundary over the one before it.
+    pub(super) fn relative_ior(&self) -> f32 {
+        self.relative_ior
+    }
+
     /// F of a mirror.
     #[inline(always)]
     pub(super) fn reflectance(&self, cos_o: f32) -> f32 {

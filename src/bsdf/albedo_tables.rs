@@ -3,19 +3,22 @@
 //! `cargo run --release -p oracles --bin albedo_tables` writes the files beside this one, and compares them with `--check`; a test compares a
 //! part. Integrating when a program starts would take seconds.
 
-use super::{external_albedo, internal_albedo, isotropic_albedo, rough_volume_albedo, sheen};
+use super::{
+    anisotropic_albedo, external_albedo, internal_albedo, isotropic_albedo, rough_volume_albedo, sheen,
+};
 
 /// Names and bytes of the files.
-pub fn integrated_albedo_tables() -> [(&'static str, Vec<u8>); 5] {
+pub fn integrated_albedo_tables() -> [(&'static str, Vec<u8>); 6] {
     integrated(1)
 }
 
 /// Names of the files, and the bytes of every `step`th point of their grids.
-fn integrated(step: usize) -> [(&'static str, Vec<u8>); 5] {
+fn integrated(step: usize) -> [(&'static str, Vec<u8>); 6] {
     [
         ("lobe_albedo.bin", isotropic_albedo::integrated(step)),
         ("external_albedo.bin", external_albedo::integrated(step)),
         ("internal_albedo.bin", internal_albedo::integrated(step)),
+        ("anisotropic_albedo.bin", anisotropic_albedo::integrated(step)),
         ("rough_volume_albedo.bin", rough_volume_albedo::integrated(step)),
         ("sheen_albedo.bin", sheen::integrated(step)),
     ]
@@ -48,6 +51,11 @@ mod tests {
                 internal_albedo::STORED,
                 2 * PLANES,
                 "b974fc82126eea5b0dbf1358f792129ea59ebf9e52558db4def68a663a8b205f",
+            ),
+            (
+                anisotropic_albedo::STORED,
+                anisotropic_albedo::BYTES,
+                "eb36f125147f34a31aab834d7aa43a5d2cc51ad4006b2127131147d9e73678e6",
             ),
             (
                 rough_volume_albedo::STORED,

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::fresnel::FresnelCurve;
 use super::isotropic_albedo::{self, AlbedoTerms};
-use super::{Bsdf, share_below};
+use super::{Bsdf, anisotropic_albedo, share_below};
 
 /// Directional albedos of all lobes: their shares of uniform light, for one view.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -126,8 +126,9 @@ impl Bsdf {
     /// The albedo terms that the material needs.
     pub(crate) fn albedo_terms(&self, wo: Vec3) -> AlbedoTerms {
         let exact = self.metallic < 1.0 && self.dielectric.curve == FresnelCurve::Exact;
-        match &self.lobe.anisotropic {
-            Some(ggx) => ggx.terms(wo, self.dielectric.relative_ior),
+        match self.lobe.anisotropic {
+            Some(ggx) if exact => anisotropic_albedo::terms(ggx, wo, &self.albedo_slice),
+            Some(ggx) => anisotropic_albedo::schlick_terms(ggx, wo),
             None if exact => self.albedo_slice.terms(wo.z, self.lobe.roughness),
             None => isotropic_albedo::schlick_terms(wo.z, self.lobe.roughness),
         }

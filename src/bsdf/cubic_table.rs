@@ -79,6 +79,13 @@ fn interval(x: f32, steps: usize) -> (usize, [f32; 4]) {
     (below, lagrange_weights(t))
 }
 
+/// The first of the four of `steps` values around `position`, which counts steps, and their weights.
+#[inline(always)]
+pub(super) fn nearest_four(position: f32, steps: usize) -> (usize, [f32; 4]) {
+    let second = (position as usize).clamp(1, steps - 3);
+    (second - 1, lagrange_weights(position - second as f32))
+}
+
 /// Weights of four values at the positions −1, 0, 1 and 2 of the cubic through them at `t`.
 pub(super) fn lagrange_weights(t: f32) -> [f32; 4] {
     let (before, to_next, to_last) = (t + 1.0, 1.0 - t, 2.0 - t);

@@ -2,18 +2,12 @@
 //!
 //! Sources: Burley, "Physically Based Shading at Disney", 2012, appendix B.2 (D); Heitz 2014, section 5.4, and Heitz 2018, as in
 //! [`super::ggx`]; `KHR_materials_anisotropy`. Directions are local: X is the direction of the larger α, +Z the normal.
-//!
-//! The albedo depends on four parameters, too many for a table; it is integrated for each view. At least 99 % of lobes and views are
-//! within 1e-3, all within 0.02 (`bsdf::tests::quadrature`). The largest errors are those of views along almost smooth surfaces and, from
-//! within a medium, at azimuths next to the direction of anisotropy.
 
 use std::sync::OnceLock;
 
 use glam::{Vec2, Vec3};
 
-use super::isotropic_albedo::AlbedoTerms;
-use super::microfacets::Microfacets;
-use super::{fresnel, ggx, internal_albedo};
+use super::ggx;
 
 /// Visible normals that represent a lobe for each time that its larger α is its smaller one, so that narrow lobes around them overlap.
 const NORMALS_PER_WIDTH: f32 = 8.0;
@@ -93,7 +87,7 @@ impl AnisotropicGgx {
     }
 
     /// The lobe towards `wo` as a number of directions.
-    fn reflected(
+    pub(super) fn reflected(
         self,
         wo: Vec3,
         normals: &'static [(Vec2, f32)],
@@ -111,22 +105,6 @@ impl AnisotropicGgx {
             let weight = share * wi.z * (wo.z + root_o) / (wi.z * root_o + wo.z * root_i);
             Some(ReflectedDirection { wi, facet_cosine, weight })
         })
-    }
-
-    /// The lobe's albedos for a view from above the surface.
-    pub(super) fn terms(self, wo: Vec3, relative_ior: f32) -> AlbedoTerms {
-        let facets = Microfacets::anisotropic(wo, self.alpha);
-        let weight = fresnel::schlick_weight;
-        if relative_ior < 1.0 {
-            let [total, schlick] = facets.reflected(|cosine| [1.0, weight(cosine)]);
-            let exact = total - internal_albedo::by_quadrature(&facets, relative_ior);
-            // A difference of two quadratures may leave its range, and a limit that is not a number must not stop the program.
-            let exact = if exact > 0.0 { exact } else { 0.0 };
-            return AlbedoTerms { total, schlick, exact: if exact < total { exact } else { total } };
-        }
-        let factors = |cosine: f32| [1.0, weight(cosine), fresnel::exact(cosine, relative_ior)];
-        let [total, schlick, exact] = facets.reflected(factors);
-        AlbedoTerms { total, schlick, exact }
     }
 }
 

@@ -4,7 +4,7 @@
 //! with n, so each step moves it by the same factor.
 
 use super::albedo_grid::Cell;
-use super::cubic_table::lagrange_weights;
+use super::cubic_table::nearest_four;
 use super::stored_values::{UNIT, decoded};
 
 /// Number of indices.
@@ -28,11 +28,7 @@ pub(super) struct IndexPosition {
 impl IndexPosition {
     /// The position of an index above 1; of the nearest one in the tables.
     pub(super) fn new(ior: f32) -> Self {
-        let position = (libm::logf(0.5 * (ior - 1.0)) - FIRST) / STEP;
-        let position = position.clamp(0.0, (PLANES - 1) as f32);
-        let plane = (position as usize).clamp(1, PLANES - 3) - 1;
-        let t = position - (plane + 1) as f32;
-        let weights = lagrange_weights(t);
+        let (plane, weights) = nearest_four(steps_to(ior), PLANES);
         Self { plane, weights: weights.map(|weight| weight * UNIT) }
     }
 
@@ -58,9 +54,20 @@ impl IndexPosition {
     }
 }
 
+/// Steps from the first plane to an index above 1, up to the last plane.
+pub(super) fn steps_to(ior: f32) -> f32 {
+    let steps = (libm::logf(0.5 * (ior - 1.0)) - FIRST) / STEP;
+    steps.clamp(0.0, (PLANES - 1) as f32)
+}
+
+/// The index so many steps from the first plane.
+pub(super) fn ior_after(steps: f32) -> f32 {
+    1.0 + 2.0 * libm::expf(FIRST + STEP * steps)
+}
+
 /// The index of a plane.
 pub(super) fn ior_of(plane: usize) -> f32 {
-    1.0 + 2.0 * libm::expf(FIRST + STEP * plane as f32)
+    ior_after(plane as f32)
 }
 
 #[cfg(test)]

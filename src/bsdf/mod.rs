@@ -15,6 +15,7 @@ mod albedo_slice;
 mod albedo_table;
 mod albedo_tables;
 mod albedos;
+mod anisotropic_albedo;
 mod coat;
 mod coat_lobe;
 mod cubic_table;

@@ -12,7 +12,7 @@ use std::sync::OnceLock;
 use glam::{Vec2, Vec3};
 
 use super::albedo_grid::cosine_of;
-use super::cubic_table::lagrange_weights;
+use super::cubic_table::nearest_four;
 use super::fresnel;
 use super::ggx_anisotropic::disk_spiral;
 use super::rough_transmission::refracted_at;
@@ -55,12 +55,10 @@ fn tabulated(cos_o: f32, roughness: f32, relative_ior: f32) -> f32 {
     let (row, down) = interval(row(roughness), ROWS);
     let (column, right) = interval(column(cos_o, roughness, relative_ior), COLUMNS);
     let position = (plane(relative_ior) - FIRST) / STEP;
-    let position = position.clamp(0.0, (PLANES - 1) as f32);
-    let plane = (position as usize).clamp(1, PLANES - 3) - 1;
+    let (plane, weights) = nearest_four(position.clamp(0.0, (PLANES - 1) as f32), PLANES);
     let side = if relative_ior < 1.0 { ROWS * COLUMNS } else { 0 };
     let (points, _) = STORED.as_chunks::<BYTES>();
     let first = side + row * COLUMNS + column;
-    let weights = lagrange_weights(position - (plane + 1) as f32);
     let at = |point: usize| {
         let values = points[point][2 * plane..].first_chunk::<8>().map_or([0.0; 4], decoded);
         (values[0] * weights[0] + values[1] * weights[1]) + (values[2] * weights[2] + values[3] * weights[3])

@@ -17,7 +17,7 @@ use super::rough_transmission::{self, RefractingFacet};
 use super::rough_volume_albedo;
 use super::smooth_lobes::SmoothLobes;
 use super::thin_film::FilmReflectances;
-use super::{AlbedoTerms, Albedos, Bsdf, fresnel, ggx, isotropic_albedo, share_below};
+use super::{AlbedoTerms, Albedos, Bsdf, anisotropic_albedo, fresnel, ggx, isotropic_albedo, share_below};
 use crate::color::luminance;
 use crate::geometry::normalized_or;
 
@@ -365,8 +365,8 @@ impl Bsdf {
 
     /// Albedo of the transmission lobe of a thin wall for F = 1.
     fn transmission_lobe_total(&self, wo: Vec3) -> f32 {
-        match &self.transmission_lobe.anisotropic {
-            Some(ggx) => ggx.terms(wo, 1.0).total,
+        match self.transmission_lobe.anisotropic {
+            Some(ggx) => anisotropic_albedo::schlick_terms(ggx, wo).total,
             None => isotropic_albedo::total(wo.z, self.transmission_lobe.roughness),
         }
     }

@@ -46,8 +46,18 @@ impl Bsdf {
     #[inline(always)]
     pub(crate) fn albedos_by(&self, wo: Vec3, terms: AlbedoTerms) -> Albedos {
         let albedos = self.facet_albedos(wo, terms);
-        let total_reflection = !self.thin && self.refracted_cosine(wo.z).is_none();
-        Albedos { transmission: if total_reflection { Vec3::ZERO } else { albedos.transmission }, ..albedos }
+        if self.thin || self.transmission == 0.0 || self.refracted_cosine(wo.z).is_some() {
+            return albedos;
+        }
+        // Facets that hardly bend light reflect what a few of them would transmit.
+        let reflected = if self.is_refraction_smooth() {
+            let below = self.sheen.map_or(1.0, |sheen| sheen.below(wo.z));
+            let entering = share_below(self.lobe_albedos(wo, terms).0);
+            (1.0 - self.metallic) * self.transmission * entering * below
+        } else {
+            0.0
+        };
+        Albedos { transmission: Vec3::ZERO, specular: albedos.specular + reflected, ..albedos }
     }
 
     /// The same, with the light that facets transmit where the smooth surface would reflect totally.

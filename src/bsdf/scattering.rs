@@ -172,23 +172,26 @@ impl Scattering {
     }
 
     fn transmission_lobe(&mut self, terms: AlbedoTerms) -> TransmissionLobe {
-        let Self { bsdf, wo, albedos, .. } = self;
+        let Self { bsdf, wo, albedos, .. } = *self;
         if albedos.transmission == Vec3::ZERO {
             return TransmissionLobe::None;
         }
         if bsdf.thin {
             return if bsdf.is_transmission_smooth() {
-                TransmissionLobe::Smooth { wi: -*wo, is_unbent: true }
+                TransmissionLobe::Smooth { wi: -wo, is_unbent: true }
             } else {
-                TransmissionLobe::Thin { scale: albedos.transmission / bsdf.transmission_lobe_total(*wo) }
+                TransmissionLobe::Thin { scale: albedos.transmission / bsdf.transmission_lobe_total(wo) }
             };
         }
         let relative_ior = bsdf.dielectric.relative_ior;
         if bsdf.is_refraction_smooth() {
-            return match bsdf.refract(*wo) {
-                Some(_) if relative_ior == 1.0 => TransmissionLobe::Smooth { wi: -*wo, is_unbent: true },
+            return match bsdf.refract(wo) {
+                Some(_) if relative_ior == 1.0 => TransmissionLobe::Smooth { wi: -wo, is_unbent: true },
                 Some(wi) => TransmissionLobe::Smooth { wi, is_unbent: false },
-                None => TransmissionLobe::None,
+                None => {
+                    self.conserve(bsdf.lobe_albedos(wo, terms).0 / self.compensation.dielectric, 0.0);
+                    TransmissionLobe::None
+                }
             };
         }
         self.refracted_lobe(terms)
@@ -210,6 +213,13 @@ impl Scattering {
             let share = if bare > 1e-3 { (covered / bare).clamp(0.0, 1.0 / bare) } else { 1.0 };
             positive(both - terms.exact) * share
         };
+        TransmissionLobe::Refracted { scale: self.conserve(reflected, transmitted) }
+    }
+
+    /// Gives what single scattering loses back to both lobes of a volume, in proportion: facets reflect and transmit these shares. Returns the
+    /// scale of transmitted light.
+    fn conserve(&mut self, reflected: Vec3, transmitted: f32) -> Vec3 {
+        let bsdf = self.bsdf;
         let conserving = 1.0 / (reflected.max_element() + transmitted);
         // The dielectric is a mix of a transmitting and an opaque one.
         let factor = self.compensation.dielectric.lerp(Vec3::splat(conserving), bsdf.transmission);
@@ -218,7 +228,7 @@ impl Scattering {
         self.compensation.dielectric = factor;
         let scale = bsdf.base_color * (bsdf.transmission * conserving * dielectric);
         self.albedos.transmission = scale * transmitted;
-        TransmissionLobe::Refracted { scale }
+        scale
     }
 
     #[inline(always)]

@@ -15,7 +15,15 @@ const TOLERANCE: f32 = 5e-3;
 fn white_surfaces_return_what_they_receive() {
     let mut failures = Vec::new();
     for roughness in ROUGHNESSES {
-        for surface in white_surfaces(roughness) {
+        let mut surfaces = white_surfaces(roughness);
+        // Most roughnesses blur no light that passes so little a step of the index.
+        let inside = surfaces.iter().find(|surface| surface.name == "volume from inside").copied();
+        surfaces.extend(inside.map(|volume| Surface {
+            name: "volume of an index near 1 from inside",
+            ior_outside: 1.05,
+            ..volume
+        }));
+        for surface in surfaces {
             for cosine in COSINES {
                 let scattering = surface.scattering(direction(cosine, 0.3));
                 let (mean, all) = (mean_weight(&scattering, SAMPLES), albedo(&scattering));

@@ -23,8 +23,10 @@ pub(super) fn material_flags(material: &Material) -> TriangleFlags {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
-    use crate::scene::{Transmission, Volume};
+    use crate::scene::{DiffuseTransmission, Transmission, Volume};
 
     #[test]
     fn flags_follow_the_material() {
@@ -39,6 +41,12 @@ mod tests {
         // A volume without transmission has no effect.
         let inert = Material { volume, ..Material::default() };
         assert_eq!(material_flags(&inert), TriangleFlags::SINGLE_SIDED);
+        let half = DiffuseTransmission { factor: 0.5, texture: None, color: Vec3::ONE, color_texture: None };
+        let paper = Material { diffuse_transmission: Some(half), ..Material::default() };
+        assert_eq!(material_flags(&paper), TriangleFlags::SINGLE_SIDED);
+        // Shadow rays end at wax, which has two sides.
+        let wax = Material { volume, ..paper };
+        assert_eq!(material_flags(&wax), TriangleFlags::default());
         let card = Material { alpha_mode: AlphaMode::Blend, double_sided: true, ..Material::default() };
         assert_eq!(material_flags(&card), TriangleFlags::FILTERED);
     }

@@ -90,7 +90,7 @@ pub(super) fn material_at(textures: &Lookups<'_, '_>, point: &SurfacePoint<'_>) 
         unlit: material.unlit,
         ior: material.ior,
         transmission: if material.transmits() { transmission } else { 0.0 },
-        thin: !material.is_volume(),
+        thin: !material.is_glass_volume(),
         ..MaterialSample::default()
     };
     if !material.unlit {

@@ -53,7 +53,7 @@ pub(super) fn add(
     if let Some(coat) = &material.clear_coat {
         let factor = coat.factor * linear(&coat.texture).x;
         let roughness = coat.roughness * linear(&coat.roughness_texture).y;
-        sample.clear_coat = clear_coat(textures, point, (material, coat), factor, roughness, sample.thin);
+        sample.clear_coat = clear_coat(textures, point, (material, coat), factor, roughness);
     }
 }
 
@@ -95,9 +95,8 @@ fn clear_coat(
     (material, coat): (&Material, &ClearCoat),
     factor: f32,
     roughness: f32,
-    thin: bool,
 ) -> Option<ClearCoatSample> {
-    if factor <= 0.0 || (!thin && point.facing == Facing::Back) {
+    if factor <= 0.0 || (material.is_volume() && point.facing == Facing::Back) {
         return None;
     }
     let normal = if coat.normal_texture == material.normal_texture {

@@ -172,14 +172,16 @@ impl Material {
         .flatten()
     }
 
-    /// Whether the surface transmits light.
+    /// Whether the surface transmits light as glass does. Diffuse transmission does not count.
     pub fn transmits(&self) -> bool {
         self.transmission.is_some_and(|transmission| transmission.factor > 0.0) && !self.unlit
     }
 
-    /// Whether the surface bounds a closed volume that light enters and leaves.
+    /// Whether the surface bounds a closed volume that light enters and leaves, as through glass or by diffuse transmission.
     pub fn is_volume(&self) -> bool {
-        self.volume.is_some_and(|volume| volume.thickness > 0.0) && self.transmits()
+        let diffuse = self.diffuse_transmission.map_or(0.0, |transmission| transmission.factor);
+        let lets_light_in = self.transmits() || (diffuse > 0.0 && !self.unlit);
+        self.volume.is_some_and(|volume| volume.thickness > 0.0) && lets_light_in
     }
 
     /// Set of texture coordinates for the tangents of a mesh; `None` if nothing uses tangents.

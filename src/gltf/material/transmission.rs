@@ -37,14 +37,6 @@ pub(super) fn apply(
     }
     if let Some(extension) = raw.extension_object(context, DIFFUSE_TRANSMISSION)? {
         material.diffuse_transmission = diffuse_transmission(context, &extension, textures)?;
-        if material.diffuse_transmission.is_some()
-            && material.volume.is_some_and(|volume| volume.thickness > 0.0)
-            && material.transmission.is_none_or(|transmission| transmission.factor == 0.0)
-        {
-            let message =
-                "volumes with diffuse transmission are not supported; they are rendered as thin walls";
-            context.warn(extension.pointer, message);
-        }
     }
     Ok(())
 }

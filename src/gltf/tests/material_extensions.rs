@@ -232,13 +232,18 @@ fn texture_transforms_of_extensions_are_imported() {
 }
 
 #[test]
-fn volumes_with_diffuse_transmission_are_warned_about() {
-    let scene = import_material(json!({"extensions": {
-        "KHR_materials_volume": {"thicknessFactor": 1},
-        "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.5}}}))
-    .unwrap();
-    assert_eq!(scene.warnings.len(), 1);
-    assert_eq!(scene.warnings[0].pointer, "/materials/0/extensions/KHR_materials_diffuse_transmission");
+fn diffuse_transmission_lets_light_into_volumes() {
+    for (factor, thickness, is_volume) in [(0.5, 1.0, true), (0.0, 1.0, false), (0.5, 0.0, false)] {
+        let scene = import_material(json!({"extensions": {
+            "KHR_materials_volume": {"thicknessFactor": thickness},
+            "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": factor}}}))
+        .unwrap();
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        let material = &scene.materials[0];
+        assert_eq!((material.is_volume(), material.transmits()), (is_volume, false), "{factor} {thickness}");
+        let unlit = crate::scene::Material { unlit: true, ..material.clone() };
+        assert!(!unlit.is_volume());
+    }
 }
 
 /// Imports a white triangle with the variant mappings `mappings`.

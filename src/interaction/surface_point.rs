@@ -3,7 +3,6 @@
 use glam::{DVec3, Vec2, Vec3};
 
 use super::texture_lookup::UvDifferential;
-use crate::bvh::TriangleFlags;
 use crate::frame::{Frame, MeshInstance};
 use crate::geometry::Facing;
 use crate::scene::{Scene, TextureRef};
@@ -85,15 +84,15 @@ impl SurfacePoint<'_> {
         Some(a * self.weights[0] + b * self.weights[1] + c * self.weights[2])
     }
 
-    /// World-space position of the same surface point in `frame`, which poses the same scene at another time, metres. `None` where
-    /// the surface is hidden there.
+    /// World-space position of the same surface point in `frame`, which poses the same scene at another time, metres. Hidden nodes are posed,
+    /// too. `None` for a frame of other surfaces.
     pub fn position_in(&self, frame: &Frame) -> Option<DVec3> {
         let triangle = self.triangle as usize;
         let instance = &frame.instances[*frame.instance_of_triangle.get(triangle)? as usize];
         let identity = |instance: &MeshInstance| {
             (instance.node, instance.node_instance, instance.primitive, instance.first_triangle)
         };
-        if identity(instance) != identity(self.instance) || frame.flags[triangle].has(TriangleFlags::HIDDEN) {
+        if identity(instance) != identity(self.instance) {
             return None;
         }
         let corner =

@@ -164,14 +164,22 @@ fn instances_and_mirrored_squares_move_like_any_other() {
 }
 
 #[test]
-fn a_surface_that_is_hidden_in_the_other_frame_has_no_motion() {
+fn a_surface_that_is_hidden_in_the_other_frame_moves_all_the_same() {
+    let hide = |scene: &mut Scene| {
+        animate(scene, AnimationTarget::Visibility(SQUARE), &[1.0], &[0.0]);
+        let keyframes = &mut scene.animations.last_mut().unwrap().channels[0].keyframes;
+        keyframes.interpolation = Interpolation::Step;
+        keyframes.times_seconds[1] = 0.75;
+    };
     let mut scene = square(PARALLEL, 5.0);
     animate(&mut scene, AnimationTarget::Translation(SQUARE), &[0.0; 3], &DISPLACEMENT);
-    animate(&mut scene, AnimationTarget::Visibility(SQUARE), &[1.0], &[0.0]);
-    let keyframes = &mut scene.animations[1].channels[0].keyframes;
-    keyframes.interpolation = Interpolation::Step;
-    keyframes.times_seconds[1] = 0.75;
-    assert_square_moves(&scene, 2, Vec2::ZERO, Vec2::new(-3.0, 1.0));
+    hide(&mut scene);
+    assert_square_moves(&scene, 2, Vec2::new(3.0, -1.0), Vec2::new(-3.0, 1.0));
+    // As what stays does where the camera moves.
+    let mut scene = square(PARALLEL, 5.0);
+    animate(&mut scene, AnimationTarget::Translation(CAMERA), &[-0.6, -0.2, 0.0], &[0.6, 0.2, 0.0]);
+    hide(&mut scene);
+    assert_square_moves(&scene, 2, Vec2::new(-3.0, 1.0), Vec2::new(3.0, -1.0));
 }
 
 #[test]

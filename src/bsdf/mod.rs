@@ -138,12 +138,9 @@ impl Bsdf {
             albedo_slice,
             lobe,
             transmission_lobe: lobe.narrowed(transmission_roughness_scale(dielectric.relative_ior)),
-            thin_film: material.iridescence.map(|film| ThinFilm {
-                factor: film.factor,
-                ior: film.ior,
-                thickness_nm: film.thickness_nm,
-                ior_outside: if film_outside > 0.0 { film_outside } else { 1.0 },
-            }),
+            thin_film: material
+                .iridescence
+                .and_then(|film| ThinFilm::new(&film, if film_outside > 0.0 { film_outside } else { 1.0 })),
             sheen: material.sheen.map(|sheen| Sheen::new(sheen.color, sheen.roughness)),
         }
     }

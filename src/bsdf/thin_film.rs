@@ -11,6 +11,8 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3, Vec3};
 
+use crate::interaction::IridescenceSample;
+
 /// Rec. 709 from CIE XYZ; columns.
 const RGB_FROM_XYZ: DMat3 = DMat3::from_cols(
     DVec3::new(3.240_454_2, -0.969_266_0, 0.055_643_4),
@@ -25,11 +27,11 @@ const FADE_NM: f64 = 0.03;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ThinFilm {
     /// Share of the surface that it covers.
-    pub(super) factor: f32,
-    pub(super) ior: f32,
-    pub(super) thickness_nm: f32,
+    factor: f32,
+    ior: f32,
+    thickness_nm: f32,
     /// Index of refraction on the film's outer side.
-    pub(super) ior_outside: f32,
+    ior_outside: f32,
 }
 
 /// Reflectances of a thin film towards one view.
@@ -50,6 +52,14 @@ impl FilmReflectances {
 }
 
 impl ThinFilm {
+    /// The film of a material; `None` where it has no thickness. The thinnest films cover less, since the reflectances of films do not become
+    /// those of the bare surface: Schlick's curve reflects at both boundaries, however near they are, and the series of orders ends.
+    pub(super) fn new(film: &IridescenceSample, ior_outside: f32) -> Option<Self> {
+        let &IridescenceSample { factor, ior, thickness_nm } = film;
+        let factor = factor * smoothstep(f64::from(thickness_nm) / FADE_NM) as f32;
+        (factor > 0.0).then_some(Self { factor, ior, thickness_nm, ior_outside })
+    }
+
     /// The reflectances over a dielectric and over a metal, by their F0. `cosine` is that of the view on the film's outer side; `None`
     /// where light is totally reflected from within.
     pub(super) fn reflectances(&self, cosine: Option<f32>, base_f0: [Vec3; 2]) -> FilmReflectances {
@@ -63,8 +73,7 @@ impl ThinFilm {
     fn path(&self, cosine: f32) -> Option<FilmPath> {
         let outside = f64::from(self.ior_outside);
         let thickness = f64::from(self.thickness_nm);
-        let presence = smoothstep(thickness / FADE_NM);
-        let film = outside + (f64::from(self.ior) - outside) * presence;
+        let film = f64::from(self.ior);
         let cos1 = f64::from(cosine.clamp(0.0, 1.0));
         let cos2_squared = 1.0 - (outside / film) * (outside / film) * (1.0 - cos1 * cos1);
         if cos2_squared < 0.0 {
@@ -171,4 +180,56 @@ fn ior_of_f0(f0: f64) -> f64 {
 fn smoothstep(x: f64) -> f64 {
     let s = x.clamp(0.0, 1.0);
     s * s * (3.0 - 2.0 * s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::Bsdf;
+    use crate::interaction::MaterialSample;
+
+    /// The lobes below a film, seen from both sides of a surface of index 1.5.
+    fn filmed(material: &MaterialSample, thickness_nm: f32) -> [Bsdf; 2] {
+        let film = IridescenceSample { factor: 1.0, ior: 1.3, thickness_nm };
+        let material = MaterialSample { iridescence: Some(film), ..*material };
+        [[1.0, 1.5], [1.5, 1.0]].map(|[outside, inside]| Bsdf::new(&material, outside, inside))
+    }
+
+    #[test]
+    fn a_film_without_thickness_is_none_and_the_thinnest_fade() {
+        const STEPS: u16 = 32;
+        let base_color = Vec3::new(0.7, 0.3, 0.2);
+        for (metallic, transmission) in [(0.0, 0.0), (1.0, 0.0), (0.5, 0.8)] {
+            let bare = MaterialSample {
+                base_color,
+                metallic,
+                transmission,
+                roughness: 0.4,
+                thin: false,
+                ..MaterialSample::default()
+            };
+            let sides = [[1.0, 1.5], [1.5, 1.0]].map(|[outside, inside]| Bsdf::new(&bare, outside, inside));
+            let light = Vec3::new(-0.6, 0.0, 0.8);
+            for (x, z) in [(0.0, 1.0), (0.6, 0.8), (0.8, 0.6), (0.995, 0.1)] {
+                let view = Vec3::new(x, 0.0, z).normalize();
+                let without = filmed(&bare, 0.0);
+                let mut last = sides.map(|bsdf| bsdf.albedos(view).specular);
+                assert_eq!(
+                    without.map(|bsdf| bsdf.eval(view, light)),
+                    sides.map(|bsdf| bsdf.eval(view, light))
+                );
+                assert_eq!(without.map(|bsdf| bsdf.albedos(view).specular), last);
+                for step in 1..=STEPS {
+                    let thickness_nm = FADE_NM as f32 * f32::from(step) / f32::from(STEPS);
+                    let next = filmed(&bare, thickness_nm).map(|bsdf| bsdf.albedos(view).specular);
+                    // Steps of a smoothstep between reflectances that differ by 0.8 at most
+                    let most = if step == 1 { 0.0025 } else { 0.04 };
+                    for (last, next) in last.into_iter().zip(next) {
+                        assert!((next - last).abs().max_element() < most, "{step} at {z}: {last} {next}");
+                    }
+                    last = next;
+                }
+            }
+        }
+    }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use crate::error::{Error, Result, Warning, over_limit, readable_bytes};
-use crate::scene::SceneMemory;
+use crate::scene::{SceneMemory, VariantIndex, VariantWarning};
 
 /// State of one import.
 #[derive(Debug)]
@@ -17,6 +17,8 @@ pub(super) struct Context<'a> {
     memory: SceneMemory,
     warnings: Vec<Warning>,
     warned: BTreeSet<String>,
+    variant_warnings: Vec<VariantWarning>,
+    warned_of_variants: BTreeSet<(String, Vec<Option<VariantIndex>>)>,
     /// Whether animations can change material properties. Then material extensions without an initial effect must be kept.
     pub(super) animates_properties: bool,
     /// Accessors whose elements are all known to be finite.
@@ -32,6 +34,8 @@ impl<'a> Context<'a> {
             memory: SceneMemory::default(),
             warnings: Vec::new(),
             warned: BTreeSet::new(),
+            variant_warnings: Vec::new(),
+            warned_of_variants: BTreeSet::new(),
             animates_properties: false,
             finite_accessors: BTreeSet::new(),
         }
@@ -62,6 +66,20 @@ impl<'a> Context<'a> {
         let message = message.into();
         if self.warned.insert(message.clone()) {
             self.warnings.push(Warning { pointer: pointer.into(), message });
+        }
+    }
+
+    /// Records a warning that concerns the given variants alone; `None` stands for the primitives' own materials.
+    pub(super) fn warn_of_variants(
+        &mut self,
+        pointer: &str,
+        message: &str,
+        variants: Vec<Option<VariantIndex>>,
+    ) {
+        self.warn(pointer, message);
+        if self.warned_of_variants.insert((message.to_owned(), variants.clone())) {
+            let warning = Warning { pointer: pointer.to_owned(), message: message.to_owned() };
+            self.variant_warnings.push(VariantWarning { warning, variants });
         }
     }
 
@@ -157,6 +175,12 @@ impl<'a> Context<'a> {
         Err(self.invalid(pointer, format!("there is no {what} {index}, the file has {length}")))
     }
 
+    /// Takes the warnings of [`Context::warn_of_variants`].
+    pub(super) fn take_variant_warnings(&mut self) -> Vec<VariantWarning> {
+        std::mem::take(&mut self.variant_warnings)
+    }
+
+    /// All warnings.
     pub(super) fn into_warnings(self) -> Vec<Warning> {
         self.warnings
     }

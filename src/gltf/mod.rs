@@ -200,8 +200,8 @@ fn import_file(
         extensions_required: document.root.extensions_required.clone(),
         storage,
         memory: context.memory(),
+        variant_warnings: context.take_variant_warnings(),
         warnings: context.into_warnings(),
-        asset_cache: None,
-        notes: Vec::new(),
+        ..Scene::default()
     })
 }

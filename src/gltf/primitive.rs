@@ -16,7 +16,7 @@ use super::tangents::generate;
 use super::used_vertices::select_vertices;
 use super::{draco, formats, influences, morph, normals, topology, variants};
 use crate::error::Result;
-use crate::scene::{Material, MaterialIndex, Primitive};
+use crate::scene::{Material, MaterialIndex, Primitive, VariantIndex};
 
 /// Imports one primitive. `None` for a primitive without triangles, after a warning.
 pub(super) fn import_primitive(
@@ -66,9 +66,8 @@ pub(super) fn import_primitive(
     let frames = read_tangent_frames(context, data, &attributes, &positions, &triangles)?;
     let (normals, tangents) = frames.map_or((None, None), |frames| (Some(frames.normals), frames.tangents));
     let variants = variants::of_primitive(context, data.document, raw)?;
-    let indices = std::iter::once(material).chain(variants.iter().map(|(_, material)| *material));
-    let used: Vec<&Material> = indices.filter_map(|material| materials.get(material.index())).collect();
-    let uv_sets = used.iter().map(|&material| super::material::uv_sets(material)).max();
+    let used = used_materials(materials, material, &variants);
+    let uv_sets = used.iter().map(|&(_, material)| super::material::uv_sets(material)).max();
     let uvs = read_uvs(context, data, &attributes, uv_sets.unwrap_or(0), positions.len() as u64)?;
     let mut imported = Primitive {
         colors: read_colors(context, data, &attributes, "COLOR_0")?,
@@ -84,9 +83,7 @@ pub(super) fn import_primitive(
         ..Primitive::default()
     };
     imported.is_inside_out = normals::are_inside_out(&imported);
-    for material in used {
-        add_material_attributes(context, &mut imported, material, &pointer)?;
-    }
+    add_attributes_of_materials(context, data, &mut imported, &used, &pointer)?;
     Ok(Some(imported))
 }
 
@@ -235,6 +232,36 @@ pub(super) fn read_colors(
     Ok(Some(colors.into_iter().map(|color| Vec4::from_array(color).clamp(Vec4::ZERO, Vec4::ONE)).collect()))
 }
 
+/// The material of a primitive, and those of its variants.
+fn used_materials<'m>(
+    materials: &'m [Material],
+    own: MaterialIndex,
+    variants: &[(VariantIndex, MaterialIndex)],
+) -> Vec<(MaterialIndex, &'m Material)> {
+    let indices = std::iter::once(own).chain(variants.iter().map(|(_, material)| *material));
+    indices.filter_map(|index| Some((index, materials.get(index.index())?))).collect()
+}
+
+/// Adds the vertex data that the materials of a primitive need, with warnings about what the file does not have.
+fn add_attributes_of_materials(
+    context: &mut Context,
+    data: &Data,
+    primitive: &mut Primitive,
+    materials: &[(MaterialIndex, &Material)],
+    pointer: &str,
+) -> Result<()> {
+    let stored_uv_sets = primitive.uvs.len();
+    for &(index, material) in materials {
+        let lacks = lacking_attributes(primitive, material, stored_uv_sets);
+        add_material_attributes(context, primitive, material, pointer)?;
+        for message in lacks {
+            let variants = variants::with_material(data.document, primitive, index);
+            context.warn_of_variants(&format!("{pointer}/attributes"), &message, variants);
+        }
+    }
+    Ok(())
+}
+
 /// Adds the vertex data that a material needs: texture coordinate sets, and tangents for a normal map or an anisotropic
 /// highlight.
 fn add_material_attributes(
@@ -250,8 +277,17 @@ fn add_material_attributes(
         generate(context, primitive, set as usize, pointer)?;
         primitive.tangent_uv_set = primitive.tangents.is_some().then_some(set);
     }
+    let vertex_count = primitive.positions.len() as u64;
+    while primitive.uvs.len() < super::material::uv_sets(material) {
+        primitive.uvs.push(zeros(context, vertex_count, pointer)?);
+    }
+    Ok(())
+}
+
+/// What a material needs and a primitive with `stored_uv_sets` in the file does not have.
+fn lacking_attributes(primitive: &Primitive, material: &Material, stored_uv_sets: usize) -> Vec<String> {
     let wanted = super::material::uv_sets(material);
-    // Missing coordinates of textures are told below.
+    // Missing coordinates of textures tell enough.
     if wanted == 0
         && material.anisotropy.is_some()
         && primitive.tangents.is_none()
@@ -259,18 +295,9 @@ fn add_material_attributes(
     {
         let message =
             "TANGENT and TEXCOORD_0 are missing, and anisotropy has no direction without; it has no effect";
-        context.warn(format!("{pointer}/attributes"), message);
+        return vec![message.to_owned()];
     }
-    let vertex_count = primitive.positions.len() as u64;
-    while primitive.uvs.len() < wanted {
-        context.warn(
-            format!("{pointer}/attributes"),
-            format!(
-                "TEXCOORD_{} is missing, which the material's textures need; (0, 0) is used",
-                primitive.uvs.len()
-            ),
-        );
-        primitive.uvs.push(zeros(context, vertex_count, pointer)?);
-    }
-    Ok(())
+    let missing =
+        |set| format!("TEXCOORD_{set} is missing, which the material's textures need; (0, 0) is used");
+    (stored_uv_sets..wanted).map(missing).collect()
 }

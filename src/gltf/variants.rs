@@ -9,7 +9,7 @@ use super::document::Document;
 use super::extension_names::VARIANTS;
 use super::raw::Raw;
 use crate::error::Result;
-use crate::scene::{MaterialIndex, Variant, VariantIndex};
+use crate::scene::{MaterialIndex, Primitive, Variant, VariantIndex};
 
 /// Imports the names of all variants.
 pub(super) fn import(context: &Context, document: &Document) -> Result<Vec<Variant>> {
@@ -67,6 +67,17 @@ pub(super) fn of_primitive(
         }
     }
     Ok(changed.into_iter().collect())
+}
+
+/// The variants in which a primitive has `material`; `None` stands for its own.
+pub(super) fn with_material(
+    document: &Document,
+    primitive: &Primitive,
+    material: MaterialIndex,
+) -> Vec<Option<VariantIndex>> {
+    let variants = (0..variant_count(document)).map(|number| Some(VariantIndex::of(number)));
+    let all = std::iter::once(None).chain(variants);
+    all.filter(|variant| primitive.material_in(*variant) == material).collect()
 }
 
 fn variant_count(document: &Document) -> usize {

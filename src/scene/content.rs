@@ -8,7 +8,7 @@ use glam::Mat4;
 use super::{
     Animation, AnimationIndex, AssetCacheUse, Camera, CameraIndex, FileStorage, Image, ImageLight,
     ImageLightIndex, ImageMips, Light, LightIndex, LocalTransform, Material, Mesh, Node, NodeIndex,
-    SceneMemory, Skin, Texture, TextureIndex, Variant,
+    SceneMemory, Skin, Texture, TextureIndex, Variant, VariantWarning,
 };
 use crate::error::Warning;
 
@@ -76,8 +76,10 @@ pub struct Scene {
     pub asset_cache: Option<AssetCacheUse>,
     /// Memory of the content.
     pub memory: SceneMemory,
-    /// Features of the file that are not honoured.
+    /// Features of the file that are not honoured, whatever is rendered of it: [`Scene::warnings_of`] has those of variants.
     pub warnings: Vec<Warning>,
+    /// Those of [`Scene::warnings`] that not all variants have, one for each list of variants.
+    pub variant_warnings: Vec<VariantWarning>,
     /// Notes about the import that say nothing about the scene, such as a cache that cannot be written.
     pub notes: Vec<Warning>,
 }

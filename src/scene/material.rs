@@ -184,6 +184,11 @@ impl Material {
         self.volume.is_some_and(|volume| volume.thickness > 0.0) && lets_light_in
     }
 
+    /// Whether the surface bounds a volume whose index bends light.
+    pub fn is_glass_volume(&self) -> bool {
+        self.is_volume() && self.transmits()
+    }
+
     /// Set of texture coordinates for the tangents of a mesh; `None` if nothing uses tangents.
     pub fn tangent_uv_set(&self) -> Option<u32> {
         let normal = self.normal_texture.map(|map| map.texture);

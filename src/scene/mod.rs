@@ -40,6 +40,7 @@ mod texture_ref;
 mod unique_names;
 mod variant;
 mod view_request;
+mod warnings;
 
 pub use animated::{CameraProperty, ImageLightProperty, LightProperty};
 pub(crate) use animated::{set_camera, set_light};
@@ -86,5 +87,5 @@ pub use shadow_catcher::{mark_shadow_catchers, mark_shadow_catching_node};
 pub use texture::{Encoding, Filter, Image, MipFilter, Sampler, Texels, Texture, WrapMode};
 pub use texture_ref::{NormalTexture, OcclusionTexture, TextureRef, UvRotation, UvTransform};
 pub(crate) use unique_names::{make_unique, make_unique_for_files};
-pub use variant::Variant;
+pub use variant::{Variant, VariantWarning};
 pub use view_request::{LensRequest, Orbit, Target, TurntableRequest, ViewRequest};

@@ -1,12 +1,22 @@
 //! Material variants (`KHR_materials_variants`).
 
 use super::{MaterialIndex, Primitive, VariantIndex};
+use crate::error::Warning;
 
 /// Material variant. Primitives map it to their materials.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Variant {
     /// Name that users select it by.
     pub name: String,
+}
+
+/// A warning about what a material of a primitive needs. Variants with other materials do not have it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct VariantWarning {
+    /// The warning.
+    pub warning: Warning,
+    /// The variants that have it; `None` stands for the primitives' own materials.
+    pub variants: Vec<Option<VariantIndex>>,
 }
 
 impl Primitive {

@@ -96,11 +96,12 @@ impl ShotOutline {
     /// [`Error::Setting`] for settings that have no meaning for the scene; under `strict` the first warning of the scene.
     pub(super) fn new(shot: &ShotSettings, scene: &Scene) -> Result<Self> {
         let args = &shot.values;
-        if let Some(error) = refusal(&scene.path, &scene.warnings).filter(|_| args.strict) {
-            return Err(error);
-        }
         let request = selection_request(args);
         let (mut selections, mut choices) = Selection::resolve_each(&request, scene)?;
+        let warnings = warnings_of(scene, selections.iter().map(|named| &named.selection));
+        if let Some(error) = refusal(&scene.path, &warnings).filter(|_| args.strict) {
+            return Err(error);
+        }
         choices.extend(ambiguous_nodes(args, scene));
         choices.extend(scene.notes.iter().cloned());
         let mut inputs = vec![shot.scene.clone()];
@@ -125,6 +126,15 @@ impl ShotOutline {
         inputs.extend(shot.shot_file.clone());
         Ok(Self { sequences, choices, inputs })
     }
+}
+
+/// The warnings about a scene that hold for any of the selections.
+pub(super) fn warnings_of<'s>(
+    scene: &Scene,
+    selections: impl Iterator<Item = &'s Selection>,
+) -> Vec<Warning> {
+    let variants: Vec<_> = selections.map(|selection| selection.variant).collect();
+    scene.warnings_of(&variants)
 }
 
 /// The plates behind all frames, each once.

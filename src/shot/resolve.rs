@@ -26,7 +26,7 @@ use super::environment::{LoadedEnvironment, LoadedEnvironments, environment_requ
 use super::import_options::import_options;
 use super::ineffective::{ineffective_settings, moves};
 use super::memory_limit::max_memory_bytes;
-use super::outline::{SequenceOutline, ShotOutline, plate_files};
+use super::outline::{SequenceOutline, ShotOutline, plate_files, warnings_of};
 use super::render_settings::{exr_output, known_window, path_settings};
 use super::shot_settings::ShotSettings;
 
@@ -199,7 +199,8 @@ fn resolve_sequences(
     let scene = prepared(shot, scene)?;
     let ShotOutline { sequences, choices, inputs } = ShotOutline::new(shot, &scene)?;
     let request = environment_request(args);
-    let matte_warnings = matte_warnings(args, &scene);
+    let mut scene_warnings = warnings_of(&scene, sequences.iter().map(|outline| &outline.selection));
+    scene_warnings.extend(matte_warnings(args, &scene));
     let denoiser = denoiser(args)?;
 
     // Environment, stage and camera of each sequence. All have the environment of one, so that their exposure does not depend on which
@@ -238,7 +239,7 @@ fn resolve_sequences(
             sequence,
             outline,
             choices,
-            warnings: [scene.warnings.as_slice(), &warnings, &matte_warnings].concat(),
+            warnings: [scene_warnings.as_slice(), &warnings].concat(),
             camera: rule,
             environment: request.with_background(description),
             inputs: inputs.clone(),

@@ -280,6 +280,41 @@ fn variants_replace_materials() {
 }
 
 #[test]
+fn warnings_about_materials_are_those_of_their_variants() {
+    let [day, night] = [0, 1].map(|index| Some(VariantIndex(index)));
+    let anisotropy = json!({"extensions": {"KHR_materials_anisotropy": {"anisotropyStrength": 0.5}}});
+    let import = |material: usize, mappings: &[Value]| {
+        let mut document = super::Document::triangle();
+        document.json["extensions"] =
+            json!({"KHR_materials_variants": {"variants": [{"name": "day"}, {"name": "night"}]}});
+        document.json["materials"] = json!([{}, anisotropy]);
+        let primitive = document.json["meshes"][0]["primitives"][0].clone();
+        let with_mappings = |mapping: &Value| {
+            let mut primitive = primitive.clone();
+            primitive["material"] = json!(material);
+            primitive["extensions"] = json!({"KHR_materials_variants": {"mappings": [mapping]}});
+            primitive
+        };
+        document.json["meshes"][0]["primitives"] = mappings.iter().map(with_mappings).collect();
+        document.import().unwrap()
+    };
+    let counts = |scene: &crate::scene::Scene| {
+        let counts = [vec![None], vec![day], vec![night], vec![None, day, night]];
+        counts.map(|variants| scene.warnings_of(&variants).len())
+    };
+    let replacing = |material: usize, variant: usize| json!({"material": material, "variants": [variant]});
+    let scene = import(0, &[replacing(1, 1)]);
+    assert_eq!(scene.warnings.len(), 1);
+    assert_eq!(counts(&scene), [0, 0, 1, 1]);
+    assert_eq!(counts(&import(1, &[replacing(0, 1)])), [1, 1, 0, 1]);
+    // Several primitives tell it once, each with its own place.
+    let scene = import(0, &[replacing(1, 1), replacing(1, 0), replacing(1, 1)]);
+    assert_eq!(scene.warnings.len(), 1);
+    assert_eq!(counts(&scene), [0, 1, 1, 1]);
+    assert_eq!(scene.warnings_of(&[day])[0].pointer, "/meshes/0/primitives/1/attributes");
+}
+
+#[test]
 fn invalid_variants_are_errors_with_a_pointer() {
     for (mappings, pointer) in [
         (json!([{"material": 3, "variants": [1]}]), "/mappings/0/material"),

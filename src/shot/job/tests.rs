@@ -162,6 +162,33 @@ fn what_is_not_honoured_is_a_warning_or_an_error() {
 }
 
 #[test]
+fn strict_ignores_what_only_other_variants_have() {
+    let text = r#"{"asset": {"version": "2.0"}, "extensionsUsed": ["KHR_materials_variants", "KHR_materials_anisotropy"],
+        "extensions": {"KHR_materials_variants": {"variants": [{"name": "plain"}, {"name": "brushed"}]}},
+        "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0, "extensions":
+            {"KHR_materials_variants": {"mappings": [{"material": 1, "variants": [1]}]}}}]}],
+        "materials": [{}, {"extensions": {"KHR_materials_anisotropy": {"anisotropyStrength": 0.5}}}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+            "min": [0, 0, 0], "max": [1, 1, 0]}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"byteLength": 36, "uri":
+            "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+    let folder = suite("scene = 'a.gltf'", "");
+    std::fs::write(folder.path().join("shots/a.gltf"), text).unwrap();
+    let job = |variant: Option<&str>| {
+        let variant = variant.map(|name| format!("variant={name}"));
+        let overrides: Vec<_> = std::iter::once("strict=true").chain(variant.as_deref()).collect();
+        job_of(folder.path(), "shots/a.toml", &overrides)
+    };
+    for variant in [None, Some("plain")] {
+        assert!(job(variant).unwrap().warnings.is_empty(), "{variant:?}");
+    }
+    let error = job(Some("brushed")).unwrap_err();
+    assert!(error.to_string().contains("anisotropy has no direction"), "{error}");
+}
+
+#[test]
 fn the_scene_of_a_shot_is_found_whatever_else_it_says() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.toml");

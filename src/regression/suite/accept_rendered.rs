@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::covered_jobs::jobs_of;
 use super::filter::Filter;
 use super::names::reference_path;
-use super::orphans::orphaned_references;
+use super::orphans::OrphanedReferences;
 use super::pending::{discard_image, discard_removal};
 use super::render::reference_job;
 use super::rendered_images::{RenderedImage, reference_hash};
@@ -40,7 +40,7 @@ pub struct RenderedChecks<'a> {
     /// Render hashes by name of image, for each shot that was opened.
     render_hashes: BTreeMap<String, BTreeMap<String, String>>,
     /// References that no shot renders, once they are asked for.
-    orphaned: Option<Vec<String>>,
+    orphaned: Option<OrphanedReferences<'a>>,
 }
 
 /// The images that `filter` selects, and whether it is the exact name of a shot or image.
@@ -73,7 +73,8 @@ impl<'a> RenderedChecks<'a> {
     /// The change that makes `image` the reference; `None` where it is the reference already.
     ///
     /// # Errors
-    /// [`Error::Different`] where the image, its reference or its shot is not that of the list, and errors of opening the shot.
+    /// [`Error::Different`] where the image, its reference or its shot is not that of the list, and errors of opening the shot that
+    /// renders it.
     pub fn change(&mut self, image: &RenderedImage) -> Result<Option<RenderedChange>> {
         let RenderedImage { name, hash, .. } = image;
         let refused = |why: &str| Err(Error::Different { message: format!("{name}: {why}") });
@@ -116,14 +117,12 @@ impl<'a> RenderedChecks<'a> {
         Ok(Some(RenderedChange { reference, kind, name: name.clone(), bytes: Some(bytes) }))
     }
 
-    fn is_orphaned(&mut self, name: &String) -> Result<bool> {
+    fn is_orphaned(&mut self, name: &str) -> Result<bool> {
         let orphaned = match self.orphaned.take() {
             Some(orphaned) => orphaned,
-            None => orphaned_references(self.suite, self.shots)?,
+            None => OrphanedReferences::find(self.suite, self.shots)?,
         };
-        let is_orphaned = orphaned.contains(name);
-        self.orphaned = Some(orphaned);
-        Ok(is_orphaned)
+        self.orphaned.insert(orphaned).contains(name)
     }
 
     /// The render hash that the image has here. `None` where no shot renders it.

@@ -64,7 +64,7 @@ pub use covered_jobs::image_names;
 pub use discover::{SuiteShot, discover};
 pub use input_files::{input_files, is_report_image, report_files};
 pub use merge_reports::{RESULT_FILE, check_result_place, merge_reports};
-pub use orphans::{finish, orphaned_references};
+pub use orphans::finish;
 pub use page::{folders, report_page, suite_title};
 pub use pending::{
     Pending, PendingKind, PendingSelection, compare_pending, discard_stray_comparisons, is_ci, pending,

@@ -1,6 +1,6 @@
 //! Orphaned references, and pending images of earlier runs that no longer apply.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use super::covered_jobs::image_names;
@@ -20,20 +20,58 @@ use crate::regression::encoded_image::EncodedImage;
 use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
 use crate::shot::is_shot;
 
-/// References of a suite that no shot renders. Renders nothing.
-///
-/// # Errors
-/// Those of reading the references, and of opening the shots.
-pub fn orphaned_references(suite: &Suite, shots: &[SuiteShot]) -> Result<Vec<String>> {
-    let mut rendered = BTreeSet::new();
-    for shot in shots {
-        rendered.extend(image_names(suite, shot)?);
+/// References of a suite that no shot renders.
+#[derive(Debug)]
+pub(super) struct OrphanedReferences<'a> {
+    filter: Filter<'a>,
+    /// Those that no shot that was opened renders.
+    names: BTreeSet<String>,
+    /// Shots that cannot be opened, each with its error.
+    unopened: BTreeMap<&'a str, String>,
+}
+
+impl<'a> OrphanedReferences<'a> {
+    /// Opens all `shots` of the suite and renders nothing.
+    ///
+    /// # Errors
+    /// Those of reading the references; [`Error::Interrupted`] when cancelled.
+    pub(super) fn find(suite: &Suite, shots: &'a [SuiteShot]) -> Result<Self> {
+        let (mut rendered, mut unopened) = (BTreeSet::new(), BTreeMap::new());
+        for shot in shots {
+            match image_names(suite, shot) {
+                Ok(names) => rendered.extend(names),
+                Err(error @ Error::Interrupted(_)) => return Err(error),
+                Err(error) => {
+                    unopened.insert(shot.name.as_str(), error.to_string());
+                }
+            }
+        }
+        let files = reference_files(suite)?;
+        let references = files.iter().filter(|file| matches!(file, ReferenceFile::Reference(_)));
+        let inputs = ReferencedInputs::new(suite, shots);
+        let is_orphaned = |name: &String| !rendered.contains(name) && !inputs.contains(name);
+        let names = references.map(|file| file.name().to_owned()).filter(is_orphaned).collect();
+        Ok(Self { filter: Filter::new("", shots, std::iter::empty()), names, unopened })
     }
-    let files = reference_files(suite)?;
-    let references = files.iter().filter(|file| matches!(file, ReferenceFile::Reference(_)));
-    let inputs = ReferencedInputs::new(suite, shots);
-    let is_orphaned = |name: &String| !rendered.contains(name) && !inputs.contains(name);
-    Ok(references.map(|file| file.name().to_owned()).filter(is_orphaned).collect())
+
+    /// Whether no shot renders the reference `name`.
+    ///
+    /// # Errors
+    /// [`Error::Different`] where the shot that may render it cannot be opened.
+    pub(super) fn contains(&self, name: &str) -> Result<bool> {
+        if !self.names.contains(name) {
+            return Ok(false);
+        }
+        // Without a shot of its name, no shot renders it, whatever cannot be opened.
+        match self.filter.owner(name).and_then(|owner| self.unopened.get(owner)) {
+            Some(why) => {
+                let message =
+                    format!("{name}: its shot cannot be opened and may render this reference: {why}");
+                Err(Error::Different { message })
+            }
+            None => Ok(true),
+        }
+    }
 }
 
 /// Finds orphaned references after all shots were tested, and updates pending images: marks the orphaned references for removal, and

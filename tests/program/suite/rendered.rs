@@ -122,6 +122,20 @@ fn images_that_fit_no_longer_are_refused_by_name_and_nothing_is_accepted() {
 }
 
 #[test]
+fn a_shot_that_cannot_be_opened_keeps_only_its_own_references() {
+    let stage = tested_in_ci();
+    let sun = || stage.run(&[&FROM[..], &["sun"]].concat());
+    // It may render the reference once it is whole.
+    stage.write("sun.gltf", "{");
+    sun().ends(1, &["nothing was accepted: sun: its shot cannot be opened", "sun.gltf"]);
+    assert!(stage.path("references/sun.exr").exists());
+    std::fs::remove_file(stage.path("sun.gltf")).unwrap();
+    stage.write("new.gltf", "{");
+    sun().ends(0, &["removed references/sun.exr"]);
+    assert_eq!(stage.references(), ["a/point.exr", "spot.exr"]);
+}
+
+#[test]
 fn files_of_others_in_the_folder_of_the_report_are_kept() {
     let stage = Stage::accepted(SUITE, &[POINT, SPOT]);
     let test = |options: &[&str]| {

@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 
 use super::findings::Finding;
 use rayframe::error::Result;
-use rayframe::image_file::{DisplayImage, SUMMARY_MARK, encode_png, is_marked_png, write_single_file};
+use rayframe::image_file::{
+    DisplayImage, SUMMARY_MARK, THUMBNAIL, encode_png, is_marked_png, write_single_file,
+};
 use rayframe::regression::{Verdict, VerdictCounts, heat_map_thumbnail, thumbnail};
 use rayframe::terminal::misleads;
 
@@ -26,8 +28,6 @@ const MAX_LOSSES: usize = 50;
 const THUMBNAIL_COLUMNS: u32 = 160;
 /// Last bytes of an image's name in the names of its thumbnails, which file systems limit to 255.
 const MAX_NAME_BYTES: usize = 100;
-/// The `renderHash` of thumbnails.
-const THUMBNAIL: &str = "thumbnail";
 /// Endings of thumbnails.
 const ENDINGS: [&str; 3] = ["reference.png", "new.png", "difference.png"];
 

@@ -18,8 +18,10 @@ const END_BYTES: u64 = 64 << 10;
 const PNG_MARK: &[u8] = b"tEXtrenderHash\0";
 /// The end chunk of PNG files.
 const PNG_END: &[u8] = b"IEND\xae\x42\x60\x82";
+/// Beginning of the hash in EXR files of this program.
+const EXR_HASH: &[u8] = b"renderHash\0string\0";
 /// Attributes of EXR files of this program, sorted by name: a long manifest of Cryptomatte is between the two.
-const EXR_MARKS: [&[u8]; 2] = [b"checksum\0string\0\x40\0\0\0", b"renderHash\0string\0"];
+const EXR_MARKS: [&[u8]; 2] = [b"checksum\0string\0\x40\0\0\0", EXR_HASH];
 /// Boxes of a film that are searched for its metadata.
 const MAX_BOXES: usize = 16;
 
@@ -29,6 +31,16 @@ pub const CONTACT_SHEET: &str = "contact sheet";
 pub const HEAT_MAP: &str = "heat map";
 /// The `renderHash` of maps of FLIP.
 pub const FLIP_MAP: &str = "FLIP map";
+/// The `renderHash` of thumbnails.
+pub const THUMBNAIL: &str = "thumbnail";
+/// Images that are no frames, each by its `renderHash`, with what it is, to be read after "is".
+const OTHER_IMAGES: [(&str, &str); 5] = [
+    (CONTACT_SHEET, "a contact sheet"),
+    (HEAT_MAP, "a heat map"),
+    (FLIP_MAP, "a FLIP map"),
+    (MOVIE_MARK, "a movie of this program"),
+    (THUMBNAIL, "a thumbnail of a summary"),
+];
 /// The line by which a summary in Markdown is recognised.
 pub const SUMMARY_MARK: &str = "<!-- rayframe summary -->";
 /// The tag by which a report page is recognised.
@@ -204,6 +216,22 @@ pub fn is_marked_png(path: &Path, mark: &str) -> bool {
     let is_file = std::fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_file());
     let mark = [PNG_MARK, mark.as_bytes()].concat();
     is_file && ends_of(path).is_ok_and(|ends| holds(&ends, &mark))
+}
+
+/// What an image with this `renderHash` is, where it is no frame, to be read after "is".
+pub fn other_image(render_hash: &str) -> Option<&'static str> {
+    OTHER_IMAGES.iter().find(|(mark, _)| *mark == render_hash).map(|(_, name)| *name)
+}
+
+/// The same of a damaged file, as far as its mark is left.
+pub(crate) fn damaged_other_image(path: &Path) -> Option<&'static str> {
+    let ends = ends_of(path).ok()?;
+    let is_marked = |mark: &str| {
+        let length = (mark.len() as u32).to_le_bytes();
+        ends.starts_with(SIGNATURE) && holds(&ends, &[PNG_MARK, mark.as_bytes()].concat())
+            || ends.starts_with(&MAGIC) && holds(&ends, &[EXR_HASH, &length, mark.as_bytes()].concat())
+    };
+    OTHER_IMAGES.iter().find(|(mark, _)| is_marked(mark)).map(|(_, name)| *name)
 }
 
 /// Whether an EXR file has marks of this program.

@@ -47,10 +47,12 @@ pub use atomic::{check_name, probe_folder, remove_stale_temporaries, write_atomi
 pub use display::{DisplayImage, decode_png, decode_png_values, over};
 pub use environment_read::{EnvironmentPixels, read_environment};
 pub use existing_output::{
-    CONTACT_SHEET, FLIP_MAP, HEAT_MAP, OutputKind, PAGE_MARK, SUMMARY_MARK, check_output, is_empty_file,
-    is_marked_png, is_output,
+    CONTACT_SHEET, FLIP_MAP, HEAT_MAP, OutputKind, PAGE_MARK, SUMMARY_MARK, THUMBNAIL, check_output,
+    is_empty_file, is_marked_png, is_output, other_image,
 };
-pub(crate) use existing_output::{check_existing, is_own_exr, may_be_damaged_exr, may_be_damaged_png};
+pub(crate) use existing_output::{
+    check_existing, damaged_other_image, is_own_exr, may_be_damaged_exr, may_be_damaged_png,
+};
 pub use exr_attributes::{FrameAttributes, RunStamp, SAMPLE_RANGE};
 pub use exr_bands::{ExrBands, WrittenExr};
 pub use exr_checksum::{ExrIntegrity, verify_exr};

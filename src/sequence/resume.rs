@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::image_file::{
-    StoredFrame, inspect_exr, inspect_png, is_empty_file, may_be_damaged_exr, may_be_damaged_png,
+    StoredFrame, damaged_other_image, inspect_exr, inspect_png, is_empty_file, may_be_damaged_exr,
+    may_be_damaged_png, other_image,
 };
 
 use super::{ExistingFiles, OutputFormat, SequenceJob};
@@ -15,7 +16,7 @@ pub struct ReplacedFile {
     pub path: PathBuf,
     /// What it is now, to be read after "is".
     pub why: String,
-    /// Whether it is a link or no frame of this program. [`ExistingFiles::Resume`] replaces none of these.
+    /// Whether it is a link or no frame of this program, such as its contact sheets. [`ExistingFiles::Resume`] replaces none of these.
     pub is_foreign: bool,
 }
 
@@ -48,9 +49,12 @@ impl Obstacle {
         Self { why: why.to_owned(), is_foreign: true }
     }
 
-    /// A file that `inspected` says is no whole frame.
-    fn incomplete(inspected: &str, may_be_own: bool) -> Self {
-        Self { why: format!("not a whole frame ({inspected})"), is_foreign: !may_be_own }
+    /// A file at `path` that `inspected` says is no whole frame.
+    fn incomplete(path: &Path, inspected: &str, may_be_own: bool) -> Self {
+        match damaged_other_image(path) {
+            Some(other) => Self::foreign(&format!("{other} ({inspected})")),
+            None => Self { why: format!("not a whole frame ({inspected})"), is_foreign: !may_be_own },
+        }
     }
 
     /// The same, where a link to another place is replaced as little as a file of another program.
@@ -91,7 +95,7 @@ pub(super) fn decide(job: &SequenceJob, path: &Path, render_hash: &str) -> Decis
             None => return Decision::Keep,
             Some(obstacle) => obstacle,
         },
-        Err(why) => Obstacle::incomplete(&why, may_be_own(path)),
+        Err(why) => Obstacle::incomplete(path, &why, may_be_own(path)),
     };
     Decision::InTheWay(obstacle.or_link(path))
 }
@@ -106,7 +110,7 @@ pub(super) fn preview_in_the_way(job: &SequenceJob, path: &Path, render_hash: &s
         return without_file(path);
     }
     let obstacle = match inspect_png(path) {
-        Err(why) => Obstacle::incomplete(&why, may_be_damaged_png(path)),
+        Err(why) => Obstacle::incomplete(path, &why, may_be_damaged_png(path)),
         Ok(stored) => other_render(&stored, render_hash)?,
     };
     Some(obstacle.or_link(path))
@@ -116,10 +120,11 @@ pub(super) fn preview_in_the_way(job: &SequenceJob, path: &Path, render_hash: &s
 fn other_render(stored: &StoredFrame, render_hash: &str) -> Option<Obstacle> {
     match &stored.render_hash {
         None => Some(Obstacle::foreign("made by another program")),
-        Some(hash) if hash != render_hash => {
-            Some(Obstacle::own("made from another scene, other settings or by another version"))
-        }
-        Some(_) => None,
+        Some(hash) if hash == render_hash => None,
+        Some(hash) => Some(other_image(hash).map_or_else(
+            || Obstacle::own("made from another scene, other settings or by another version"),
+            Obstacle::foreign,
+        )),
     }
 }
 

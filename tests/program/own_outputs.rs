@@ -171,6 +171,47 @@ fn heat_maps_and_flip_maps_replace_only_their_like() {
 }
 
 #[test]
+fn resumed_frames_and_previews_replace_no_other_kind_of_image() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let [scene, frames, first, frame] = ["s.gltf", "f.####.exr", "f.0001.exr", "frame.exr"].map(at);
+    let [sheet, movie, heat_map, flip_map] = ["sheet.png", "movie.apng", "heat.png", "flip.exr"].map(at);
+    let render = ["render", text(&scene), "-r", "8x6", "-q"];
+    let sidecars = ["--contact-sheet", text(&sheet), "--movie", text(&movie)];
+    let made = [
+        both(&both(&render, &["-f", "1-2", "-o", text(&frames)]), &sidecars),
+        vec!["diff", text(&first), text(&first), "--heat-map", text(&heat_map)],
+        vec!["diff", text(&first), text(&first), "--flip-map", text(&flip_map)],
+    ];
+    for command in made {
+        let ran = rayframe(&command);
+        assert_eq!(ran.status.code(), Some(0), "{command:?}: {}", stderr(&ran));
+    }
+    let kinds = [
+        (&sheet, "frame.png", "is a contact sheet"),
+        (&movie, "frame.png", "is a movie of this program"),
+        (&heat_map, "frame.png", "is a heat map"),
+        (&flip_map, "frame.exr", "is a FLIP map"),
+    ];
+    for (file, name, words) in kinds {
+        let whole = std::fs::read(file).unwrap();
+        for content in [&whole[..], &whole[..whole.len() - 5]] {
+            let in_the_way = at(name);
+            std::fs::write(&in_the_way, content).unwrap();
+            // A PNG file is in the way of a frame and of a preview.
+            for options in [&["-o", text(&in_the_way)][..], &["-o", text(&frame), "--preview", "png"]] {
+                let command = both(&both(&render, &["-f", "0", "--resume"]), options);
+                let refused = rayframe(&command);
+                assert_eq!(refused.status.code(), Some(73), "{command:?}: {}", stderr(&refused));
+                assert!(stderr(&refused).contains(words), "{}", stderr(&refused));
+                assert_eq!(std::fs::read(&in_the_way).unwrap(), content);
+            }
+            std::fs::remove_file(&in_the_way).unwrap();
+        }
+    }
+}
+
+#[test]
 fn suites_replace_only_their_like_and_stay_in_their_folder() {
     let folder = folder();
     let at = |name: &str| folder.path().join(name);

@@ -19,7 +19,7 @@ use rayon::ThreadPoolBuilder;
 use crate::progress::{RunKind, print_error, print_note};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Result, Warning, exit_code};
-use rayframe::image_file::{inspect_exr, inspect_png};
+use rayframe::image_file::{inspect_exr, inspect_png, other_image};
 use rayframe::sequence::{
     ExistingFiles, OutputFormat, OutputPattern, Plan, SequenceJob, SharedExposure, check_whole_frames,
 };
@@ -227,7 +227,7 @@ fn own_name(shot: &ShotSettings) -> OsString {
     name
 }
 
-/// Refuses to replace files of other programs, and other frames of a sequence.
+/// Refuses to replace files of other programs or purposes, and other frames of a sequence.
 fn protect_foreign(job: &SequenceJob, plan: &Plan) -> Result<()> {
     for planned in &plan.frames {
         for path in planned.paths().filter(|path| path.exists()) {
@@ -236,12 +236,16 @@ fn protect_foreign(job: &SequenceJob, plan: &Plan) -> Result<()> {
                 OutputFormat::Exr if !is_preview => inspect_exr(path),
                 _ => inspect_png(path),
             };
-            let why = match stored.ok().and_then(|stored| stored.render_hash) {
-                None => "was made by another program",
-                Some(hash) if job.output.is_numbered() && !coarse::is_of(&hash, &planned.render_hash) => {
+            let hash = stored.ok().and_then(|stored| stored.render_hash);
+            let why = match (&hash, hash.as_deref().and_then(other_image)) {
+                (None, _) => "was made by another program",
+                (_, Some(other)) => &format!("is {other}"),
+                (Some(hash), None)
+                    if job.output.is_numbered() && !coarse::is_of(hash, &planned.render_hash) =>
+                {
                     "is a frame of a sequence"
                 }
-                Some(_) => continue,
+                (Some(_), None) => continue,
             };
             return Err(Error::CannotCreate {
                 path: path.to_owned(),

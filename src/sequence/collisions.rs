@@ -1,6 +1,7 @@
 //! Files of a run that have the name of another file of the run, or of an input.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use crate::canonical_path::canonical;
@@ -10,19 +11,33 @@ use crate::settings::PlatePattern;
 use super::{Plan, PlannedFrame};
 
 /// Names of the files that a run reads and writes. None may be written twice.
+///
+/// Written names that differ only in case are the same, because they are on many file systems. Inputs exist, so that the system tells them apart.
 #[derive(Debug)]
 pub struct UsedNames {
-    /// What each canonical name is used for.
-    names: BTreeMap<PathBuf, &'static str>,
+    /// Canonical names.
+    inputs: BTreeSet<PathBuf>,
+    /// Files that are written, by the [`key`] of their names.
+    written: BTreeMap<OsString, WrittenFile>,
     /// Canonical forms of folders. A folder is looked up once: on shared storage each call takes a message.
     folders: BTreeMap<PathBuf, PathBuf>,
+}
+
+#[derive(Debug)]
+struct WrittenFile {
+    /// Its canonical name.
+    real: PathBuf,
+    /// Its name for messages.
+    shown: PathBuf,
+    purpose: &'static str,
 }
 
 impl UsedNames {
     /// The names of `inputs`, and those that links of these names lead to.
     pub fn new(inputs: &[PathBuf]) -> Self {
         let names = inputs.iter().flat_map(|path| [Some(canonical(path)), path.canonicalize().ok()]);
-        Self { names: names.flatten().map(|path| (path, "is an input")).collect(), folders: BTreeMap::new() }
+        let inputs = names.flatten().collect();
+        Self { inputs, written: BTreeMap::new(), folders: BTreeMap::new() }
     }
 
     /// Adds a file that is written, with what it is for later ones: `will hold a frame`. `reserved` tells what else a canonical name
@@ -42,15 +57,28 @@ impl UsedNames {
             None => self.folders.entry(folder.to_owned()).or_insert_with(|| canonical(&folder.join("x"))),
         };
         let real = real.with_file_name(path.file_name().unwrap_or_default());
-        let reserved = reserved(&real);
-        match self.names.insert(real, purpose).or(reserved) {
-            Some(other) => {
-                let path = path.display();
-                Err(format!("\"{path}\" {other} and cannot be written to as well; choose another name"))
+        let reserved = || self.inputs.contains(&real).then_some("is an input").or_else(|| reserved(&real));
+        let other = match self.written.get(&key(&real)) {
+            Some(WrittenFile { real: other, shown, purpose }) if *other != real => {
+                let [path, other] = [path, shown].map(Path::display);
+                return Err(format!(
+                    "\"{path}\" differs in case only from \"{other}\", which {purpose}; choose another name"
+                ));
             }
-            None => Ok(()),
-        }
+            Some(other) => Some(other.purpose),
+            None => reserved(),
+        };
+        self.written.insert(key(&real), WrittenFile { real, shown: path.to_owned(), purpose });
+        let path = path.display();
+        other.map_or(Ok(()), |other| {
+            Err(format!("\"{path}\" {other} and cannot be written to as well; choose another name"))
+        })
     }
+}
+
+/// The canonical name `real`, without its case where it is Unicode.
+fn key(real: &Path) -> OsString {
+    real.to_str().map_or_else(|| real.as_os_str().to_owned(), |name| name.to_lowercase().into())
 }
 
 impl Plan {
@@ -77,4 +105,33 @@ impl Plan {
 /// Whether the canonical name `file` is that of a plate of any frame.
 pub fn is_plate(plates: &PlatePattern, file: &Path) -> bool {
     plates.names_like(file).iter().any(|name| canonical(name) == file)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn written_names_that_differ_in_case_only_are_the_same_and_inputs_are_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("Sky.exr"), "").unwrap();
+        let mut names = UsedNames::new(&[at("Sky.exr")]);
+        let mut add = |name: &str| {
+            let added = names.add(&at(name), "will hold a frame", |real| {
+                real.ends_with("plate.png").then_some("is a plate")
+            });
+            added.err().unwrap_or_default()
+        };
+        assert!(add("Sky.exr").contains("is an input and cannot be written"));
+        assert!(add("plate.png").contains("is a plate and cannot be written"));
+        assert_eq!(add("É/a.exr"), "");
+        assert!(add("É/a.exr").contains("will hold a frame and cannot be written"));
+        let other_case = add("é/A.exr");
+        let words = ["é/A.exr\" differs in case only from", "É/a.exr\", which will hold a frame; choose"];
+        assert!(words.iter().all(|word| other_case.contains(word)), "{other_case}");
+        assert_eq!(add("b.exr"), "");
+        let mut names = UsedNames::new(&[at("gone.exr")]);
+        assert_eq!(names.add(&at("Gone.exr"), "will hold a frame", |_| None), Ok(()));
+    }
 }

@@ -17,7 +17,7 @@ const TRIANGLE: &str = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{
 const CORNERS: &str = "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
 
 /// What is typed behind `rayframe render`, the exit code, and a word of the message.
-const REFUSALS: [(&[&str], i32, &str); 41] = [
+const REFUSALS: [(&[&str], i32, &str); 44] = [
     // Usage: what makes no sense by itself.
     (&["good.gltf", "--no-such-option"], 2, "--no-such-option"),
     (&["good.gltf", "-o", "new/a.jpg"], 2, "\".jpg\" cannot be written"),
@@ -47,6 +47,17 @@ const REFUSALS: [(&[&str], i32, &str); 41] = [
     (&["good.gltf", "-o", "new/a.exr", "--manifest", "new/../new/a.exr"], 2, "--manifest"),
     (&["good.gltf", "--manifest", "good.gltf"], 2, "--manifest"),
     (&["good.gltf", "--preview", "png", "--stats", "good.png"], 2, "--stats"),
+    (
+        &["good.gltf", "-o", "new/X.png", "--contact-sheet", "new/x.png"],
+        2,
+        "\"new/x.png\" differs in case only from \"new/X.png\"",
+    ),
+    (
+        &["good.gltf", "--stats", "new/b.json", "--manifest", "New/B.json"],
+        2,
+        "which will hold something else",
+    ),
+    (&["good.gltf", "--preview", "png", "--contact-sheet", "Good.png"], 2, "which will hold a frame"),
     // Wrong input, and what is not supported.
     (&["broken.gltf"], 65, "broken.gltf: "),
     (&["required.gltf"], 65, "ACME_glow"),

@@ -180,3 +180,22 @@ fn faults_of_a_shot_file_are_told_in_one_line_with_the_code_of_wrong_files() {
     let over_itself = rayframe(folder.path(), &["render", "a.toml", "--stats", "a.toml", "-n"]);
     assert_eq!(over_itself.status.code(), Some(2));
 }
+
+#[test]
+fn contact_sheets_whose_names_differ_in_case_only_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = |sheets: [&str; 2]| {
+        for (name, sheet) in ["p", "q"].into_iter().zip(sheets) {
+            let files = format!("output = '{name}.png'\ncontact_sheet = '{sheet}'");
+            let text = format!("scene = '{DEMO}'\nframes = 0\n{files}\n");
+            std::fs::write(folder.path().join(name).with_extension("toml"), text).unwrap();
+        }
+        rayframe(folder.path(), &["render", "p.toml", "q.toml", "-n"])
+    };
+    let common = render(["s.png", "s.png"]);
+    assert_eq!(common.status.code(), Some(0), "{}", String::from_utf8_lossy(&common.stderr));
+    let refused = render(["S.png", "s.png"]);
+    let told = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(65), "{told}");
+    assert!(told.contains("differs in case only"), "{told}");
+}

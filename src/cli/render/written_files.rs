@@ -128,7 +128,11 @@ impl WrittenFiles {
         let key = key(&canonical);
         match self.files.get(&key) {
             // One sheet shows several sequences.
-            Some((_, "contact_sheet", _)) if setting == "contact_sheet" => Ok(()),
+            Some((_, "contact_sheet", other))
+                if setting == "contact_sheet" && self::canonical(other) == canonical =>
+            {
+                Ok(())
+            }
             // Within a sequence the plan checks.
             Some((owner, ..)) if *owner == index => Ok(()),
             Some((owner, _, other)) => {

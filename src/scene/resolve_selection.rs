@@ -65,12 +65,15 @@ fn resolve_variant(
     scene: &Scene,
     warnings: &mut Vec<Warning>,
 ) -> Result<Option<VariantIndex>> {
+    let names = scene.variants.iter().map(|variant| Some(variant.name.as_str()));
+    let called_none = NameOrIndex::Name("none".to_owned());
     let selected = match request {
-        None => return Ok(None),
         Some(VariantRequest::Each) => return Err(one_of_each("variant", "variant")),
+        // A variant of this name is selected by it, as by any other.
+        Some(VariantRequest::None) if names.clone().any(|name| name == Some("none")) => &called_none,
+        None | Some(VariantRequest::None) => return Ok(None),
         Some(VariantRequest::Variant(selected)) => selected,
     };
-    let names = scene.variants.iter().map(|variant| Some(variant.name.as_str()));
     let index = find(&VARIANT, selected, names, warnings)?;
     Ok(Some(VariantIndex::of(index)))
 }
@@ -268,6 +271,17 @@ pub(super) mod tests {
         // Two nodes with one camera are one.
         scene.nodes[2].camera = Some(CameraIndex(1));
         assert!(ambiguities(&scene, "eye", "run").is_empty());
+    }
+
+    #[test]
+    fn none_is_no_variant_unless_one_is_called_so() {
+        let request = SelectionRequest { variant: Some(VariantRequest::None), ..SelectionRequest::default() };
+        let resolved = |names: &[&str]| {
+            let variants = names.iter().map(|name| Variant { name: (*name).to_owned() }).collect();
+            Selection::resolve(&request, &Scene { variants, ..scene() }).unwrap().0.variant
+        };
+        assert_eq!([resolved(&[]), resolved(&["red", "None"])], [None; 2]);
+        assert_eq!(resolved(&["red", "none"]), Some(VariantIndex(1)));
     }
 
     #[test]

@@ -68,6 +68,8 @@ pub enum CameraRequest {
 pub enum VariantRequest {
     /// A variant of the file, by its name or index.
     Variant(NameOrIndex),
+    /// No variant, as without a request. In a file with a variant of this name, that one.
+    None,
     /// Each variant of the file, in a sequence of its own. [`super::Selection::resolve_each`] resolves it.
     Each,
 }

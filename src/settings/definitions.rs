@@ -251,7 +251,7 @@ settings! {
     scene_choice: NameOrIndexType, Scene {
         value_name: "NAME|#I", option: Some("scene"), default_help: "the default of the file",
     }
-    /// Material variant: a name, '#0' for the first, or each
+    /// Material variant: a name, '#0' for the first, none or each
     /// . each renders a sequence of every variant, all with one automatic exposure and camera
     variant: VariantType, Scene { value_name: "VARIANT", default_help: "none" }
     /// Factor of the point, spot and directional lights of the file

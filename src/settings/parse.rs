@@ -279,9 +279,10 @@ pub fn camera(text: &str) -> CameraRequest {
     }
 }
 
-/// `each`, `#2` or a name.
+/// `none`, `each`, `#2` or a name.
 pub fn variant(text: &str) -> VariantRequest {
     match text {
+        "none" => VariantRequest::None,
         "each" => VariantRequest::Each,
         _ => VariantRequest::Variant(NameOrIndex::parse(text)),
     }
@@ -353,7 +354,7 @@ mod tests {
         assert_eq!(NameOrIndex::parse("#2"), NameOrIndex::Index(2));
         assert_eq!(NameOrIndex::parse("#x"), NameOrIndex::Name("#x".to_owned()));
         assert_eq!(camera("auto"), CameraRequest::Auto);
-        assert_eq!(variant("each"), VariantRequest::Each);
+        assert_eq!((variant("none"), variant("each")), (VariantRequest::None, VariantRequest::Each));
         assert_eq!(variant("#0"), VariantRequest::Variant(NameOrIndex::Index(0)));
         assert_eq!(clips("Walk"), ClipSelection::One(NameOrIndex::Name("Walk".to_owned())));
     }

@@ -153,6 +153,7 @@ setting_types! {
     };
     /// Material variant.
     VariantType: VariantRequest, ValueForm::TEXT, |text| Ok(parse::variant(text)), |variant| match variant {
+        VariantRequest::None => "none".to_owned(),
         VariantRequest::Each => "each".to_owned(),
         VariantRequest::Variant(variant) => name_or_index(variant),
     };

@@ -182,3 +182,28 @@ fn one_variant_is_needed_elsewhere() {
         "{told}"
     );
 }
+
+/// A frame with its own materials is kept by what renders the same, and no other.
+#[test]
+fn none_cancels_the_variant_of_a_shot_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let own = ["-o", "own.exr"];
+    assert_code(&rayframe(folder, &both(&[SCENE], &own)), 0);
+    std::fs::write(folder.join("red.toml"), format!("scene = '{SCENE}'\nvariant = 'red'\n")).unwrap();
+    let shot = both(&["red.toml"], &own);
+    assert_code(&rayframe(folder, &shot), 73);
+    for none in [["--variant", "none"], ["-D", "variant=none"]] {
+        assert_code(&rayframe(folder, &both(&shot, &none)), 0);
+    }
+    assert_code(&rayframe(folder, &[SCENE, "--variant", "none", "-o", "{variant}.exr"]), 0);
+    assert!(folder.join("none.exr").is_file());
+    // The shot that a dry run prints renders the same.
+    let dry_run = rayframe(folder, &both(&shot, &["--variant", "none", "-n"]));
+    assert_code(&dry_run, 0);
+    let printed = String::from_utf8_lossy(&dry_run.stdout);
+    assert!(printed.contains("\nvariant = \"none\"\n"), "{printed}");
+    std::fs::write(folder.join("printed.toml"), &*printed).unwrap();
+    assert_code(&rayframe(folder, &["printed.toml"]), 0);
+    assert_eq!(names(folder), ["none.exr", "own.exr", "printed.toml", "red.toml"]);
+}

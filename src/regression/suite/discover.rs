@@ -2,12 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use super::super::folder_files::files_below;
 use super::names::{name_below, possible_shots, same_file};
 use super::suite_file::SuiteToml;
 use super::{SUITE_FILE, Suite};
+use crate::canonical_path::canonical;
 use crate::error::{Error, Result};
 use crate::image_file::job_files;
 use crate::shot::scene_of_shot;
@@ -124,17 +125,50 @@ fn own_files(suite: &Suite) -> Result<OwnFiles> {
     let results = [&suite.references, &suite.report, &suite.cache]
         .into_iter()
         .filter_map(|folder| below(same_file(folder)));
-    let excluded = suite.excluded.iter().map(|path| same_file(path));
-    let skipped: Vec<PathBuf> = others.chain(results).chain(excluded).collect();
+    let skipped: Vec<PathBuf> = others.chain(results).collect();
+    let excluded = ExcludedPaths::new(suite);
     let is_own = |file: &PathBuf| {
-        let file = same_file(file);
-        !skipped.iter().any(|folder| file.starts_with(folder))
+        let real = same_file(file);
+        !excluded.contains(file) && !skipped.iter().any(|folder| real.starts_with(folder))
     };
     for files in [&mut shot_files, &mut models, &mut stray] {
         files.retain(is_own);
     }
     shot_files.retain(|file| !is_job_file(file));
     Ok(OwnFiles { shot_files, scenes: models, stray })
+}
+
+/// The files and folders that `exclude` names. A link among them is excluded, and what it leads to is not.
+pub(super) struct ExcludedPaths<'a> {
+    scenes: &'a Path,
+    /// The folder of the scenes, without links.
+    root: PathBuf,
+    paths: Vec<PathBuf>,
+}
+
+impl<'a> ExcludedPaths<'a> {
+    pub(super) fn new(suite: &'a Suite) -> Self {
+        let root = same_file(&suite.scenes);
+        let mut excluded = Self { scenes: &suite.scenes, root, paths: Vec::new() };
+        excluded.paths = suite.excluded.iter().map(|path| excluded.own_path(path)).collect();
+        excluded
+    }
+
+    /// Whether `file` or a folder above it is excluded.
+    pub(super) fn contains(&self, file: &Path) -> bool {
+        let file = self.own_path(file);
+        self.paths.iter().any(|path| file.starts_with(path))
+    }
+
+    /// An absolute path in which links below the folder of the scenes are kept.
+    fn own_path(&self, path: &Path) -> PathBuf {
+        let is_below = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+        match path.strip_prefix(self.scenes) {
+            Ok(below) if below.components().all(is_below) => self.root.join(below),
+            // It may be below under another name of the folder.
+            _ => canonical(path),
+        }
+    }
 }
 
 /// Whether `rayframe farm` wrote `file` among the files of a job.
@@ -241,5 +275,33 @@ mod tests {
         std::os::unix::fs::symlink(at("suite"), at("suite/a/cycle")).unwrap();
         let shots = discover(&Suite::read(&at("suite")).unwrap()).unwrap();
         assert_eq!(shots.iter().map(|shot| shot.name.as_str()).collect::<Vec<_>>(), ["linked/m"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn exclusion_compares_the_names_of_links_and_not_what_they_lead_to() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for below in ["in", "out"] {
+            std::fs::create_dir(at(below)).unwrap();
+        }
+        for scene in ["in/b.glb", "out/c.glb"] {
+            std::fs::write(at(scene), "").unwrap();
+        }
+        for (link, target) in [("link.glb", "in/b.glb"), ("in/d.glb", "out/c.glb"), ("linked", "out")] {
+            std::os::unix::fs::symlink(at(target), at(link)).unwrap();
+        }
+        let shots = |excluded: &str| {
+            std::fs::write(at(SUITE_FILE), format!("exclude = ['{excluded}']")).unwrap();
+            let shots = discover(&Suite::read(folder.path()).unwrap()).unwrap();
+            shots.into_iter().map(|shot| shot.name).collect::<Vec<_>>()
+        };
+        let without_in = ["link", "linked/c", "out/c"];
+        assert_eq!(shots("in"), without_in);
+        assert_eq!(shots(&at("in").display().to_string()), without_in);
+        assert_eq!(shots("./link.glb"), ["in/b", "in/d", "linked/c", "out/c"]);
+        assert_eq!(shots("linked"), ["in/b", "in/d", "link", "out/c"]);
+        assert_eq!(shots("linked/c.glb"), shots("linked"));
+        assert_eq!(shots("out"), ["in/b", "in/d", "link", "linked/c"]);
     }
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use super::covered_jobs::image_names;
-use super::discover::NamedScenes;
+use super::discover::{ExcludedPaths, NamedScenes};
 use super::filter::Filter;
 use super::names::{
     ReferenceFile, images_folder, paths_of_image, possible_shots, reference_files, reference_path, same_file,
@@ -186,7 +186,7 @@ impl<'a> Orphans<'a> {
             }
             ["glb", "gltf"].iter().find_map(|ending| {
                 let scene = suite.scenes.join(format!("{owner}.{ending}"));
-                let is_excluded = suite.excluded.iter().any(|excluded| scene.starts_with(excluded));
+                let is_excluded = ExcludedPaths::new(suite).contains(&scene);
                 let shot_file = named_scenes.shot_file(&scene)?;
                 (scene.exists() && !is_excluded).then_some((shot_file, scene))
             })

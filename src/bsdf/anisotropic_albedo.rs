@@ -6,7 +6,7 @@
 //! lobes and views are within 1e-3 of the integrals, all within 0.02 (`bsdf::tests::quadrature`).
 //!
 //! What a lobe transmits from within a medium has the edge of total reflection, which no small table resolves: it is integrated for
-//! each view.
+//! each view, as is what it reflects at indices beyond the table.
 
 use std::array::from_fn;
 
@@ -18,7 +18,7 @@ use super::albedo_slice::AlbedoSlice;
 use super::cubic_table::nearest_four;
 use super::ggx::MIN_ALPHA;
 use super::ggx_anisotropic::{AnisotropicGgx, ReflectedDirection, disk_spiral};
-use super::index_planes::{self, FIRST_IOR, ior_after, steps_to};
+use super::index_planes::{self, FIRST_IOR, LAST_IOR, ior_after, steps_to};
 use super::isotropic_albedo::{self, AlbedoTerms};
 use super::microfacets::Microfacets;
 use super::stored_values::{UNIT, decoded, stored};
@@ -43,24 +43,28 @@ pub(super) const BYTES: usize = 2 * VALUES;
 pub(super) fn terms(ggx: AnisotropicGgx, wo: Vec3, slice: &AlbedoSlice) -> AlbedoTerms {
     let position = Position::new(ggx, wo);
     let ior = slice.relative_ior();
-    if ior < 1.0 {
+    if !(1.0..=LAST_IOR).contains(&ior) {
         let AlbedoTerms { total, schlick, .. } = schlick_terms_at(&position);
         let facets = Microfacets::anisotropic(wo, ggx.alpha);
-        // The total is interpolated, and a limit that is not a number must not stop the program.
-        let exact = total - internal_albedo::by_quadrature(&facets, ior);
-        let exact = if exact > 0.0 { exact } else { 0.0 };
-        return AlbedoTerms { total, schlick, exact: if exact < total { exact } else { total } };
+        let exact = if ior < 1.0 {
+            total - internal_albedo::by_quadrature(&facets, ior)
+        } else {
+            let [exact] = facets.reflected(|cosine| [fresnel::exact(cosine, ior)]);
+            exact
+        };
+        // A difference may leave its range.
+        return AlbedoTerms { total, schlick, exact: if exact > 0.0 { exact.min(total) } else { 0.0 } };
     }
     let terms = slice.terms(position.cos_o, position.roughness);
     if ior == 1.0 {
         return position.complete(terms, 0.0);
     }
     let (plane, weights) = nearest_four(steps_to(ior) / SPACING, PLANES);
-    let [total, _, planes @ ..] = &position.differences;
+    let [_, _, planes @ ..] = &position.differences;
     let exact: f32 = weights.iter().zip(&planes[plane..]).map(|(weight, value)| weight * value).sum();
-    // Towards an index of 1 both lobes reflect nothing, far above it everything.
+    // Towards an index of 1 both lobes reflect nothing.
     let vanishing = if ior < FIRST_IOR { (ior - 1.0) / (FIRST_IOR - 1.0) } else { 1.0 };
-    position.complete(terms, slice.exact_beyond(exact, 0.0, *total) * vanishing)
+    position.complete(terms, exact * vanishing)
 }
 
 /// The albedos with F = 1 and with Schlick's weight; `exact` stays 0.
@@ -106,7 +110,9 @@ impl Position {
 
     /// The terms of the isotropic lobe with the differences added; `exact` is that of the exact curve.
     fn complete(&self, terms: AlbedoTerms, exact: f32) -> AlbedoTerms {
-        let total = (terms.total + self.differences[0]).clamp(0.0, 1.0);
+        let total = terms.total + self.differences[0];
+        // A limit that is not a number would stop the program.
+        let total = if total > 0.0 { total.min(1.0) } else { 0.0 };
         // Interpolation must not create light.
         AlbedoTerms {
             total,

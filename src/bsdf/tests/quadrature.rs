@@ -232,7 +232,8 @@ fn nearly_all_anisotropic_lobes_are_within_a_thousandth() {
         // No lobe is sharper than that of roughness 0.045.
         let (roughness, strength) = (0.045 + 0.955 * a * a, b * b);
         let v = direction(5e-4 + (1.0 - 5e-4) * c * c, std::f32::consts::FRAC_PI_2 * d * d);
-        let n = 0.4 + 2.6 * e;
+        // One of eight is far above the indices of real materials.
+        let n = if index % 8 == 0 { 3.0 / (1.0 - 0.99 * e) } else { 0.4 + 2.6 * e };
         let ggx = AnisotropicGgx::new(roughness * roughness, strength);
         let (at, ab) = (f64::from(ggx.alpha.x), f64::from(ggx.alpha.y));
         let expected = albedos(v.as_dvec3().normalize(), at, ab, f64::from(n));

@@ -39,7 +39,9 @@ pub(super) fn add(
         let roughness = sheen.roughness * linear(&sheen.roughness_texture).w;
         sample.sheen = (color != Vec3::ZERO).then_some(SheenSample { color, roughness });
     }
-    if let Some(film) = &material.iridescence {
+    // From within a body without glass nothing is reflected that a film could change.
+    let is_within_wax = material.is_volume() && sample.thin && point.facing == Facing::Back;
+    if let Some(film) = material.iridescence.as_ref().filter(|_| !is_within_wax) {
         sample.iridescence = iridescence(
             film,
             linear(&film.texture).x,

@@ -4,7 +4,9 @@ use std::f32::consts::{FRAC_1_PI, LN_2};
 
 use glam::Vec3;
 use rayframe::integrator::{EnvSamples, Integrator};
-use rayframe::scene::{DiffuseTransmission, Environment, LightKind, Material, Transmission, Volume};
+use rayframe::scene::{
+    DiffuseTransmission, Environment, Iridescence, LightKind, Material, Transmission, Volume,
+};
 
 use super::path::stage;
 use crate::stage::{Stage, assert_close, cuboid, lambert};
@@ -64,6 +66,33 @@ fn clear_bodies_lose_no_light_to_total_reflection() {
     stage.settings.max_depth = 128;
     stage.environment = Environment::Constant(Vec3::ONE);
     assert_close(seen(&stage), Vec3::ONE, 0.01);
+}
+
+#[test]
+fn black_bodies_are_black_inside_also_below_films() {
+    let film = Iridescence {
+        factor: 1.0,
+        texture: None,
+        ior: 1.8,
+        thickness_minimum_nm: 100.0,
+        thickness_maximum_nm: 400.0,
+        thickness_texture: None,
+    };
+    let through = DiffuseTransmission { factor: 0.5, texture: None, color: Vec3::ZERO, color_texture: None };
+    let black = Material {
+        ior: 1.5,
+        iridescence: Some(film),
+        diffuse_transmission: Some(through),
+        volume: Some(Volume::CLEAR),
+        ..lambert(Vec3::ZERO)
+    };
+    for integrator in [Integrator::Whitted, Integrator::Path] {
+        let mut stage = slab(integrator, 16, black.clone());
+        stage.environment = Environment::Constant(Vec3::ONE);
+        assert!(seen(&stage).truncate().min_element() > 0.01, "the film reflects outside");
+        let within = stage.look(Vec3::ZERO, Vec3::new(1.0, 0.3, 0.0));
+        assert_eq!(within.truncate(), Vec3::ZERO, "{integrator:?}");
+    }
 }
 
 #[test]

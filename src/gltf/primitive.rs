@@ -2,6 +2,8 @@
 //!
 //! Source: glTF 2.0 specification, section 3.7.2 (geometry).
 
+use std::collections::BTreeSet;
+
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json;
 use gltf::json::mesh::Mode;
@@ -232,14 +234,18 @@ pub(super) fn read_colors(
     Ok(Some(colors.into_iter().map(|color| Vec4::from_array(color).clamp(Vec4::ZERO, Vec4::ONE)).collect()))
 }
 
-/// The material of a primitive, and those of its variants.
+/// The material of a primitive, and the others of its variants, each once.
 fn used_materials<'m>(
     materials: &'m [Material],
     own: MaterialIndex,
     variants: &[(VariantIndex, MaterialIndex)],
 ) -> Vec<(MaterialIndex, &'m Material)> {
     let indices = std::iter::once(own).chain(variants.iter().map(|(_, material)| *material));
-    indices.filter_map(|index| Some((index, materials.get(index.index())?))).collect()
+    let mut seen = BTreeSet::new();
+    indices
+        .filter(|index| seen.insert(*index))
+        .filter_map(|index| Some((index, materials.get(index.index())?)))
+        .collect()
 }
 
 /// Adds the vertex data that the materials of a primitive need, with warnings about what the file does not have.

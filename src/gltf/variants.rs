@@ -75,9 +75,11 @@ pub(super) fn with_material(
     primitive: &Primitive,
     material: MaterialIndex,
 ) -> Vec<Option<VariantIndex>> {
+    let of_variants: BTreeMap<_, _> = primitive.variants.iter().copied().collect();
     let variants = (0..variant_count(document)).map(|number| Some(VariantIndex::of(number)));
+    let replaced = |variant: Option<VariantIndex>| variant.and_then(|variant| of_variants.get(&variant));
     let all = std::iter::once(None).chain(variants);
-    all.filter(|variant| primitive.material_in(*variant) == material).collect()
+    all.filter(|variant| *replaced(*variant).unwrap_or(&primitive.material) == material).collect()
 }
 
 fn variant_count(document: &Document) -> usize {

@@ -12,12 +12,12 @@ use super::{Plan, PlannedFrame};
 
 /// Names of the files that a run reads and writes. None may be written twice.
 ///
-/// Written names that differ only in case are the same, because they are on many file systems. Inputs exist, so that the system tells them apart.
+/// Written names that differ only in case are the same, because they are on many file systems. Inputs are compared as they are called: names of other case may be other files, which exist.
 #[derive(Debug)]
 pub struct UsedNames {
     /// Canonical names.
     inputs: BTreeSet<PathBuf>,
-    /// Files that are written, by the [`key`] of their names.
+    /// Files that are written, by their names [`without_case`].
     written: BTreeMap<OsString, WrittenFile>,
     /// Canonical forms of folders. A folder is looked up once: on shared storage each call takes a message.
     folders: BTreeMap<PathBuf, PathBuf>,
@@ -58,7 +58,7 @@ impl UsedNames {
         };
         let real = real.with_file_name(path.file_name().unwrap_or_default());
         let reserved = || self.inputs.contains(&real).then_some("is an input").or_else(|| reserved(&real));
-        let other = match self.written.get(&key(&real)) {
+        let other = match self.written.get(&without_case(&real)) {
             Some(WrittenFile { real: other, shown, purpose }) if *other != real => {
                 let [path, other] = [path, shown].map(Path::display);
                 return Err(format!(
@@ -68,7 +68,7 @@ impl UsedNames {
             Some(other) => Some(other.purpose),
             None => reserved(),
         };
-        self.written.insert(key(&real), WrittenFile { real, shown: path.to_owned(), purpose });
+        self.written.insert(without_case(&real), WrittenFile { real, shown: path.to_owned(), purpose });
         let path = path.display();
         other.map_or(Ok(()), |other| {
             Err(format!("\"{path}\" {other} and cannot be written to as well; choose another name"))
@@ -76,9 +76,9 @@ impl UsedNames {
     }
 }
 
-/// The canonical name `real`, without its case where it is Unicode.
-fn key(real: &Path) -> OsString {
-    real.to_str().map_or_else(|| real.as_os_str().to_owned(), |name| name.to_lowercase().into())
+/// A canonical name without its case, where it is Unicode: many file systems take such names for one.
+pub fn without_case(canonical: &Path) -> OsString {
+    canonical.to_str().map_or_else(|| canonical.as_os_str().to_owned(), |name| name.to_lowercase().into())
 }
 
 impl Plan {

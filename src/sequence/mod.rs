@@ -46,7 +46,7 @@ pub use crate::canonical_path::canonical;
 pub use crate::sha256::{hex, sha256_of_file};
 pub use assemble::{display_frame, write_sequence_outputs};
 pub use bands::lowest_band;
-pub use collisions::{UsedNames, is_plate};
+pub use collisions::{UsedNames, is_plate, without_case};
 pub use event::{FrameProgress, SequenceEvent};
 pub use exposure::exposure_ev;
 pub use first_pose::FirstPose;

@@ -1,13 +1,14 @@
 //! The files of all sequences of a run: no two may have one name, and none may be an input.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use super::super::output_folders::check_inside;
 use rayframe::error::{Error, Provenance, Result};
 use rayframe::image_file::probe_folder;
 use rayframe::output::AovSet;
-use rayframe::sequence::{canonical, is_plate};
+use rayframe::sequence::{canonical, is_plate, without_case};
 use rayframe::settings::{BackgroundSource, OutputNames, Placeholder, PlatePattern, SettingValues};
 use rayframe::shot::{SequenceOutline, ShotOutline, ShotSettings};
 
@@ -19,8 +20,8 @@ pub(in crate::cli) struct WrittenFiles {
     sequences: Vec<Owner>,
     /// Number of shots so far.
     shot_count: usize,
-    /// Index of the sequence and the setting of each file, by its canonical name in lower case.
-    files: BTreeMap<String, (usize, &'static str, PathBuf)>,
+    /// Index of the sequence and the setting of each file, by its canonical name [`without_case`].
+    files: BTreeMap<OsString, (usize, &'static str, PathBuf)>,
     inputs: BTreeSet<PathBuf>,
     /// Names of plates.
     plates: Vec<PlatePattern>,
@@ -64,7 +65,7 @@ impl WrittenFiles {
         self.shot_count += 1;
         for input in &shot.inputs {
             let input = canonical(input);
-            if let Some((owner, setting, file)) = self.files.get(&key(&input))
+            if let Some((owner, setting, file)) = self.files.get(&without_case(&input))
                 && canonical(file) == input
             {
                 return Err(self.is_read_later((*owner, setting, file), path));
@@ -115,9 +116,9 @@ impl WrittenFiles {
     }
 
     fn add_file(&mut self, file: &Path, setting: &'static str) -> Result<()> {
-        let canonical = self.canonical(file);
-        let is_plate = || self.plates.iter().any(|plates| is_plate(plates, &canonical));
-        if self.inputs.contains(&canonical) || is_plate() {
+        let canonical_file = self.in_known_folder(file);
+        let is_plate = || self.plates.iter().any(|plates| is_plate(plates, &canonical_file));
+        if self.inputs.contains(&canonical_file) || is_plate() {
             let why = format!(
                 "\"{}\" is an input and cannot be written to as well; choose another name",
                 file.display()
@@ -125,11 +126,11 @@ impl WrittenFiles {
             return Err(Error::setting(setting, why));
         }
         let index = self.sequences.len() - 1;
-        let key = key(&canonical);
+        let key = without_case(&canonical_file);
         match self.files.get(&key) {
             // One sheet shows several sequences.
             Some((_, "contact_sheet", other))
-                if setting == "contact_sheet" && self::canonical(other) == canonical =>
+                if setting == "contact_sheet" && canonical(other) == canonical_file =>
             {
                 Ok(())
             }
@@ -157,7 +158,7 @@ impl WrittenFiles {
         Error::setting(setting, why)
     }
 
-    fn canonical(&mut self, file: &Path) -> PathBuf {
+    fn in_known_folder(&mut self, file: &Path) -> PathBuf {
         let (Some(folder), Some(name)) = (file.parent(), file.file_name()) else { return canonical(file) };
         if let Some(folder) = self.folders.get(folder) {
             return folder.join(name);
@@ -168,11 +169,6 @@ impl WrittenFiles {
         }
         whole
     }
-}
-
-/// The key of a file by its canonical name.
-fn key(canonical: &Path) -> String {
-    canonical.display().to_string().to_lowercase()
 }
 
 /// Checks that the files of `sequences` that a shot file names are in its folder or in one of `allowed`: where placeholders are filled,

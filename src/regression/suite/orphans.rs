@@ -151,14 +151,14 @@ pub fn finish(
 pub(super) struct Orphans<'a> {
     suite: &'a Suite,
     shots: &'a [SuiteShot],
-    /// Found when there is an orphan.
-    named_scenes: Option<NamedScenes<'a>>,
+    /// The scenes that shots name, and those that are excluded. Found when there is an orphan.
+    scenes: Option<(NamedScenes<'a>, ExcludedPaths<'a>)>,
 }
 
 impl<'a> Orphans<'a> {
     /// `shots` are all shots of the suite.
     pub(super) fn new(suite: &'a Suite, shots: &'a [SuiteShot]) -> Self {
-        Self { suite, shots, named_scenes: None }
+        Self { suite, shots, scenes: None }
     }
 
     /// The failure of the reference `name`.
@@ -175,8 +175,9 @@ impl<'a> Orphans<'a> {
 
     /// A shot file and the scene that it names, which would render the image `name` if it were a shot by itself.
     fn shadowing(&mut self, name: &str) -> Option<(&'a SuiteShot, PathBuf)> {
-        let Self { suite, shots, named_scenes } = self;
-        let named_scenes = named_scenes.get_or_insert_with(|| NamedScenes::new(shots));
+        let Self { suite, shots, scenes } = self;
+        let (named_scenes, excluded) =
+            scenes.get_or_insert_with(|| (NamedScenes::new(shots), ExcludedPaths::new(suite)));
         possible_shots(name).find_map(|owner| {
             let of_owner = shots.iter().find(|shot| shot.name == owner);
             // A shot file of that name has numbered frames, too.
@@ -186,9 +187,8 @@ impl<'a> Orphans<'a> {
             }
             ["glb", "gltf"].iter().find_map(|ending| {
                 let scene = suite.scenes.join(format!("{owner}.{ending}"));
-                let is_excluded = ExcludedPaths::new(suite).contains(&scene);
                 let shot_file = named_scenes.shot_file(&scene)?;
-                (scene.exists() && !is_excluded).then_some((shot_file, scene))
+                (scene.exists() && !excluded.contains(&scene)).then_some((shot_file, scene))
             })
         })
     }

@@ -59,6 +59,15 @@ pub enum Error {
         source: std::io::Error,
     },
 
+    /// A folder or sequence holds no images. Exit code 66.
+    #[error("{}: {message}", path.display())]
+    NoImages {
+        /// The folder, or the name with a placeholder.
+        path: PathBuf,
+        /// What it lacks.
+        message: &'static str,
+    },
+
     /// A limit was exceeded, or a path leads outside the folder of the scene. Exit code 77.
     #[error("{}: {}{message}{}", path.display(), pointer_prefix(pointer), remedy::suffix(*remedy))]
     Refused {
@@ -201,7 +210,7 @@ impl Error {
             | Self::Invalid { .. }
             | Self::Unsupported { .. } => exit_code::INVALID,
             Self::Usage { .. } | Self::Setting(_) => exit_code::USAGE,
-            Self::Missing { .. } => exit_code::MISSING,
+            Self::Missing { .. } | Self::NoImages { .. } => exit_code::MISSING,
             Self::Internal { .. } => exit_code::INTERNAL,
             Self::CannotCreate { .. } => exit_code::CANNOT_CREATE,
             Self::WriteFailed { .. } => exit_code::WRITE_FAILED,

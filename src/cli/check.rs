@@ -60,11 +60,13 @@ pub(super) fn run(args: &CheckArgs) -> Result<bool> {
                 given.extend(found);
                 for error in unreadable {
                     let folder = if let Error::Missing { path, .. } = &error { path } else { path };
-                    files.push(CheckedFile::new(Some(folder), FileStatus::Missing, error.to_string()));
+                    let message = message_about(folder, &error);
+                    files.push(CheckedFile::new(Some(folder), FileStatus::Missing, message));
                 }
             }
-            Err(error @ Error::Missing { .. }) => {
-                files.push(CheckedFile::new(Some(path), FileStatus::Missing, error.to_string()));
+            Err(error @ (Error::Missing { .. } | Error::NoImages { .. })) => {
+                let message = message_about(path, &error);
+                files.push(CheckedFile::new(Some(path), FileStatus::Missing, message));
             }
             Err(error) => return Err(error),
         }
@@ -117,6 +119,15 @@ fn checked_listed(file: &ListedFile, path: Option<&Path>) -> CheckedFile {
     let message = format!("is in the manifest and not {place}");
     let missing = CheckedFile::new(Some(&file.path), FileStatus::Missing, message);
     CheckedFile { frame: file.frame, ..missing }
+}
+
+/// The message of an error, without the path where it is `named`, which stands before.
+fn message_about(named: &Path, error: &Error) -> String {
+    match error {
+        Error::NoImages { message, .. } => (*message).to_owned(),
+        Error::Missing { path, source, .. } if path == named => format!("cannot be read: {source}"),
+        other => other.to_string(),
+    }
 }
 
 /// A line for each failure, and one for all.

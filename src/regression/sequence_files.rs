@@ -5,7 +5,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
@@ -60,8 +59,8 @@ fn pattern_of(path: &Path) -> Result<Option<SequencePattern>> {
 /// folders below are paired as well, but for hidden ones, links, and reports of this program.
 ///
 /// # Errors
-/// [`Error::Usage`] for a sequence beside a file, for names with placeholders that are not valid, and for two files of one frame number; [`Error::Missing`] when a folder cannot be read or
-/// holds no frame.
+/// [`Error::Usage`] for a sequence beside a file, for names with placeholders that are not valid, and for two files of one frame number; [`Error::Missing`] when a folder cannot be read,
+/// [`Error::NoImages`] when one holds no frame.
 pub fn pair_files(actual: &Path, reference: &Path) -> Result<PairedFiles> {
     let are_sequences = is_sequence(actual)?;
     if are_sequences != is_sequence(reference)? {
@@ -102,7 +101,7 @@ pub fn pair_files(actual: &Path, reference: &Path) -> Result<PairedFiles> {
 /// ones, links, and reports of this program.
 ///
 /// # Errors
-/// [`Error::Missing`] when a folder cannot be read or holds no frame, and those of [`is_sequence`].
+/// [`Error::Missing`] when a folder cannot be read, [`Error::NoImages`] when it holds no frame, and those of [`is_sequence`].
 pub fn sequence_files(path: &Path) -> Result<Vec<PathBuf>> {
     let (files, unreadable) = readable_sequence_files(path)?;
     unreadable.into_iter().next().map_or(Ok(files), Err)
@@ -111,7 +110,7 @@ pub fn sequence_files(path: &Path) -> Result<Vec<PathBuf>> {
 /// The same, with the errors of folders below the given one that cannot be read.
 ///
 /// # Errors
-/// [`Error::Missing`] when the folder itself cannot be read or nothing is found, and those of [`is_sequence`].
+/// [`Error::Missing`] when the folder itself cannot be read, [`Error::NoImages`] when nothing is found, and those of [`is_sequence`].
 pub fn readable_sequence_files(path: &Path) -> Result<(Vec<PathBuf>, Vec<Error>)> {
     let mut unreadable = Vec::new();
     let mut files = match pattern_of(path)? {
@@ -178,7 +177,8 @@ fn keyed_files(path: &Path, depth: Depth) -> Result<Vec<(Key, PathBuf)>> {
 }
 
 fn no_frames(path: &Path) -> Error {
-    missing(path, std::io::Error::new(ErrorKind::NotFound, "the sequence has no frames"))
+    let message = if path.is_dir() { "holds no images" } else { "the sequence has no frames" };
+    Error::NoImages { path: path.to_owned(), message }
 }
 
 fn files_of_pattern(pattern: &SequencePattern) -> Result<Vec<(Key, PathBuf)>> {

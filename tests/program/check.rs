@@ -347,15 +347,16 @@ fn files_without_a_checksum_are_not_taken_for_whole() {
     let foreign = stage.path("foreign.exr");
     exr::prelude::write_rgba_file(&foreign, 4, 4, |_, _| (0.5_f32, 0.5_f32, 0.5_f32, 1.0_f32)).unwrap();
     stage.write("notes.txt", b"notes");
-    let (code, lines) = stage.check(&["foreign.exr", "notes.txt", "gone.exr", "out", "gone/a.####.exr"]);
-    assert_eq!(code, Some(1));
-    assert_eq!(lines.len(), 5, "{lines:?}");
+    std::fs::create_dir(stage.path("e")).unwrap();
+    let (code, lines) = stage.check(&["foreign.exr", "notes.txt", "gone.exr", "e", "out", "gone/a.####.exr"]);
+    assert_eq!((code, lines.len()), (Some(1), 6), "{lines:?}");
     for part in [
         "FAIL foreign.exr: has no checksum",
         "FAIL notes.txt: is no EXR or PNG file",
         "FAIL gone.exr: is not there",
+        "FAIL e: holds no images",
         "FAIL gone/a.####.exr: ",
-        "6 whole files, 4 failed",
+        "6 whole files, 5 failed",
     ] {
         assert!(lines.iter().any(|line| line.starts_with(part)), "{part}: {lines:?}");
     }

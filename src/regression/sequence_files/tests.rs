@@ -179,7 +179,11 @@ fn a_file_beside_a_sequence_and_empty_folders_are_errors() {
     let (full, empty) = (folder(&["a.0001.exr"]), folder(&["a.txt"]));
     let file = full.path().join("a.0001.exr");
     assert_eq!(pair_files(&file, full.path()).unwrap_err().exit_code(), 2);
-    assert_eq!(pair_files(full.path(), empty.path()).unwrap_err().exit_code(), 66);
+    for error in [pair_files(full.path(), empty.path()).map(drop), sequence_files(empty.path()).map(drop)] {
+        let error = error.unwrap_err();
+        let message = format!("{}: holds no images", empty.path().display());
+        assert_eq!((error.exit_code(), error.to_string()), (66, message));
+    }
     assert_eq!(pair_files(&file, &file).unwrap().pairs.len(), 1);
     let pattern = full.path().join("a.%04d.png");
     assert_eq!(pair_files(&pattern, &pattern).unwrap_err().exit_code(), 66);

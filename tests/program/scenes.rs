@@ -315,6 +315,26 @@ fn lights_that_are_scaled_beyond_all_numbers_are_named() {
 }
 
 #[test]
+fn info_names_the_option_that_selects_a_clip_that_is_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/");
+    let text = std::fs::read_to_string(format!("{root}animation/hierarchy.gltf")).unwrap();
+    let mut document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let clip = document["animations"][0].clone();
+    document["animations"].as_array_mut().unwrap().push(clip);
+    std::fs::write(&path, document.to_string()).unwrap();
+    let scene = path.to_str().unwrap();
+    let told = "is left out; select it with --animation '#1'";
+    for arguments in [&["info", scene][..], &["info", "--json", scene]] {
+        let shown = String::from_utf8_lossy(&rayframe(arguments).stdout).into_owned();
+        assert!(shown.contains(told), "{shown}");
+    }
+    let warned = stderr(&rayframe(&["render", scene, "-n", "-f", "0", "-o", "unwritten.exr"]));
+    assert!(warned.contains(told), "{warned}");
+}
+
+#[test]
 fn strict_reports_each_warning_once() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("a.gltf");

@@ -10,6 +10,7 @@ use rayframe::scene::{
 use rayframe::sequence::{FrameRate, duration_seconds, triangle_count};
 
 use crate::cli::camera_text::default_camera_text;
+use crate::progress::option_names;
 
 /// The support state of what is shown as the file means it.
 const SUPPORTED: &str = "supported";
@@ -354,7 +355,7 @@ fn warnings(warnings: &[Warning]) -> Vec<WarningReport> {
     let unique: std::collections::BTreeSet<_> = warnings.iter().collect();
     let report = |warning: &Warning| WarningReport {
         pointer: warning.pointer.clone(),
-        message: warning.message.clone(),
+        message: option_names(&warning.message),
     };
     unique.into_iter().map(report).collect()
 }

@@ -228,7 +228,7 @@ mod tests {
         let watch = command.find_subcommand_mut("watch").unwrap();
         for help in [watch.render_help().to_string(), watch.render_long_help().to_string()] {
             assert!(
-                help.contains("<scene>.watch.png") && help.contains("Frame to render [default: 0]"),
+                help.contains("NAME.watch.png") && help.contains("Frame to render [default: 0]"),
                 "{help}"
             );
             assert!(

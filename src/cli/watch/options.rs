@@ -10,7 +10,7 @@ const HIDDEN: [&str; 5] = ["all", "start", "end", "step", "dry_run"];
 const OWN_HELP: [(&str, &str); 2] = [
     (
         "output",
-        "Output name: look.png, look.exr [default: <scene>.watch.png, or .exr where other options need it]",
+        "Output name: look.png, look.exr [default: NAME.watch.png by the name of the scene or shot file; .exr where --aovs, --exr, --split-aovs, --stamp or --preview is set]",
     ),
     ("frames", "Frame to render [default: 0]"),
 ];

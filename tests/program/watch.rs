@@ -200,6 +200,19 @@ fn frames_of_the_shot_are_not_overwritten() {
     let mut running = watch(folder, &["a.gltf", "-f", "7", "-r", "64x36", "-o", "frame.####.png"]);
     assert_eq!(running.0.wait().unwrap().code(), Some(73), "{}", told(folder));
     assert!(told(folder).contains("is a frame of a sequence"), "{}", told(folder));
+
+    // Those that the same run wrote it replaces.
+    std::fs::write(folder.join("frame.0007.png"), &whole).unwrap();
+    let mut running = watch(folder, &["a.gltf", "-f", "8", "-r", "96x54", "-o", "frame.####.png"]);
+    for color in ["1, 0, 0", "0, 1, 0", "0, 0, 1"] {
+        write_scene(folder, color);
+        let expected = rendered(folder, &["a.gltf", "-f", "8", "-r", "96x54"]);
+        wait_until(folder, "the image of the changed scene", || {
+            std::fs::read(folder.join("frame.0008.png")).is_ok_and(|bytes| bytes == expected)
+        });
+    }
+    assert_eq!(terminate(&mut running), Some(15));
+    assert_eq!(std::fs::read(folder.join("frame.0007.png")).unwrap(), whole);
 }
 
 /// A render of minutes starts with a coarse image. A change of the scene or a signal cancels it.

@@ -8,6 +8,7 @@ mod files;
 mod last_image;
 mod options;
 
+use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -48,6 +49,8 @@ struct Watch<'a> {
     stop: CancelFlag,
     files: WatchedFiles,
     last: Option<LastImage>,
+    /// Render hashes of the images that this run has begun, which it may replace under any name.
+    own: BTreeSet<String>,
     /// The last summary, and its warnings.
     printed: (String, Vec<Warning>),
 }
@@ -66,8 +69,14 @@ fn watch(options: &RenderOptions) -> Result<ExitStatus> {
     let stop = CancelFlag::new();
     let caught =
         signals::watch(&stop).map_err(|error| internal(format!("signals cannot be watched: {error}")))?;
-    let mut watch =
-        Watch { options, stop, files: WatchedFiles::default(), last: None, printed: Default::default() };
+    let mut watch = Watch {
+        options,
+        stop,
+        files: WatchedFiles::default(),
+        last: None,
+        own: BTreeSet::new(),
+        printed: Default::default(),
+    };
     let mut is_first = true;
     loop {
         watch.files.look();
@@ -134,7 +143,7 @@ impl Watch<'_> {
         plan.check_collisions(&others, inputs)?;
         check_others(others.iter().copied(), args)?;
         if !args.overwrite {
-            protect_foreign(job, &plan)?;
+            protect_foreign(job, &plan, &self.own)?;
         }
         let printed = (summary(job, *camera, environment), [choices.as_slice(), warnings].concat());
         if printed != self.printed || job.strict {
@@ -147,6 +156,7 @@ impl Watch<'_> {
         }
         let _lock = prepare(job, &plan, &others, &self.stop)?;
         LastImage::keep(&mut self.last, job, &plan)?;
+        self.own.extend(plan.frames.iter().map(|planned| planned.render_hash.clone()));
         self.render_frames(&resolved, &plan, args)
     }
 
@@ -227,8 +237,8 @@ fn own_name(shot: &ShotSettings) -> OsString {
     name
 }
 
-/// Refuses to replace files of other programs or purposes, and other frames of a sequence.
-fn protect_foreign(job: &SequenceJob, plan: &Plan) -> Result<()> {
+/// Refuses to replace files of other programs or purposes, and other frames of a sequence, but those of the hashes `own`.
+fn protect_foreign(job: &SequenceJob, plan: &Plan, own: &BTreeSet<String>) -> Result<()> {
     for planned in &plan.frames {
         for path in planned.paths().filter(|path| path.exists()) {
             let is_preview = planned.preview_path.as_deref() == Some(path);
@@ -241,7 +251,9 @@ fn protect_foreign(job: &SequenceJob, plan: &Plan) -> Result<()> {
                 (None, _) => "was made by another program",
                 (_, Some(other)) => &format!("is {other}"),
                 (Some(hash), None)
-                    if job.output.is_numbered() && !coarse::is_of(hash, &planned.render_hash) =>
+                    if job.output.is_numbered()
+                        && !own.contains(hash)
+                        && !coarse::is_of(hash, &planned.render_hash) =>
                 {
                     "is a frame of a sequence"
                 }

@@ -1,9 +1,9 @@
 //! Directional albedos of anisotropic GGX lobes.
 //!
-//! A view sees an anisotropic lobe about as it sees the isotropic one whose roughness is
-//! that along the view's azimuth. The table holds the difference between both, which is small and smooth, over the roughness along Y,
-//! that along X, that along the azimuth, the view's elevation and the index of refraction; cubics interpolate it. At least 99 % of
-//! lobes and views are within 1e-3 of the integrals, all within 0.02 (`bsdf::tests::quadrature`).
+//! A view sees an anisotropic lobe about as it sees the isotropic one whose roughness is that along the view's azimuth. The table holds
+//! the difference between both, which is small and smooth, over the roughness along Y, that along X, that along the azimuth, the view's
+//! elevation and the index of refraction; cubics interpolate it. At least 99 % of lobes and views are within 1e-3 of the integrals, all
+//! within 0.02 (`bsdf::tests::quadrature`).
 //!
 //! What a lobe transmits from within a medium has the edge of total reflection, which no small table resolves: it is integrated for
 //! each view, as is what it reflects at indices beyond the table.

@@ -81,11 +81,16 @@ impl Frame {
     }
 
     /// Poses everything except the camera of a frame that was posed with the same scene and selection. Instances that have not moved since are
-    /// kept.
-    pub(crate) fn pose_surfaces_again(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
+    /// kept. Returns whether any has moved.
+    pub(crate) fn pose_surfaces_again(
+        &mut self,
+        scene: &Scene,
+        selection: &Selection,
+        time_seconds: f64,
+    ) -> bool {
         std::mem::swap(&mut self.scratch.now, &mut self.scratch.before);
         self.play(scene, selection, time_seconds);
-        self.pose_instances(scene, true);
+        self.pose_instances(scene, true)
     }
 
     /// Plays the clips, and poses what has no vertices. Returns the selected nodes.
@@ -144,8 +149,9 @@ impl Frame {
         emptied(&mut self.vertices, vertices);
     }
 
-    /// Poses the listed instances, or only those that have moved.
-    fn pose_instances(&mut self, scene: &Scene, keeps_unmoved: bool) {
+    /// Poses the listed instances, or only those that have moved. Returns whether it posed any.
+    fn pose_instances(&mut self, scene: &Scene, keeps_unmoved: bool) -> bool {
+        let mut has_posed = false;
         let Scratch { now, before, joint_matrices: joints, parts } = &mut self.scratch;
         let unmoved = keeps_unmoved.then(|| Unmoved::new(scene, before, now));
         let SurfacePose { pose, world, material_flags } = &*now;
@@ -154,6 +160,7 @@ impl Frame {
             if unmoved.as_ref().is_some_and(|unmoved| unmoved.holds(instance)) {
                 continue;
             }
+            has_posed = true;
             let primitive = instance.primitive(scene);
             let node = &scene.nodes[instance.node.index()];
             let weights = morph_weights(scene, pose, instance.node, instance.mesh);
@@ -195,6 +202,7 @@ impl Frame {
             let triangles = posed_triangles(primitive, vertices, instance.mirrored, flags);
             write_at(&mut self.triangles, first, triangles);
         }
+        has_posed
     }
 }
 

@@ -8,6 +8,7 @@ use glam::{Vec2, Vec3};
 use super::IntegratorContext;
 use super::context::{follows_frosted_glass, follows_rough_reflection};
 use super::environment_directions::EnvironmentDirections;
+use super::environment_shares::EnvironmentShares;
 use super::interiors::Interiors;
 use super::lights::{self, PreparedLight};
 use super::occluders::OccluderBox;
@@ -15,22 +16,14 @@ use super::opaque_materials::{OpaqueAlbedos, is_opaque};
 use super::path::{EmissiveTriangles, PathGuide, VisibleEnvironment};
 use super::random::hash;
 use super::settings::{EnvSamples, Integrator, IntegratorSettings, LightSize, PathSettings};
-use super::walls::is_wall;
 use super::zsobol::ZSobol;
-use crate::bvh::{Hit, TraversalCounters};
 use crate::color::luminance;
 use crate::frame::Frame;
-use crate::geometry::{Ray, spiral_direction};
+use crate::geometry::spiral_direction;
 use crate::interaction::is_constant;
 use crate::scene::{AlphaMode, Environment, Material};
 use crate::scene_view::SceneView;
 
-/// Automatic shadows of the environment begin where a camera sees it in this share of all directions, and are full at the second share.
-const OPEN_SHARES: [f32; 2] = [0.05, 0.15];
-/// Their occluders reflect light from the first of these shares on, and all of it at the second.
-const BOUNCE_SHARES: [f32; 2] = [0.15, 0.25];
-/// Rays that find how much of the environment a camera sees.
-const OPENNESS_RAYS: u32 = 2048;
 /// Normals whose irradiances tell the mean radiance of the environment.
 const MEAN_NORMALS: u32 = 64;
 
@@ -48,11 +41,8 @@ impl<'a> IntegratorContext<'a> {
         let lamp_volume =
             |light: &PreparedLight| light.position().filter(|_| !is_path).and_then(volume_around);
         let lamp_volumes = lights.iter().map(lamp_volume).collect();
-        let [occluded_share, bounce_share] = match settings.integrator {
-            Integrator::Path => [1.0, 0.0],
-            Integrator::Whitted if view.environment.is_lit() => traced_shares(view, settings.env_samples),
-            Integrator::Whitted => [0.0; 2],
-        };
+        let EnvironmentShares { occluded: occluded_share, bounced: bounce_share } =
+            traced_shares(view, &settings);
         let traces_environment = !is_path && occluded_share > 0.0;
         let follows_rough_lobes = !is_path
             && (follows_rough_reflection(view, &settings)
@@ -119,18 +109,18 @@ fn environment_directions(
     if shades_receivers { directions.with_receivers(up) } else { directions }
 }
 
-/// Share of the environment's light that shadow rays decide about, and of what their occluders reflect that is traced. Automatic ones fade out as the
-/// camera enters a closed space: by the share of directions in which nothing is between camera and environment.
-fn traced_shares(view: SceneView<'_>, env_samples: EnvSamples) -> [f32; 2] {
-    match env_samples {
-        EnvSamples::Fixed(rays) => [f32::from(rays > 0); 2],
-        EnvSamples::Auto => {
-            let open_share = open_share(view);
-            [OPEN_SHARES, BOUNCE_SHARES].map(|[closed, open]| {
-                let share = ((open_share - closed) / (open - closed)).clamp(0.0, 1.0);
-                share * share * (3.0 - 2.0 * share)
-            })
-        }
+fn traced_shares(view: SceneView<'_>, settings: &IntegratorSettings) -> EnvironmentShares {
+    if settings.integrator == Integrator::Path {
+        return EnvironmentShares { occluded: 1.0, bounced: 0.0 };
+    }
+    match settings.env_samples {
+        _ if !view.environment.is_lit() => EnvironmentShares::NONE,
+        EnvSamples::Fixed(0) => EnvironmentShares::NONE,
+        EnvSamples::Fixed(_) => EnvironmentShares::ALL,
+        EnvSamples::Auto => settings.environment_shares.unwrap_or_else(|| {
+            let position = view.frame.camera.world_from_camera.w_axis.truncate();
+            EnvironmentShares::seen_from(view, position)
+        }),
     }
 }
 
@@ -141,16 +131,6 @@ pub(super) fn traced_samples(occluded_share: f32, settings: &IntegratorSettings)
     let divisors = [4, 2].into_iter().filter(|divisor| samples == max_samples && samples % divisor == 0);
     let mut shares = divisors.map(|divisor: u32| 1.0 / divisor as f32);
     shares.find(|share| occluded_share <= *share).unwrap_or(1.0)
-}
-
-/// Share of all directions in which the camera sees the environment, past glass and surfaces that are more than half transparent.
-fn open_share(view: SceneView<'_>) -> f32 {
-    let origin = view.frame.camera.world_from_camera.w_axis.truncate();
-    let mut counters = TraversalCounters::default();
-    let directions = (0..OPENNESS_RAYS).map(|index| spiral_direction(index, OPENNESS_RAYS));
-    let hides = |hit: &Hit| is_wall(view, hit, |_| true);
-    let is_open = |direction| !view.bvh.occluded(&Ray::new(origin, direction), hides, &mut counters);
-    directions.map(is_open).filter(|is_open| *is_open).count() as f32 / OPENNESS_RAYS as f32
 }
 
 /// Mean radiance of the environment without its peaks.

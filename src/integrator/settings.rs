@@ -1,5 +1,6 @@
 //! Settings of an integrator.
 
+use super::environment_shares::EnvironmentShares;
 use crate::scene::Ground;
 
 /// Light transport algorithm.
@@ -95,6 +96,8 @@ pub struct IntegratorSettings {
     pub glossy_samples: u32,
     /// Shadow rays of [`Integrator::Whitted`] to the environment.
     pub env_samples: EnvSamples,
+    /// What [`EnvSamples::Auto`] traces of the environment's light; `None` decides by what the camera of the frame sees.
+    pub environment_shares: Option<EnvironmentShares>,
 }
 
 impl Default for IntegratorSettings {
@@ -114,6 +117,7 @@ impl Default for IntegratorSettings {
             light_size: LightSize::default(),
             glossy_samples: 0,
             env_samples: EnvSamples::Auto,
+            environment_shares: None,
         }
     }
 }

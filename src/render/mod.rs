@@ -25,7 +25,9 @@ mod tile_grid;
 mod tile_loop;
 mod tile_pixels;
 
-pub use crate::integrator::{EnvSamples, GlassShadows, Integrator, LightSize, PathSettings, SampleRange};
+pub use crate::integrator::{
+    EnvSamples, EnvironmentShares, GlassShadows, Integrator, LightSize, PathSettings, SampleRange,
+};
 pub use crate::scene_view::SceneView;
 pub use adaptive::Adaptive;
 pub use expected_rays::expected_rays;

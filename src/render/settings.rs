@@ -4,7 +4,9 @@ use super::adaptive::Adaptive;
 use super::filter::PixelFilter;
 use super::lens::Lens;
 use crate::film::{AovFlags, PixelWindow};
-use crate::integrator::{EnvSamples, GlassShadows, Integrator, LightSize, PathSettings, SampleRange};
+use crate::integrator::{
+    EnvSamples, EnvironmentShares, GlassShadows, Integrator, LightSize, PathSettings, SampleRange,
+};
 use crate::scene::Ground;
 
 /// What decides an image besides the frame itself.
@@ -38,6 +40,8 @@ pub struct RenderSettings {
     pub glossy_samples: u32,
     /// Shadow rays of [`Integrator::Whitted`] to the environment.
     pub env_samples: EnvSamples,
+    /// What [`EnvSamples::Auto`] traces of the environment's light; `None` decides by what the camera of the frame sees.
+    pub environment_shares: Option<EnvironmentShares>,
     /// Whether camera rays that leave the scene see the environment; otherwise they are transparent.
     pub show_background: bool,
     /// The plane that shows shadows below the scene.
@@ -85,6 +89,7 @@ impl Default for RenderSettings {
             light_size: LightSize::default(),
             glossy_samples: 0,
             env_samples: EnvSamples::Auto,
+            environment_shares: None,
             show_background: true,
             ground: None,
             noise_time: None,

@@ -8,18 +8,15 @@ use crate::integrator::Integrator;
 use crate::output::{auto_exposure_ev, covers_enough, measured_light_stops};
 use crate::render::{PathSettings, RenderSettings};
 use crate::scene::{AnimationTarget, Channel, Environment, Material, MaterialProperty, Scene, Selection};
-use crate::uneven::uneven_shares;
 
+use super::environment_shares::environment_shares;
 use super::job::duration_seconds;
+use super::measured_times::{TIMES, measured_times, times_of};
 use super::single_frame::render_single_frame_in;
 use super::{Exposure, SequenceJob};
 
 /// Pixels of the renders that are measured, which have the shape of the image: 64x36 of 16:9.
 const PIXELS: f64 = 64.0 * 36.0;
-/// Fewest and most measured times of an animation, its first and last among them.
-const TIMES: [usize; 2] = [5, 17];
-/// Number of posed triangles up to which more than the fewest times are measured.
-const POSED_TRIANGLES: usize = 4_000_000;
 /// Samples a pixel of Whitted's tree, which has next to no noise.
 const WHITTED_SAMPLES: u32 = 1;
 /// Fewest and most samples a pixel of paths, whose noise counts as highlights.
@@ -28,8 +25,6 @@ const PATH_SAMPLES: [u32; 2] = [4, 64];
 const SHARED_PATH_SAMPLES: usize = 256;
 /// Shares of the light up to which emissive surfaces leave the exposure to an environment that was made for one, and from which on it is measured.
 const EMITTED_SHARES: [f64; 2] = [0.4, 0.8];
-/// Times of all clips that share an exposure.
-const SHARED_TIMES: usize = 16 * TIMES[1];
 
 /// Exposure of tone-mapped files in stops. Automatic exposure renders a few small frames, unless the studio alone lights the
 /// scene; [`super::run`] computes it once and hands it on.
@@ -145,14 +140,16 @@ fn small_renders(
         path: PathSettings { sample_range: None, ..job.render.path },
         ..job.render.clone()
     };
-    job.first_pose.clear();
     let mut films = Vec::new();
     for selection in selections {
+        let environment_shares = environment_shares(job, selection, cancel)?;
+        job.first_pose.clear();
         let duration = f64::from(duration_seconds(&job.scene, selection));
         let first = Frame::at(&job.scene, selection, 0.0);
         let most = times_of(first.triangles.len(), selections.len()).min(most_times);
         let count = if duration > 0.0 { most } else { 1 };
-        let settings = RenderSettings { samples: samples(job, count * selections.len()), ..settings.clone() };
+        let samples = samples(job, count * selections.len());
+        let settings = RenderSettings { samples, environment_shares, ..settings.clone() };
         let mut measure = |mut frame: Frame| {
             hide_shadow_catchers(&mut frame);
             films.push(render_single_frame_in(job, environment, (&frame, &settings), cancel)?.0);
@@ -161,8 +158,8 @@ fn small_renders(
         measure(first)?;
         if count > 1 {
             // A lamp may have any period. Few times may still miss one.
-            let shares = uneven_shares(count - 2).chain([1.0]);
-            let frames = shares.map(|share| Frame::at(&job.scene, selection, duration * share));
+            let times = measured_times(duration, count).skip(1);
+            let frames = times.map(|time_seconds| Frame::at(&job.scene, selection, time_seconds));
             frames.map(measure).collect::<Result<Vec<_>, _>>()?;
         }
     }
@@ -173,13 +170,6 @@ fn small_renders(
 fn measured_size((width, height): (u32, u32)) -> (u32, u32) {
     let columns = (PIXELS * f64::from(width) / f64::from(height)).sqrt().round().clamp(1.0, PIXELS);
     (columns as u32, (PIXELS / columns).round().max(1.0) as u32)
-}
-
-/// Number of measured times of an animation, by the number of its triangles and that of the selections that share the exposure.
-fn times_of(triangles: usize, selections: usize) -> usize {
-    let [fewest, most] = TIMES;
-    let most = (SHARED_TIMES / selections).clamp(fewest, most);
-    (POSED_TRIANGLES / triangles.max(1)).clamp(fewest, most)
 }
 
 /// Samples a pixel where `times` are measured in all.

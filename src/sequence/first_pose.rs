@@ -40,6 +40,12 @@ impl FirstPose {
         Some(frame)
     }
 
+    /// Leaves a frame that was posed with `scene` and `selection`, at any time.
+    pub(super) fn put(&self, frame: Frame, scene: &Arc<Scene>, selection: &Selection) {
+        let posed = Posed { frame, scene: Arc::downgrade(scene), selection: selection.clone() };
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(posed);
+    }
+
     /// Drops the pose before other work needs its memory.
     pub(super) fn clear(&self) {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).take();

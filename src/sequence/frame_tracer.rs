@@ -11,10 +11,12 @@ use crate::image::{PartHashes, Plate, SceneContent};
 use crate::image_file::{FrameAttributes, SAMPLE_RANGE};
 use crate::output::{InstanceIds, frame_attributes};
 use crate::render::{
-    Integrator, PathFrame, RenderSettings, RenderStatistics, SceneView, ShutterSample, render_frame_into,
+    EnvironmentShares, Integrator, PathFrame, RenderSettings, RenderStatistics, SceneView, ShutterSample,
+    render_frame_into,
 };
 
 use super::checkpoint::Checkpoint;
+use super::environment_shares::environment_shares;
 use super::exposure::exposure_ev;
 use super::pass_clock::PassClock;
 use super::posed_frames::PosedFrames;
@@ -68,6 +70,8 @@ pub(crate) struct FrameTracer<'a> {
     frame_seconds: f64,
     /// The exposure of all frames, stops, once it is known.
     exposure_ev: Option<f32>,
+    /// The shares of the environment's light that all frames trace, once they are known.
+    environment_shares: Option<EnvironmentShares>,
 }
 
 /// Statistics of a traced frame.
@@ -108,6 +112,7 @@ impl<'a> FrameTracer<'a> {
             plate: None,
             frame_seconds: 0.0,
             exposure_ev: None,
+            environment_shares: None,
         }
     }
 
@@ -140,6 +145,7 @@ impl<'a> FrameTracer<'a> {
         let time_seconds = self.job.rate.time_seconds(frame);
         self.frame_seconds = time_seconds;
         self.find_exposure()?;
+        self.environment_shares = environment_shares(self.job, &self.job.selection, self.cancel)?;
         let times = self.job.shutter.times(time_seconds, self.job.rate);
         let mut rendered = match self.job.render.integrator {
             Integrator::Whitted => self.render_trees(&times, film, on_progress)?,
@@ -314,6 +320,7 @@ impl<'a> FrameTracer<'a> {
             window: film.window,
             noise_time: Some(self.frame_seconds),
             exposure_ev: self.exposure_ev.unwrap_or_default(),
+            environment_shares: self.environment_shares,
             ..self.job.render.clone()
         }
     }

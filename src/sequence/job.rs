@@ -11,7 +11,7 @@ use crate::scene::{Environment, NodeIndex, Scene, Selection};
 
 use crate::settings::{ExistingFiles, Exposure, FrameRate, OutputPattern, Shutter};
 
-use super::{FirstPose, Plates, SequenceOutputs, SharedExposure};
+use super::{FirstPose, KnownShares, Plates, SequenceOutputs, SharedExposure};
 
 /// Description of a sequence of files.
 #[derive(Clone, Debug)]
@@ -33,6 +33,8 @@ pub struct SequenceJob {
     pub shutter: Shutter,
     /// The scene as the choice of its camera has posed it; empty where nothing was posed.
     pub first_pose: FirstPose,
+    /// What is known of the traced shares of the environment's light; empty at first.
+    pub known_shares: KnownShares,
     /// Image, sampling and shading.
     pub render: RenderSettings,
     /// BVH construction; never changes the image.

@@ -8,6 +8,7 @@ mod banded_frame;
 mod bands;
 mod checkpoint;
 mod collisions;
+mod environment_shares;
 mod event;
 mod exposure;
 mod file_stamp;
@@ -19,7 +20,9 @@ mod frame_warnings;
 mod job;
 mod joint_files;
 mod kept_preview;
+mod known_shares;
 mod manifest;
+mod measured_times;
 mod memory;
 mod movie_output;
 mod movie_settings;
@@ -54,6 +57,7 @@ pub use frame_loop::run;
 pub(crate) use frame_tracer::{FrameStatistics, FrameTracer};
 pub(crate) use frame_warnings::FrameWarnings;
 pub use job::{SequenceJob, duration_seconds, triangle_count};
+pub use known_shares::KnownShares;
 pub use manifest::{ListedFile, Manifest};
 pub use memory::{
     PixelMemory, check_framing_memory, check_image_memory, check_whole_frames, estimated_bytes,

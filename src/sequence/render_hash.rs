@@ -13,8 +13,8 @@ use crate::color::ToneCurve;
 use crate::film::PixelWindow;
 use crate::output::{ExrOutput, PreviewLook, SOFTWARE};
 use crate::render::{
-    Adaptive, Aperture, EnvSamples, Focus, GlassShadows, Integrator, Lens, LightSize, PathSettings,
-    RenderSettings,
+    Adaptive, Aperture, EnvSamples, EnvironmentShares, Focus, GlassShadows, Integrator, Lens, LightSize,
+    PathSettings, RenderSettings,
 };
 use crate::scene::{CameraChanges, Ground, Scene, SelectedCamera, Selection, Turntable, VariantIndex};
 use crate::sha256::hex;
@@ -68,6 +68,7 @@ pub(super) fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
         rate,
         shutter,
         first_pose: _,
+        known_shares: _,
         render,
         build: _,
         output,
@@ -90,9 +91,7 @@ pub(super) fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
     let Selection { roots, clips, camera, camera_changes, image_light: _, variant } = selection;
     let file = match output.format() {
         OutputFormat::Exr => exr_key(exr),
-        OutputFormat::Png | OutputFormat::Movie(_) => {
-            png_key(*tone, *exposure, *display_background, render.window)
-        }
+        _ => png_key(*tone, *exposure, *display_background, render.window),
     };
     // Keys are sorted when printed and floats are given by their bits: one value has one text.
     let mut content = render_settings_key(render, *shutter);
@@ -145,6 +144,7 @@ fn render_settings_key(render: &RenderSettings, shutter: Shutter) -> serde_json:
         light_size: _,
         glossy_samples: _,
         env_samples: _,
+        environment_shares,
         show_background,
         ground,
         noise_time: _,
@@ -163,6 +163,10 @@ fn render_settings_key(render: &RenderSettings, shutter: Shutter) -> serde_json:
     });
     if let Some(Ground { up, height, is_mirror }) = ground {
         key["ground"] = json!([up.to_array().map(f32::to_bits), height.to_bits(), is_mirror]);
+    }
+    // Where they are not given, scene, selection and environment decide.
+    if let Some(EnvironmentShares { occluded, bounced }) = environment_shares {
+        key["environment_shares"] = json!([occluded.to_bits(), bounced.to_bits()]);
     }
     key
 }

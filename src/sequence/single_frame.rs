@@ -8,6 +8,7 @@ use crate::render::{RenderSettings, RenderStatistics, SceneView, render_frame};
 use crate::scene::Environment;
 
 use super::SequenceJob;
+use super::environment_shares::environment_shares;
 
 /// Renders `frame`, the scene of `job` at one time, with `settings` instead of the job's own. There is no shutter, and
 /// pixel-centre samples are not recorded.
@@ -20,7 +21,9 @@ pub fn render_single_frame(
     settings: &RenderSettings,
     cancel: &CancelFlag,
 ) -> Result<(Film, RenderStatistics), Cancelled> {
-    render_single_frame_in(job, &job.environment, (frame, settings), cancel)
+    let environment_shares = environment_shares(job, &job.selection, cancel)?;
+    let settings = RenderSettings { environment_shares, ..settings.clone() };
+    render_single_frame_in(job, &job.environment, (frame, &settings), cancel)
 }
 
 /// [`render_single_frame`] in another environment.

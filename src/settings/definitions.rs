@@ -187,7 +187,7 @@ settings! {
     glossy: Whole<u32, 0, 4096> = 0, Image { value_name: "N" }
     /// Shadow rays of the whitted integrator towards the environment
     /// , per sample at the first visible surface; surfaces seen in mirrors and through glass send one. A ray that hits something reflects light of the environment from there, once. 0: no shadows of the environment. auto: 1, and 4 on shadow catchers and the ground, unless what casts shadows covers a small part of the sky. Inside closed spaces auto fades
-    /// the shadows out, with fewer rays: without more bounces the space would be black
+    /// the shadows out, as far in all frames of an animation, with fewer rays: without more bounces the space would be black
     env_samples: EnvSamplesType = EnvSamples::Auto, Image { value_name: "N|auto" }
     /// Shadows of glass
     glass_shadows: OneOf<GlassShadows> = GlassShadows::Straight, Image { value_name: "KIND" }

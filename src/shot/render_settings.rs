@@ -43,6 +43,7 @@ pub(crate) fn render_settings(
         lens: lens(args, scene, of_file)?,
         glossy_samples: args.glossy,
         env_samples: args.env_samples,
+        environment_shares: None,
         noise_time: None,
         // Found with the first frame that needs it.
         exposure_ev: 0.0,

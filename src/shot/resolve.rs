@@ -17,8 +17,8 @@ use crate::scene::{
     ViewRequest, mark_shadow_catchers, mark_shadow_catching_node,
 };
 use crate::sequence::{
-    ExistingFiles, FirstPose, PixelMemory, Plan, Plates, SequenceJob, SequenceOutputs, SharedExposure,
-    Shutter, check_framing_memory, check_image_memory, lowest_band,
+    ExistingFiles, FirstPose, KnownShares, PixelMemory, Plan, Plates, SequenceJob, SequenceOutputs,
+    SharedExposure, Shutter, check_framing_memory, check_image_memory, lowest_band,
 };
 use crate::settings::{BackgroundSource, DenoiserKind, GroundKind, SettingValues, Switch, suggest};
 
@@ -278,6 +278,7 @@ fn sequence_job(
         rate: args.fps,
         shutter: shutter(args),
         first_pose: FirstPose::default(),
+        known_shares: KnownShares::default(),
         render: RenderSettings {
             show_background: environment_request(args).shows_background(),
             ..outline.render.clone()

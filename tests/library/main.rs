@@ -7,6 +7,7 @@ mod checkpoints;
 mod colors;
 mod conformance;
 mod corruptions;
+mod environment_shares;
 mod exposed_samples;
 mod exposure;
 mod fault_table;

@@ -19,7 +19,8 @@ use rayframe::scene::{
     TextureIndex, TextureRef, UvTransform,
 };
 use rayframe::sequence::{
-    ExistingFiles, Exposure, FirstPose, FrameRate, OutputPattern, SequenceJob, SequenceOutputs, Shutter,
+    ExistingFiles, Exposure, FirstPose, FrameRate, KnownShares, OutputPattern, SequenceJob, SequenceOutputs,
+    Shutter,
 };
 
 /// A scene, its environment and its render settings.
@@ -205,6 +206,7 @@ pub(crate) fn sequence_job(
         rate: FrameRate::FILM,
         shutter: Shutter::default(),
         first_pose: FirstPose::default(),
+        known_shares: KnownShares::default(),
         render: RenderSettings {
             resolution,
             window: PixelWindow::full(resolution.0, resolution.1),

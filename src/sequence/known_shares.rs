@@ -1,0 +1,34 @@
+//! Traced shares of the environment's light that were found before.
+
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+
+use crate::render::EnvironmentShares;
+use crate::scene::{Scene, Selection};
+
+/// Shares that are known already, of scenes and selections. Clones have them in common.
+#[derive(Clone, Debug, Default)]
+pub struct KnownShares(Arc<Mutex<Vec<Known>>>);
+
+#[derive(Debug)]
+struct Known {
+    scene: Weak<Scene>,
+    selection: Selection,
+    shares: EnvironmentShares,
+}
+
+impl KnownShares {
+    /// Those of a selection.
+    pub(super) fn get(&self, scene: &Arc<Scene>, selection: &Selection) -> Option<EnvironmentShares> {
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_same = |known: &&Known| {
+            Weak::ptr_eq(&known.scene, &Arc::downgrade(scene)) && known.selection == *selection
+        };
+        known.iter().find(is_same).map(|known| known.shares)
+    }
+
+    /// Adds those of a selection.
+    pub(super) fn add(&self, scene: &Arc<Scene>, selection: &Selection, shares: EnvironmentShares) {
+        let known = Known { scene: Arc::downgrade(scene), selection: selection.clone(), shares };
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(known);
+    }
+}

@@ -15,6 +15,7 @@ use crate::error::{Provenance, Result, Warning};
 use crate::gltf::ImageLoading;
 use crate::output::{Aov, AovSet};
 use crate::scene::{CameraRequest, Scene};
+use crate::sequence::KnownShares;
 use crate::settings::{EnvironmentSource, FrameSpec, Settings};
 use crate::shot::{RenderJob, ShotSettings, check_warnings, load_scene, resolve_scene};
 
@@ -40,6 +41,8 @@ pub struct Renderer {
     shot_file: Option<PathBuf>,
     scene: Arc<Scene>,
     cancel: CancelFlag,
+    /// What earlier frames have found.
+    known_shares: KnownShares,
 }
 
 impl Renderer {
@@ -73,7 +76,13 @@ impl Renderer {
         let shot = ShotSettings::read_with(path.as_ref(), settings)?;
         let scene = Arc::new(load_scene(&shot, ImageLoading::Texels)?);
         let ShotSettings { settings, shot_file, .. } = shot;
-        Ok(Self { settings, shot_file, scene, cancel: CancelFlag::new() })
+        Ok(Self {
+            settings,
+            shot_file,
+            scene,
+            cancel: CancelFlag::new(),
+            known_shares: KnownShares::default(),
+        })
     }
 
     /// Sets the size of the image in pixels, in place of an earlier resolution, width, height or scale. The default is 1280x720.
@@ -185,6 +194,7 @@ impl Renderer {
         check_warnings(&job.sequence, &job.warnings)?;
         // Only the program has a terminal.
         job.sequence.sequence_outputs.shows_frames = false;
+        job.sequence.known_shares = self.known_shares.clone();
         Ok(job)
     }
 }

@@ -38,12 +38,9 @@ pub fn covers_enough(films: &[Film]) -> bool {
 /// them. Pixels that emit more light than they reflect are left out where the film has light passes. The others are weighted by
 /// coverage. Values have a lower bound, or a few black pixels would lower the geometric mean without limit. Where base colours are
 /// known, all but the brightest twentieth of what is lit stay below 1.5 times their own, so that a pool of light in the dark is not blown out.
-/// Without any light, and where nothing but emission and its mirror images is seen, the exposure is 0. The value stays within [`AUTO_EXPOSURE_BOUNDS`] and is rounded to hundredths, so that the
+/// Without any light the exposure is 0. The value stays within [`AUTO_EXPOSURE_BOUNDS`] and is rounded to hundredths, so that the
 /// printed value can be passed as an option.
 pub fn auto_exposure_ev(films: &[Film]) -> f32 {
-    if !films.is_empty() && films.iter().all(has_no_lit_surface) {
-        return 0.0;
-    }
     let pixels: Vec<MeteredPixel> = films.iter().flat_map(metered_pixels).collect();
     let light = mean_stops(&pixels, |pixel| pixel.luminance);
     let target = mean_stops(&pixels, |pixel| pixel.target);
@@ -55,14 +52,6 @@ pub fn auto_exposure_ev(films: &[Film]) -> f32 {
     let ev = most_for_highlights.min(ev);
     // The sum with zero turns −0 into 0.
     ((libm::round(ev * 100.0) / 100.0) as f32).clamp(least, most) + 0.0
-}
-
-/// Whether a film has light, but none that a surface scatters: then mirror images of emitters would be measured as light on dark floors.
-fn has_no_lit_surface(film: &Film) -> bool {
-    let Some(passes) = &film.aovs.light else { return false };
-    let has_light = |pass: LightPass| passes.iter().any(|of_pixel| of_pixel[pass.index()] != [0.0; 3]);
-    let scattered = [LightPass::Direct, LightPass::Environment, LightPass::Transparency];
-    has_light(LightPass::Emission) && !scattered.into_iter().any(has_light)
 }
 
 /// The geometric mean of the luminance that [`auto_exposure_ev`] measures, in stops; `None` without any light.
@@ -232,20 +221,6 @@ mod tests {
         // An unlit scene shows its own colours.
         film.aovs.light = Some(vec![emission(0.36), emission(9.0)]);
         assert_eq!(auto_exposure_ev(&[film]), 0.0);
-    }
-
-    #[test]
-    fn mirror_images_of_emitters_do_not_decide() {
-        // A dark floor that mirrors a lamp. With light on the floor it is metered.
-        let mut film = film_of_surfaces(&[[0.9, 0.9, 0.9, 1.0], [9.0, 9.0, 9.0, 1.0]], &[0.05; 2]);
-        let passes = |direct: f32| {
-            let mirrored = [[0.0; 3], [direct; 3], [0.0; 3], [0.9 - direct; 3], [0.0; 3], [0.0; 3]];
-            vec![mirrored, [[9.0; 3], [0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]]]
-        };
-        film.aovs.light = Some(passes(0.0));
-        assert_eq!(auto_exposure_ev(&[film.clone()]), 0.0);
-        film.aovs.light = Some(passes(0.1));
-        assert!(auto_exposure_ev(&[film]) < -2.0);
     }
 
     #[test]

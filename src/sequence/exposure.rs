@@ -6,13 +6,12 @@ use crate::film::{AovFlags, Film, PixelWindow};
 use crate::frame::Frame;
 use crate::integrator::Integrator;
 use crate::output::{auto_exposure_ev, covers_enough, measured_light_stops};
-use crate::render::{PathSettings, RenderSettings};
+use crate::render::{PathSettings, RenderSettings, render_frame};
 use crate::scene::{AnimationTarget, Channel, Environment, Material, MaterialProperty, Scene, Selection};
 
 use super::environment_shares::environment_shares;
-use super::job::duration_seconds;
-use super::measured_times::{TIMES, measured_times, times_of};
-use super::single_frame::render_single_frame_in;
+use super::measured_scene::MeasuredScene;
+use super::measured_times::{TIMES, measured_seconds, measured_times, times_of};
 use super::{Exposure, SequenceJob};
 
 /// Pixels of the renders that are measured, which have the shape of the image: 64x36 of 16:9.
@@ -53,10 +52,14 @@ struct Content<'c> {
     resolution: (u32, u32),
 }
 
-/// Measures the light on the scene's surfaces; where these cover next to nothing, that of the background. An environment that
+/// Measures the light on the scene's surfaces; where these cover next to nothing, that of the background. Where nothing lights them it is 0. An environment that
 /// was made for an exposure decides instead where it lights the scene alone, and less the more of the light comes from emissive surfaces.
 fn auto_exposure(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -> Result<f32, Cancelled> {
     let has_lamps = job.render.light_scale > 0.0 && job.selection.has_lights(&job.scene);
+    // Emission lights no surface there: mirror images of emitters would be measured as light on dark floors.
+    if job.render.integrator == Integrator::Whitted && !has_lamps && !job.environment.is_lit() {
+        return Ok(0.0);
+    }
     let Some(built_in_ev) = job.environment.exposure_ev().filter(|_| !has_lamps) else {
         return measured_ev(job, content, cancel);
     };
@@ -142,25 +145,19 @@ fn small_renders(
     };
     let mut films = Vec::new();
     for selection in selections {
-        let environment_shares = environment_shares(job, selection, cancel)?;
-        job.first_pose.clear();
-        let duration = f64::from(duration_seconds(&job.scene, selection));
-        let first = Frame::at(&job.scene, selection, 0.0);
-        let most = times_of(first.triangles.len(), selections.len()).min(most_times);
+        let environment_shares = environment_shares(job, selection, &job.render, cancel)?;
+        let mut scene = MeasuredScene::new(job, selection);
+        let duration = measured_seconds(&job.scene, selection);
+        let most = times_of(scene.frame().triangles.len(), selections.len()).min(most_times);
         let count = if duration > 0.0 { most } else { 1 };
         let samples = samples(job, count * selections.len());
         let settings = RenderSettings { samples, environment_shares, ..settings.clone() };
-        let mut measure = |mut frame: Frame| {
-            hide_shadow_catchers(&mut frame);
-            films.push(render_single_frame_in(job, environment, (&frame, &settings), cancel)?.0);
-            Ok(())
-        };
-        measure(first)?;
-        if count > 1 {
-            // A lamp may have any period. Few times may still miss one.
-            let times = measured_times(duration, count).skip(1);
-            let frames = times.map(|time_seconds| Frame::at(&job.scene, selection, time_seconds));
-            frames.map(measure).collect::<Result<Vec<_>, _>>()?;
+        // A lamp may have any period. Few times may still miss one.
+        for time_seconds in measured_times(duration, count) {
+            scene.pose(time_seconds);
+            hide_shadow_catchers(scene.frame_mut());
+            let view = scene.view(environment, cancel)?;
+            films.push(render_frame(&view, &settings, cancel, &|_| ())?.0);
         }
     }
     Ok(films)

@@ -1,11 +1,11 @@
-//! A pose that the choice of a camera has made, for the first frame.
+//! A pose that was made before the first frame, which takes it.
 
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use crate::frame::Frame;
 use crate::scene::{Scene, Selection};
 
-/// The scene as the choice of an automatic camera has posed it, at the start of the clips. The first frame takes it, as it is or for its
+/// The scene as the choice of an automatic camera or a measurement has posed it, at any time. The first frame takes it, as it is or for its
 /// memory. Clones share it.
 #[derive(Clone, Debug, Default)]
 pub struct FirstPose(Arc<Mutex<Option<Posed>>>);

@@ -70,7 +70,7 @@ pub(crate) struct FrameTracer<'a> {
     frame_seconds: f64,
     /// The exposure of all frames, stops, once it is known.
     exposure_ev: Option<f32>,
-    /// The shares of the environment's light that all frames trace, once they are known.
+    /// The shares of the environment's light that the frames trace, if all trace the same.
     environment_shares: Option<EnvironmentShares>,
 }
 
@@ -145,7 +145,8 @@ impl<'a> FrameTracer<'a> {
         let time_seconds = self.job.rate.time_seconds(frame);
         self.frame_seconds = time_seconds;
         self.find_exposure()?;
-        self.environment_shares = environment_shares(self.job, &self.job.selection, self.cancel)?;
+        let SequenceJob { selection, render, .. } = self.job;
+        self.environment_shares = environment_shares(self.job, selection, render, self.cancel)?;
         let times = self.job.shutter.times(time_seconds, self.job.rate);
         let mut rendered = match self.job.render.integrator {
             Integrator::Whitted => self.render_trees(&times, film, on_progress)?,

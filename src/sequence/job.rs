@@ -31,7 +31,7 @@ pub struct SequenceJob {
     pub rate: FrameRate,
     /// Shutter of each frame.
     pub shutter: Shutter,
-    /// The scene as the choice of its camera has posed it; empty where nothing was posed.
+    /// The scene as it was posed last, before the first frame; empty where nothing was posed.
     pub first_pose: FirstPose,
     /// What is known of the traced shares of the environment's light; empty at first.
     pub known_shares: KnownShares,

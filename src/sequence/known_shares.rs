@@ -26,9 +26,11 @@ impl KnownShares {
         known.iter().find(is_same).map(|known| known.shares)
     }
 
-    /// Adds those of a selection.
+    /// Adds those of a selection, and forgets scenes that are gone.
     pub(super) fn add(&self, scene: &Arc<Scene>, selection: &Selection, shares: EnvironmentShares) {
         let known = Known { scene: Arc::downgrade(scene), selection: selection.clone(), shares };
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(known);
+        let mut list = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        list.retain(|known| known.scene.strong_count() > 0);
+        list.push(known);
     }
 }

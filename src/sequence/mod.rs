@@ -22,6 +22,7 @@ mod joint_files;
 mod kept_preview;
 mod known_shares;
 mod manifest;
+mod measured_scene;
 mod measured_times;
 mod memory;
 mod movie_output;

@@ -22,7 +22,7 @@ use crate::sha256::hex;
 use super::{Exposure, OutputFormat, SequenceJob, SharedExposure, Shutter};
 
 /// Number of the rule of automatic exposure: frames by two rules never belong to one sequence.
-const METERING: u32 = 2;
+const METERING: u32 = 3;
 
 /// The hash of a run: of all that its files are made from, the part of the image and of its samples, and what is stored beside pixels.
 /// Runs of other frames before plates have other hashes.

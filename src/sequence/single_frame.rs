@@ -5,7 +5,6 @@ use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::Film;
 use crate::frame::Frame;
 use crate::render::{RenderSettings, RenderStatistics, SceneView, render_frame};
-use crate::scene::Environment;
 
 use super::SequenceJob;
 use super::environment_shares::environment_shares;
@@ -21,22 +20,11 @@ pub fn render_single_frame(
     settings: &RenderSettings,
     cancel: &CancelFlag,
 ) -> Result<(Film, RenderStatistics), Cancelled> {
-    let environment_shares = environment_shares(job, &job.selection, cancel)?;
+    let environment_shares = environment_shares(job, &job.selection, settings, cancel)?;
+    // Its memory is needed for `frame`.
+    job.first_pose.clear();
     let settings = RenderSettings { environment_shares, ..settings.clone() };
-    render_single_frame_in(job, &job.environment, (frame, &settings), cancel)
-}
-
-/// [`render_single_frame`] in another environment.
-///
-/// # Errors
-/// [`Cancelled`] when `cancel` is raised.
-pub(super) fn render_single_frame_in(
-    job: &SequenceJob,
-    environment: &Environment,
-    (frame, settings): (&Frame, &RenderSettings),
-    cancel: &CancelFlag,
-) -> Result<(Film, RenderStatistics), Cancelled> {
     let bvh = Builder::default().build(&frame.triangles, &frame.flags, &job.build, cancel, None)?;
-    let view = SceneView { scene: &job.scene, frame, bvh: &bvh, environment };
-    render_frame(&view, settings, cancel, &|_| ())
+    let SequenceJob { scene, environment, .. } = job;
+    render_frame(&SceneView { scene, frame, bvh: &bvh, environment }, &settings, cancel, &|_| ())
 }

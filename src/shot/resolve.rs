@@ -245,19 +245,21 @@ fn resolve_sequences(
             inputs: inputs.clone(),
         });
     }
-    share_exposure(&mut jobs);
+    share_light(&mut jobs);
     Ok(jobs)
 }
 
-/// Gives the jobs of one scene one automatic exposure.
-fn share_exposure(jobs: &mut [RenderJob]) {
+/// Gives the jobs of one scene one automatic exposure, and what is known of shares of the environment's light.
+fn share_light(jobs: &mut [RenderJob]) {
     let Some(first) = jobs.first().filter(|_| jobs.len() > 1) else { return };
     // Cameras may have shapes of their own, and which of them needs the exposure first depends on what is there.
     let resolution = first.sequence.render.resolution;
     let selections = jobs.iter().map(|job| job.sequence.selection.clone()).collect();
     let shared = Arc::new(SharedExposure::new(selections, resolution));
+    let known_shares = first.sequence.known_shares.clone();
     for job in jobs {
         job.sequence.shared_exposure = Some(Arc::clone(&shared));
+        job.sequence.known_shares = known_shares.clone();
     }
 }
 

@@ -8,7 +8,9 @@ use rayframe::cancel::CancelFlag;
 use rayframe::frame::Frame;
 use rayframe::image::Image;
 use rayframe::render::{EnvSamples, EnvironmentShares};
-use rayframe::scene::{AnimationTarget, Environment, Material, NodeIndex, Projection, SelectedCamera};
+use rayframe::scene::{
+    AnimationTarget, Environment, LocalTransform, Material, NodeIndex, Projection, SelectedCamera, Turntable,
+};
 use rayframe::sequence::{FrameRate, Plan, SequenceJob, render_hash, render_single_frame, run};
 
 use crate::stage::{Stage, animate, lambert, rectangle, sequence_job};
@@ -66,12 +68,39 @@ fn scenes_that_do_not_move_are_seen_by_each_frame() {
     let mut job = garage(Path::new("unused.exr"));
     job.selection.clips.clear();
     assert!((brightness(&job, 0.0) - ALBEDO).abs() < 1e-5);
-    // Others may say what they trace.
+    // Settings may say what is traced.
     job.render.environment_shares = Some(EnvironmentShares::ALL);
     let all = brightness(&job, 0.0);
     job.render.environment_shares = None;
     job.render.env_samples = EnvSamples::Fixed(1);
     assert_eq!(all, brightness(&job, 0.0));
+}
+
+#[test]
+fn a_turntable_changes_no_surface() {
+    // The wall is open. The camera turns about the middle of the floor, from the opening to the opposite wall and back.
+    let mut job = garage(Path::new("unused.exr"));
+    job.selection.clips.clear();
+    let node = &mut Arc::make_mut(&mut job.scene).nodes[0];
+    node.local = LocalTransform::Matrix(Mat4::from_translation(Vec3::Y * 4.0));
+    let SelectedCamera::Fixed { projection, .. } = job.selection.camera else {
+        panic!("the camera is fixed");
+    };
+    let (start, center) = (camera_at(Vec3::Z * 1.9, Vec3::Y * -2.0), Vec3::Y * -2.0);
+    let seen_by = |camera: SelectedCamera, time_seconds: f64| {
+        let mut job = job.clone();
+        job.selection.camera = camera;
+        brightness(&job, time_seconds)
+    };
+    let turntable = Turntable { start, projection, center, axis: Vec3::Y, turn_seconds: 1.0 };
+    let turned = [0.0, 0.25, 0.5, 0.75].map(|time| seen_by(SelectedCamera::Turntable(turntable), time));
+    for brightness in turned {
+        assert!((brightness - turned[0]).abs() < 0.01, "{turned:?}");
+    }
+    // Each alone differs.
+    let fixed = |world_from_camera| SelectedCamera::Fixed { world_from_camera, projection };
+    let [first, opposite] = [0.0, 0.5].map(|time| seen_by(fixed(turntable.at(time)), 0.0));
+    assert!(opposite > 1.5 * first, "{first} {opposite}");
 }
 
 #[test]
@@ -106,8 +135,7 @@ fn a_frame_alone_is_that_of_the_sequence() {
 }
 
 #[test]
-fn a_path_from_outside_keeps_its_shadows() {
-    // A camera beyond the box of the scene traces all, whatever moves.
+fn a_camera_outside_traces_all() {
     let mut job = garage(Path::new("unused.exr"));
     let SelectedCamera::Fixed { world_from_camera, .. } = &mut job.selection.camera else {
         panic!("the camera is fixed");

@@ -132,6 +132,44 @@ fn a_shared_exposure_has_one_shape_whichever_sequence_needs_it_first() {
     assert_eq!(of_tall, render_hash(&tall, 1));
 }
 
+/// A wide view from above of a smooth metal, beside an unlit square, and of a panel that emits light where `sees_panel`.
+fn above_mirror(environment: Environment, sees_panel: bool) -> SequenceJob {
+    let mut stage = Stage::new();
+    let mirror = Material { metallic: 1.0, roughness: 0.0, ..lambert(Vec3::splat(0.5)) };
+    stage.add(rectangle(Vec3::ZERO, Vec3::Z, Vec3::X), mirror);
+    let emissive = Vec3::splat(0.9);
+    let panel = Material { emissive, emissive_factor: emissive, double_sided: true, ..lambert(Vec3::ZERO) };
+    let center = if sees_panel { Vec3::new(1.2, 0.5, 0.0) } else { Vec3::new(0.0, 9.0, 0.0) };
+    stage.add(rectangle(center, Vec3::Z * 0.5, Vec3::X * 0.5), panel);
+    let projection =
+        Projection::Perspective { fov_y_radians: 0.6, aspect_ratio: None, z_near: 0.0, z_far: None };
+    let world_from_camera = Mat4::from_cols(
+        Vec3::X.extend(0.0),
+        Vec3::NEG_Z.extend(0.0),
+        Vec3::Y.extend(0.0),
+        (Vec3::Y * 4.0).extend(1.0),
+    );
+    let camera = SelectedCamera::Fixed { world_from_camera, projection };
+    let mut job = sequence_job(stage.scene, camera, (16, 9), Path::new("unused.png"));
+    job.environment = environment;
+    job
+}
+
+#[test]
+fn mirror_images_of_emitters_do_not_decide() {
+    for sees_panel in [true, false] {
+        assert_eq!(exposure_of(&above_mirror(Environment::None, sees_panel)), 0.0);
+    }
+}
+
+#[test]
+fn mirror_images_of_a_bright_environment_decide() {
+    for sees_panel in [true, false] {
+        let exposure = exposure_of(&above_mirror(Environment::Constant(Vec3::splat(50.0)), sees_panel));
+        assert!((-6.0..-4.5).contains(&exposure), "{exposure}");
+    }
+}
+
 #[test]
 fn noise_of_paths_hardly_darkens_the_exposure() {
     let job = beside_panel(20.0, true, Environment::None, Integrator::Path);

@@ -41,7 +41,7 @@ pub struct Renderer {
     shot_file: Option<PathBuf>,
     scene: Arc<Scene>,
     cancel: CancelFlag,
-    /// What earlier frames have found.
+    /// Shares of the environment's light that earlier frames have measured.
     known_shares: KnownShares,
 }
 

@@ -3,9 +3,6 @@
 //! A point lies inside where visible sides of surfaces cover most directions around it. The sum of the solid angles of all
 //! triangles that turn a visible side to the point is at least what they cover. It is estimated from a sample of the triangles, each
 //! taken with a probability in proportion to its area.
-//!
-//! Source of the solid angle: Van Oosterom, Strackee, "The Solid Angle of a Plane Triangle", IEEE Transactions on Biomedical
-//! Engineering 30(2), 1983.
 
 use std::f32::consts::PI;
 
@@ -125,7 +122,7 @@ impl AreaSample {
     /// Estimate of the summed solid angle of visible sides around `point`.
     fn solid_angle(&self, point: Vec3) -> f32 {
         let angles = self.triangles.iter().map(|(triangle, weight, is_single_sided)| {
-            let angle = signed_solid_angle(triangle, point);
+            let angle = triangle.signed_solid_angle(point);
             if *is_single_sided { angle.max(0.0) * weight } else { angle.abs() * weight }
         });
         angles.sum()
@@ -137,12 +134,6 @@ fn visible_area(triangle: &Triangle, flags: TriangleFlags) -> f64 {
     let [a, b, c] = triangle.vertices.map(Vec3::as_dvec3);
     let area = (b - a).cross(c - a).length();
     if flags.has(TriangleFlags::HIDDEN) || !area.is_finite() { 0.0 } else { area }
-}
-
-/// Solid angle of a triangle, positive where the front is seen.
-fn signed_solid_angle(triangle: &Triangle, point: Vec3) -> f32 {
-    let [a, b, c] = triangle.vertices.map(|vertex| (vertex - point).normalize_or_zero());
-    2.0 * libm::atan2f(-a.dot(b.cross(c)), 1.0 + a.dot(b) + a.dot(c) + b.dot(c))
 }
 
 #[cfg(test)]

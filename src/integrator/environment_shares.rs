@@ -11,7 +11,7 @@ use crate::scene_view::SceneView;
 /// Shadows of the environment begin where a camera sees it in this share of all directions, and are full at the second share.
 const OPEN_SHARES: [f32; 2] = [0.05, 0.15];
 /// Their occluders reflect light from the first of these shares on, and all of it at the second.
-const BOUNCE_SHARES: [f32; 2] = [0.15, 0.25];
+const BOUNCE_SHARES: [f32; 2] = [0.15, EnvironmentShares::OPEN];
 /// Rays that find how much of the environment a camera sees.
 const OPENNESS_RAYS: u32 = 2048;
 
@@ -25,6 +25,8 @@ pub struct EnvironmentShares {
 }
 
 impl EnvironmentShares {
+    /// The share of all directions from which on all is traced, where a camera sees the environment in them.
+    pub const OPEN: f32 = 0.25;
     /// All is traced, as in front of a convex object.
     pub const ALL: Self = Self { occluded: 1.0, bounced: 1.0 };
     /// Nothing is.

@@ -1,21 +1,28 @@
 //! What [`EnvSamples::Auto`] traces of the light of the environment: one value for a whole animation, whatever frames are rendered. By each frame alone, surfaces
 //! would change their brightness as the camera comes to a window, or a door opens.
 
+use std::f32::consts::PI;
+
+use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::bvh::TriangleFlags;
+use crate::bvh::{TriangleFlags, is_traced};
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::frame::Frame;
-use crate::geometry::Aabb;
+use crate::geometry::Triangle;
 use crate::render::{EnvSamples, EnvironmentShares, Integrator, RenderSettings};
 use crate::scene::Selection;
 
 use super::SequenceJob;
 use super::measured_scene::MeasuredScene;
-use super::measured_times::{measured_seconds, measured_times, times_of};
+use super::measured_times::{MeasuredSpan, TIMES, times_of};
 
-/// Triangles of one task.
-const TRIANGLES_PER_TASK: usize = 16_384;
+/// Triangles that are posed in all where more than the fewest times are measured.
+const POSED_TRIANGLES: usize = 1_000_000;
+/// Triangles of one task. Sums are taken in blocks of this size, whatever the number of threads.
+const BLOCK: usize = 8192;
+/// Share of all directions that surfaces cover at most where no ray has to find what is open.
+const MOST_COVERED: f32 = 1.0 - EnvironmentShares::OPEN - 0.01;
 
 /// The shares of every frame of `selection` with `settings`: those of the settings, or the mean of those at times of the whole animation. `None` where nothing moves, or
 /// none are needed.
@@ -33,7 +40,7 @@ pub(super) fn environment_shares(
     let is_measured = settings.integrator == Integrator::Whitted
         && settings.env_samples == EnvSamples::Auto
         && job.environment.is_lit()
-        && measured_seconds(&job.scene, selection) > 0.0;
+        && MeasuredSpan::of(&job.scene, selection).moves();
     if settings.environment_shares.is_some() || !is_measured {
         return Ok(settings.environment_shares);
     }
@@ -51,18 +58,13 @@ fn measured(
     cancel: &CancelFlag,
 ) -> Result<EnvironmentShares, Cancelled> {
     let mut scene = MeasuredScene::new(job, selection);
-    let mut bounds = bounds_of(scene.frame());
-    let count = times_of(scene.frame().triangles.len(), 1);
+    let count = times_of(scene.frame().triangles.len(), POSED_TRIANGLES, TIMES[1]);
     let mut shares = Vec::new();
-    for time_seconds in measured_times(measured_seconds(&job.scene, selection), count) {
+    for time_seconds in MeasuredSpan::of(&job.scene, selection).times(count) {
         cancel.check()?;
-        if scene.pose(time_seconds) {
-            bounds = bounds_of(scene.frame());
-        }
+        scene.pose(time_seconds);
         let position = scene.frame().camera.world_from_camera.w_axis.truncate();
-        // Half of all directions lead away from a box.
-        let is_outside = !bounds.contains(&Aabb::from_points(&[position]));
-        shares.push(if is_outside {
+        shares.push(if covered_share(scene.frame(), position) < MOST_COVERED {
             EnvironmentShares::ALL
         } else {
             EnvironmentShares::seen_from(scene.view(&job.environment, cancel)?, position)
@@ -72,9 +74,48 @@ fn measured(
     Ok(EnvironmentShares::mean(&shares))
 }
 
-/// The box around all triangles. A hidden one may have corners that are not finite.
-fn bounds_of(frame: &Frame) -> Aabb {
-    let triangles = frame.triangles.par_iter().zip(&frame.flags).with_min_len(TRIANGLES_PER_TASK);
-    let visible = triangles.filter(|(_, flags)| !flags.has(TriangleFlags::HIDDEN));
-    visible.map(|(triangle, _)| Aabb::from_points(&triangle.vertices)).reduce(|| Aabb::EMPTY, Aabb::union)
+/// Share of all directions around `point` that triangles cover, or more where some cover the same.
+fn covered_share(frame: &Frame, point: Vec3) -> f32 {
+    let blocks = frame.triangles.par_chunks(BLOCK).zip(frame.flags.par_chunks(BLOCK));
+    let solid_angle = |(triangle, flags): (&Triangle, &TriangleFlags)| {
+        if is_traced(triangle, *flags) { triangle.signed_solid_angle(point).abs() } else { 0.0 }
+    };
+    let of_block = |(triangles, flags): (&[Triangle], &[TriangleFlags])| -> f32 {
+        triangles.iter().zip(flags).map(solid_angle).sum()
+    };
+    let covered: Vec<f32> = blocks.map(of_block).collect();
+    covered.iter().sum::<f32>() / (4.0 * PI)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triangles_cover_their_solid_angles() {
+        let corner = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+        let square = |corners: [Vec3; 4]| {
+            let [a, b, c, d] = corners;
+            [[a, b, c], [a, c, d]].map(|vertices| Triangle { vertices })
+        };
+        let mut frame = Frame::default();
+        // A floor of two kilometres, one metre below: almost half.
+        let far = 1000.0;
+        let floor = [(-far, -far), (far, -far), (far, far), (-far, far)];
+        frame.triangles.extend(square(floor.map(|(x, z)| corner(x, -1.0, z))));
+        frame.flags = vec![TriangleFlags::default(); 2];
+        let covered = covered_share(&frame, Vec3::ZERO);
+        assert!((covered - 0.5).abs() < 0.001, "{covered}");
+        // A face of a cube around the point, many times: a sixth each, whichever side is seen.
+        let face = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| corner(x, y, 1.0));
+        let back = [face[3], face[2], face[1], face[0]];
+        for _ in 0..BLOCK {
+            frame.triangles.extend(square(face).into_iter().chain(square(back)));
+        }
+        frame.flags.resize(frame.triangles.len(), TriangleFlags::default());
+        let covered = covered_share(&frame, Vec3::ZERO);
+        assert!((covered / (0.5 + BLOCK as f32 / 3.0) - 1.0).abs() < 0.001, "{covered}");
+        frame.flags.fill(TriangleFlags::HIDDEN);
+        assert_eq!(covered_share(&frame, Vec3::ZERO), 0.0);
+    }
 }

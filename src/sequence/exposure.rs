@@ -5,13 +5,13 @@ use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::{AovFlags, Film, PixelWindow};
 use crate::frame::Frame;
 use crate::integrator::Integrator;
-use crate::output::{auto_exposure_ev, covers_enough, measured_light_stops};
+use crate::output::{auto_exposure_ev, covers_enough, measured_light_stops, shows_lit_surfaces};
 use crate::render::{PathSettings, RenderSettings, render_frame};
 use crate::scene::{AnimationTarget, Channel, Environment, Material, MaterialProperty, Scene, Selection};
 
 use super::environment_shares::environment_shares;
 use super::measured_scene::MeasuredScene;
-use super::measured_times::{TIMES, measured_seconds, measured_times, times_of};
+use super::measured_times::{MeasuredSpan, TIMES, times_of};
 use super::{Exposure, SequenceJob};
 
 /// Pixels of the renders that are measured, which have the shape of the image: 64x36 of 16:9.
@@ -22,6 +22,10 @@ const WHITTED_SAMPLES: u32 = 1;
 const PATH_SAMPLES: [u32; 2] = [4, 64];
 /// Samples a pixel that many times of paths share, as far as each has the fewest.
 const SHARED_PATH_SAMPLES: usize = 256;
+/// Triangles that are posed in all where more than the fewest times are measured.
+const POSED_TRIANGLES: usize = 4_000_000;
+/// Times of all selections that share an exposure.
+const SHARED_TIMES: usize = 16 * TIMES[1];
 /// Shares of the light up to which emissive surfaces leave the exposure to an environment that was made for one, and from which on it is measured.
 const EMITTED_SHARES: [f64; 2] = [0.4, 0.8];
 
@@ -52,14 +56,10 @@ struct Content<'c> {
     resolution: (u32, u32),
 }
 
-/// Measures the light on the scene's surfaces; where these cover next to nothing, that of the background. Where nothing lights them it is 0. An environment that
+/// Measures the light on the scene's surfaces; where these cover next to nothing, that of the background. An environment that
 /// was made for an exposure decides instead where it lights the scene alone, and less the more of the light comes from emissive surfaces.
 fn auto_exposure(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -> Result<f32, Cancelled> {
     let has_lamps = job.render.light_scale > 0.0 && job.selection.has_lights(&job.scene);
-    // Emission lights no surface there: mirror images of emitters would be measured as light on dark floors.
-    if job.render.integrator == Integrator::Whitted && !has_lamps && !job.environment.is_lit() {
-        return Ok(0.0);
-    }
     let Some(built_in_ev) = job.environment.exposure_ev().filter(|_| !has_lamps) else {
         return measured_ev(job, content, cancel);
     };
@@ -81,7 +81,11 @@ fn measured_ev(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -> 
     };
     let surfaces = measure(false)?;
     if covers_enough(&surfaces) || !job.render.show_background {
-        return Ok(auto_exposure_ev(&surfaces));
+        // Emission lights no surface there: mirror images of emitters would be measured as light on dark floors.
+        let is_night = job.render.integrator == Integrator::Whitted
+            && !job.environment.is_lit()
+            && !shows_lit_surfaces(&surfaces);
+        return Ok(if is_night { 0.0 } else { auto_exposure_ev(&surfaces) });
     }
     Ok(auto_exposure_ev(&measure(true)?))
 }
@@ -147,13 +151,14 @@ fn small_renders(
     for selection in selections {
         let environment_shares = environment_shares(job, selection, &job.render, cancel)?;
         let mut scene = MeasuredScene::new(job, selection);
-        let duration = measured_seconds(&job.scene, selection);
-        let most = times_of(scene.frame().triangles.len(), selections.len()).min(most_times);
-        let count = if duration > 0.0 { most } else { 1 };
+        let span = MeasuredSpan::of(&job.scene, selection);
+        let most = SHARED_TIMES / selections.len();
+        let most = times_of(scene.frame().triangles.len(), POSED_TRIANGLES, most).min(most_times);
+        let count = if span.moves() { most } else { 1 };
         let samples = samples(job, count * selections.len());
         let settings = RenderSettings { samples, environment_shares, ..settings.clone() };
         // A lamp may have any period. Few times may still miss one.
-        for time_seconds in measured_times(duration, count) {
+        for time_seconds in span.times(count) {
             scene.pose(time_seconds);
             hide_shadow_catchers(scene.frame_mut());
             let view = scene.view(environment, cancel)?;

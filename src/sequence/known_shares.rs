@@ -5,6 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 use crate::render::EnvironmentShares;
 use crate::scene::{Scene, Selection};
 
+/// Selections that are known at most. Those before are forgotten first.
+const MOST_KNOWN: usize = 64;
+
 /// Shares that are known already, of scenes and selections. Clones have them in common.
 #[derive(Clone, Debug, Default)]
 pub struct KnownShares(Arc<Mutex<Vec<Known>>>);
@@ -31,6 +34,9 @@ impl KnownShares {
         let known = Known { scene: Arc::downgrade(scene), selection: selection.clone(), shares };
         let mut list = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         list.retain(|known| known.scene.strong_count() > 0);
+        if list.len() == MOST_KNOWN {
+            list.remove(0);
+        }
         list.push(known);
     }
 }

@@ -44,13 +44,11 @@ impl<'j> MeasuredScene<'j> {
         }
     }
 
-    /// Poses the scene at `time_seconds`. Returns whether any triangle may have moved.
-    pub(super) fn pose(&mut self, time_seconds: f64) -> bool {
-        let is_moved = self.frame.pose_again(self.scene, self.selection, time_seconds);
-        if is_moved {
+    /// Poses the scene at `time_seconds`.
+    pub(super) fn pose(&mut self, time_seconds: f64) {
+        if self.frame.pose_again(self.scene, self.selection, time_seconds) {
             self.bvh = None;
         }
-        is_moved
     }
 
     /// The posed scene.

@@ -21,8 +21,10 @@ pub fn render_single_frame(
     cancel: &CancelFlag,
 ) -> Result<(Film, RenderStatistics), Cancelled> {
     let environment_shares = environment_shares(job, &job.selection, settings, cancel)?;
-    // Its memory is needed for `frame`.
-    job.first_pose.clear();
+    if environment_shares.is_some() {
+        // The measured scene, beside `frame`
+        job.first_pose.clear();
+    }
     let settings = RenderSettings { environment_shares, ..settings.clone() };
     let bvh = Builder::default().build(&frame.triangles, &frame.flags, &job.build, cancel, None)?;
     let SequenceJob { scene, environment, .. } = job;

@@ -12,8 +12,8 @@ use rayframe::integrator::Integrator;
 use rayframe::output::auto_exposure_ev;
 use rayframe::render::RenderSettings;
 use rayframe::scene::{
-    AnimationTarget, BuiltInLight, Environment, LightIndex, LightKind, LightProperty, Material, Projection,
-    SelectedCamera, Selection, ViewRequest,
+    AnimationIndex, AnimationTarget, BuiltInLight, Environment, LightIndex, LightKind, LightProperty,
+    Material, NodeIndex, Projection, SelectedCamera, Selection, Turntable, ViewRequest,
 };
 use rayframe::sequence::{SequenceJob, SharedExposure, exposure_ev, render_hash, render_single_frame};
 
@@ -132,7 +132,7 @@ fn a_shared_exposure_has_one_shape_whichever_sequence_needs_it_first() {
     assert_eq!(of_tall, render_hash(&tall, 1));
 }
 
-/// A wide view from above of a smooth metal, beside an unlit square, and of a panel that emits light where `sees_panel`.
+/// A view from above of a smooth metal that mirrors what is above it, and of a panel that emits light where `sees_panel`.
 fn above_mirror(environment: Environment, sees_panel: bool) -> SequenceJob {
     let mut stage = Stage::new();
     let mirror = Material { metallic: 1.0, roughness: 0.0, ..lambert(Vec3::splat(0.5)) };
@@ -158,8 +158,56 @@ fn above_mirror(environment: Environment, sees_panel: bool) -> SequenceJob {
 #[test]
 fn mirror_images_of_emitters_do_not_decide() {
     for sees_panel in [true, false] {
-        assert_eq!(exposure_of(&above_mirror(Environment::None, sees_panel)), 0.0);
+        let mut job = above_mirror(Environment::None, sees_panel);
+        assert_eq!(exposure_of(&job), 0.0);
+        // A lamp that is off
+        let mut stage = Stage { scene: (*job.scene).clone(), ..Stage::new() };
+        stage.add_light(LightKind::Point, 0.0, Vec3::Y, Vec3::NEG_Y);
+        job.selection.roots.clone_from(&stage.scene.node_order);
+        job.scene = Arc::new(stage.scene);
+        assert_eq!(exposure_of(&job), 0.0);
     }
+}
+
+#[test]
+fn one_time_without_an_emitter_decides_nothing() {
+    let mut job = above_mirror(Environment::None, true);
+    let scene = Arc::make_mut(&mut job.scene);
+    animate_by_keys(
+        scene,
+        AnimationTarget::Translation(NodeIndex(1)),
+        &[(0.0, &[0.0; 3]), (1.0, &[0.0, 8.5, 0.0])],
+    );
+    job.selection.clips = vec![AnimationIndex(0)];
+    assert_eq!(exposure_of(&job), 0.0);
+}
+
+#[test]
+fn small_emitters_at_night_are_measured_with_what_is_behind() {
+    let mut job = above_mirror(Environment::None, true);
+    let SelectedCamera::Fixed { world_from_camera, .. } = &mut job.selection.camera else {
+        panic!("the camera is fixed");
+    };
+    world_from_camera.w_axis.y = 40.0;
+    assert_ne!(exposure_of(&job), 0.0);
+}
+
+#[test]
+fn turntables_are_measured_over_their_turn() {
+    // A lamp lights one side of a cube. The view of either side comes first.
+    let mut stage = Stage::new();
+    stage.add(cuboid(Vec3::ZERO, Vec3::ONE), lambert(Vec3::splat(0.5)));
+    stage.add_light(LightKind::Point, 400.0, Vec3::Z * 9.0, Vec3::NEG_Z);
+    let projection =
+        Projection::Perspective { fov_y_radians: 0.5, aspect_ratio: None, z_near: 0.0, z_far: None };
+    let exposures = [0.0, 0.5].map(|turns| {
+        let start = Mat4::from_translation(Vec3::Z * 6.0);
+        let turntable =
+            |start| Turntable { start, projection, center: Vec3::ZERO, axis: Vec3::Y, turn_seconds: 1.0 };
+        let camera = SelectedCamera::Turntable(turntable(turntable(start).at(turns)));
+        exposure_of(&sequence_job(stage.scene.clone(), camera, (16, 9), Path::new("unused.png")))
+    });
+    assert!((exposures[0] - exposures[1]).abs() < 0.5, "{exposures:?}");
 }
 
 #[test]

@@ -61,6 +61,31 @@ pub fn auto_exposure_ev(films: &[Film]) -> f32 {
     ((libm::round(ev * 100.0) / 100.0) as f32).clamp(least, most) + 0.0
 }
 
+/// Exposure, in stops, at which all but the brightest twentieth of what emits light is at most white; 0 where it is at 0 already.
+pub fn emission_ev(films: &[Film]) -> f32 {
+    let mut emitters: Vec<_> = films.iter().flat_map(emitters).collect();
+    emitters.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+    let mut rest = BRIGHTEST.0 * emitters.iter().map(|(cover, _)| cover).sum::<f64>();
+    let reached = emitters.iter().find(|(cover, _)| {
+        rest -= cover;
+        rest <= 0.0
+    });
+    let ev = reached.map_or(0.0, |(_, luminance)| -libm::log2(*luminance));
+    let ev = (libm::round(ev * 100.0) / 100.0) as f32;
+    ev.clamp(AUTO_EXPOSURE_BOUNDS[0], 0.0) + 0.0
+}
+
+/// Coverage and luminance of the pixels that emit light.
+fn emitters(film: &Film) -> impl Iterator<Item = (f64, f64)> {
+    let passes = film.aovs.light.iter().flatten();
+    let emission = passes.map(|passes| Vec3::from_array(passes[LightPass::Emission.index()]));
+    film.pixels.iter().zip(emission).filter_map(|(pixel, emission)| {
+        let cover = f64::from(pixel[3]);
+        let luminance = f64::from(luminance(emission)) / cover;
+        (cover > 0.0 && luminance > 0.0 && luminance.is_finite()).then_some((cover, luminance))
+    })
+}
+
 /// The geometric mean of the luminance that [`auto_exposure_ev`] measures, in stops; `None` without any light.
 pub fn measured_light_stops(films: &[Film]) -> Option<f64> {
     let pixels: Vec<MeteredPixel> = films.iter().flat_map(metered_pixels).collect();
@@ -228,6 +253,20 @@ mod tests {
         // An unlit scene shows its own colours.
         film.aovs.light = Some(vec![emission(0.36), emission(9.0)]);
         assert_eq!(auto_exposure_ev(&[film]), 0.0);
+    }
+
+    #[test]
+    fn emitters_alone_are_at_most_white() {
+        let pixels = |count: usize, value: f32| vec![[value, value, value, 1.0]; count];
+        let of = |bright: usize, value: f32| {
+            let mut film = film(&[pixels(bright, value), pixels(100 - bright, 0.5)].concat());
+            let emission =
+                |pixel: &[f32; 4]| [[pixel[0]; 3], [0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]];
+            film.aovs.light = Some(film.pixels.iter().map(emission).collect());
+            emission_ev(&[film])
+        };
+        assert_eq!([of(50, 0.9), of(50, 4.0), of(50, 1e6), of(4, 4.0)], [0.0, -2.0, -16.0, 0.0]);
+        assert_eq!(emission_ev(&[film(&pixels(1, 4.0))]), 0.0);
     }
 
     #[test]

@@ -45,6 +45,13 @@ pub struct KeyedPoint {
     parameter: KeyedValue,
 }
 
+impl KeyedPoint {
+    /// Time of the first key, seconds.
+    pub fn start_seconds(&self) -> f64 {
+        self.parameter.times.seconds[0]
+    }
+}
+
 impl KeyTimes {
     /// Number of stretches between keys.
     fn stretches(&self) -> usize {

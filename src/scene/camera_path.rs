@@ -23,6 +23,21 @@ pub struct CameraPath {
     pub is_loop: bool,
 }
 
+impl CameraPath {
+    /// Time of the first key; 0 for a loop, which has none.
+    pub fn start_seconds(&self) -> f64 {
+        match &self.motion {
+            _ if self.is_loop => 0.0,
+            CameraMotion::Keys(keys) => keys.position.start_seconds(),
+            CameraMotion::Scene { scene, clips, .. } => {
+                let starts = clips.iter().filter_map(|clip| scene.animations.get(clip.index()));
+                let starts = starts.map(|clip| f64::from(clip.start_seconds()));
+                starts.reduce(|a, b| if b < a { b } else { a }).unwrap_or(0.0)
+            }
+        }
+    }
+}
+
 impl PartialEq for CameraPath {
     fn eq(&self, other: &Self) -> bool {
         self.content_key == other.content_key

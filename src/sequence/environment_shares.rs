@@ -24,7 +24,7 @@ const BLOCK: usize = 8192;
 /// Share of all directions that surfaces cover at most where no ray has to find what is open.
 const MOST_COVERED: f32 = 1.0 - EnvironmentShares::OPEN - 0.01;
 
-/// The shares of every frame of `selection` with `settings`: those of the settings, or the mean of those at times of the whole animation. `None` where nothing moves, or
+/// The shares of every frame of `selection` with `settings`: those of the settings, or those of times of the whole animation together. `None` where nothing moves, or
 /// none are needed.
 ///
 /// Takes the scene of [`SequenceJob::first_pose`], poses it anew, and leaves it there.
@@ -37,11 +37,7 @@ pub(super) fn environment_shares(
     settings: &RenderSettings,
     cancel: &CancelFlag,
 ) -> Result<Option<EnvironmentShares>, Cancelled> {
-    let is_measured = settings.integrator == Integrator::Whitted
-        && settings.env_samples == EnvSamples::Auto
-        && job.environment.is_lit()
-        && MeasuredSpan::of(&job.scene, selection).moves();
-    if settings.environment_shares.is_some() || !is_measured {
+    if !is_measured(job, selection, settings) {
         return Ok(settings.environment_shares);
     }
     if let Some(known) = job.known_shares.get(&job.scene, selection) {
@@ -50,6 +46,15 @@ pub(super) fn environment_shares(
     let shares = measured(job, selection, cancel)?;
     job.known_shares.add(&job.scene, selection, shares);
     Ok(Some(shares))
+}
+
+/// Whether the shares are those of a whole animation, which scene, selection and environment decide.
+pub(super) fn is_measured(job: &SequenceJob, selection: &Selection, settings: &RenderSettings) -> bool {
+    settings.environment_shares.is_none()
+        && settings.integrator == Integrator::Whitted
+        && settings.env_samples == EnvSamples::Auto
+        && job.environment.is_lit()
+        && MeasuredSpan::of(&job.scene, selection).moves()
 }
 
 fn measured(
@@ -71,7 +76,7 @@ fn measured(
         });
     }
     scene.leave_in(&job.first_pose);
-    Ok(EnvironmentShares::mean(&shares))
+    Ok(EnvironmentShares::of_animation(&shares))
 }
 
 /// Share of all directions around `point` that triangles cover, or more where some cover the same.

@@ -5,7 +5,7 @@ use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::{AovFlags, Film, PixelWindow};
 use crate::frame::Frame;
 use crate::integrator::Integrator;
-use crate::output::{auto_exposure_ev, covers_enough, measured_light_stops, shows_lit_surfaces};
+use crate::output::{auto_exposure_ev, covers_enough, emission_ev, measured_light_stops, shows_lit_surfaces};
 use crate::render::{PathSettings, RenderSettings, render_frame};
 use crate::scene::{AnimationTarget, Channel, Environment, Material, MaterialProperty, Scene, Selection};
 
@@ -85,7 +85,7 @@ fn measured_ev(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -> 
         let is_night = job.render.integrator == Integrator::Whitted
             && !job.environment.is_lit()
             && !shows_lit_surfaces(&surfaces);
-        return Ok(if is_night { 0.0 } else { auto_exposure_ev(&surfaces) });
+        return Ok(if is_night { emission_ev(&surfaces) } else { auto_exposure_ev(&surfaces) });
     }
     Ok(auto_exposure_ev(&measure(true)?))
 }

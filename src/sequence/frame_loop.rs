@@ -17,6 +17,7 @@ use crate::output::{PreviewLook, run_stamp};
 
 use super::banded_frame::{BandedFrame, BandedResult};
 use super::checkpoint::Checkpoint;
+use super::environment_shares::environment_shares;
 use super::exposure::exposure_ev;
 use super::frame_claim::{Claimed, FrameClaim, LongWait};
 use super::frame_tracer::{FrameStatistics, FrameTracer};
@@ -56,7 +57,8 @@ pub fn run(job: &SequenceJob, plan: &Plan, cancel: &CancelFlag, on_event: OnEven
         job.first_pose.clear();
     }
     let stop = cancel.inner();
-    let mut summary = match tone_mapping(job, plan, &stop, on_event) {
+    let measured = measure(job, plan, &stop).and_then(|()| tone_mapping(job, plan, &stop, on_event));
+    let mut summary = match measured {
         Ok(look) => Summary { look, ..render_and_write(&Run { job, plan, cancel, stop, look, on_event }) },
         Err(Cancelled) => Summary { is_interrupted: true, ..Summary::default() },
     };
@@ -66,6 +68,14 @@ pub fn run(job: &SequenceJob, plan: &Plan, cancel: &CancelFlag, on_event: OnEven
     }
     on_event(SequenceEvent::Finished(&summary));
     summary
+}
+
+/// Measures what frames have in common besides the exposure, so that the first frame takes no longer than others.
+fn measure(job: &SequenceJob, plan: &Plan, cancel: &CancelFlag) -> std::result::Result<(), Cancelled> {
+    if plan.remaining() > 0 {
+        environment_shares(job, &job.selection, &job.render, cancel)?;
+    }
+    Ok(())
 }
 
 /// Tone mapping of the run, where anything is tone-mapped or rendered by the exposure. Automatic exposure is computed here, once.

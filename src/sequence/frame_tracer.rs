@@ -1,7 +1,6 @@
 //! Tracing of single frames into a film: their shutter samples and pixel centres.
 
 use std::sync::{Arc, OnceLock};
-use std::time::Instant;
 
 use crate::bvh::BuildStatistics;
 use crate::cancel::CancelFlag;
@@ -147,15 +146,12 @@ impl<'a> FrameTracer<'a> {
         self.frame_seconds = time_seconds;
         self.find_exposure()?;
         let SequenceJob { selection, render, .. } = self.job;
-        let measuring = Instant::now();
         self.environment_shares = environment_shares(self.job, selection, render, self.cancel)?;
-        let measured_seconds = measuring.elapsed().as_secs_f64();
         let times = self.job.shutter.times(time_seconds, self.job.rate);
         let mut rendered = match self.job.render.integrator {
             Integrator::Whitted => self.render_trees(&times, film, on_progress)?,
             Integrator::Path => self.render_paths(&times, film, checkpoint, on_progress)?,
         };
-        rendered.phases.pose += measured_seconds;
         if film.aovs.centers.is_some() {
             let phases = self.posed.record_pixel_centers(self.job, frame, film, self.cancel)?;
             rendered.phases.add(&phases);

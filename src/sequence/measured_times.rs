@@ -7,38 +7,49 @@ use super::job::duration_seconds;
 
 /// Fewest and most measured times of an animation, its first and last among them.
 pub(super) const TIMES: [usize; 2] = [5, 17];
-/// What is measured: the animation, or one turn of a turntable where that is longer.
+/// What is measured: from the first key to the last, or one turn of a turntable.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeasuredSpan {
-    /// Length in seconds, from time 0 on; 0 where nothing moves.
-    seconds: f64,
+    /// Its start, seconds.
+    start: f64,
+    /// Its length, seconds; 0 where nothing moves.
+    length: f64,
     /// Whether its end is its start.
-    is_turn: bool,
+    is_loop: bool,
 }
 
 impl MeasuredSpan {
-    /// That of a selection.
+    /// That of a selection. Nothing moves before the first key: shots of films begin at late times.
     pub(super) fn of(scene: &Scene, selection: &Selection) -> Self {
-        let seconds = f64::from(duration_seconds(scene, selection));
-        match &selection.camera {
-            SelectedCamera::Turntable(turntable) if turntable.turn_seconds > seconds => {
-                Self { seconds: turntable.turn_seconds, is_turn: true }
+        let of_clips = (!selection.clips.is_empty()).then(|| f64::from(selection.clip_start_seconds(scene)));
+        let (of_path, is_loop) = match &selection.camera {
+            SelectedCamera::Turntable(turntable) => {
+                return Self { start: 0.0, length: turntable.turn_seconds, is_loop: true };
             }
-            _ => Self { seconds, is_turn: false },
-        }
+            SelectedCamera::Path(path) => {
+                let is_longest = path.duration_seconds >= f64::from(selection.clip_seconds(scene));
+                (Some(path.start_seconds()), path.is_loop && is_longest)
+            }
+            _ => (None, false),
+        };
+        let starts = [of_clips, of_path].into_iter().flatten();
+        let start = starts.reduce(|a, b| if b < a { b } else { a }).unwrap_or(0.0);
+        let length = f64::from(duration_seconds(scene, selection)) - start;
+        Self { start, length: if length > 0.0 { length } else { 0.0 }, is_loop }
     }
 
     /// Whether anything moves.
     pub(super) fn moves(self) -> bool {
-        self.seconds > 0.0
+        self.length > 0.0
     }
 
-    /// `count` times in order: its start, its end unless that is the same, and others between them; the start alone where it is one. What has any period is
+    /// `count` times in order: the start, the end unless that is the same, and others between them; the start alone where it is one. What has any period is
     /// seen at several of its states, where the times are many.
     pub(super) fn times(self, count: usize) -> impl Iterator<Item = f64> {
-        let end = (count > 1 && !self.is_turn).then_some(1.0);
+        let end = (count > 1 && !self.is_loop).then_some(1.0);
         let between = uneven_shares(count.saturating_sub(1 + usize::from(end.is_some())));
-        std::iter::once(0.0).chain(between).chain(end).map(move |share| self.seconds * share)
+        let shares = std::iter::once(0.0).chain(between).chain(end);
+        shares.map(move |share| self.start + self.length * share)
     }
 }
 
@@ -54,18 +65,18 @@ mod tests {
 
     #[test]
     fn times_are_in_order_from_start_to_end() {
-        let span = MeasuredSpan { seconds: 3.0, is_turn: false };
+        let span = MeasuredSpan { start: 2.0, length: 3.0, is_loop: false };
         for count in [2, 5, 17] {
             let times: Vec<_> = span.times(count).collect();
-            assert_eq!((times.len(), times.first(), times.last()), (count, Some(&0.0), Some(&3.0)));
+            assert_eq!((times.len(), times.first(), times.last()), (count, Some(&2.0), Some(&5.0)));
             assert!(times.is_sorted());
         }
-        assert_eq!(span.times(1).collect::<Vec<_>>(), [0.0]);
+        assert_eq!(span.times(1).collect::<Vec<_>>(), [2.0]);
     }
 
     #[test]
-    fn the_end_of_a_turn_is_not_measured_again() {
-        let times: Vec<_> = MeasuredSpan { seconds: 3.0, is_turn: true }.times(17).collect();
+    fn the_end_of_a_loop_is_not_measured_again() {
+        let times: Vec<_> = MeasuredSpan { start: 0.0, length: 3.0, is_loop: true }.times(17).collect();
         assert_eq!((times.len(), times[0]), (17, 0.0));
         assert!(times.is_sorted() && times[16] > 2.7 && times[16] < 3.0, "{times:?}");
     }

@@ -19,8 +19,11 @@ use crate::render::{
 use crate::scene::{CameraChanges, Ground, Scene, SelectedCamera, Selection, Turntable, VariantIndex};
 use crate::sha256::hex;
 
+use super::environment_shares::is_measured;
 use super::{Exposure, OutputFormat, SequenceJob, SharedExposure, Shutter};
 
+/// Number of the rule of [`super::environment_shares`], as below.
+const SHARES: u32 = 1;
 /// Number of the rule of automatic exposure: frames by two rules never belong to one sequence.
 const METERING: u32 = 3;
 
@@ -76,7 +79,7 @@ pub(super) fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
         preview: _,
         sequence_outputs: _,
         exposure,
-        shared_exposure,
+        shared_exposure: _,
         tone,
         display_background,
         plates: _,
@@ -115,6 +118,16 @@ pub(super) fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
         let PixelWindow { x0, y0, x1, y1 } = render.window;
         content["denoiser"] = json!(["oidn", denoiser.version, x0, y0, x1, y1]);
     }
+    add_measured(job, &mut content);
+    content
+}
+
+/// Adds the rules and selections by which measured values decide about pixels.
+fn add_measured(job: &SequenceJob, content: &mut serde_json::Value) {
+    let SequenceJob { selection, render, output, exposure, shared_exposure, .. } = job;
+    if is_measured(job, selection, render) {
+        content["environment_shares"] = json!(["measured", SHARES]);
+    }
     let decides_about_samples = render.decides_by_display_values();
     if decides_about_samples {
         content["sampled_at"] = exposure_key(*exposure);
@@ -125,7 +138,6 @@ pub(super) fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
     {
         content["measured"] = key;
     }
-    content
 }
 
 fn render_settings_key(render: &RenderSettings, shutter: Shutter) -> serde_json::Value {
@@ -164,7 +176,6 @@ fn render_settings_key(render: &RenderSettings, shutter: Shutter) -> serde_json:
     if let Some(Ground { up, height, is_mirror }) = ground {
         key["ground"] = json!([up.to_array().map(f32::to_bits), height.to_bits(), is_mirror]);
     }
-    // Where they are not given, scene, selection and environment decide.
     if let Some(EnvironmentShares { occluded, bounced }) = environment_shares {
         key["environment_shares"] = json!([occluded.to_bits(), bounced.to_bits()]);
     }

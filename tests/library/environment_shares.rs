@@ -103,6 +103,36 @@ fn a_turntable_changes_no_surface() {
     assert!(opposite > 1.5 * first, "{first} {opposite}");
 }
 
+/// A job whose door opens from `start` to `end`, seconds.
+fn garage_that_opens(start: f32, end: f32) -> SequenceJob {
+    let mut job = garage(Path::new("unused.exr"));
+    let channels = &mut Arc::make_mut(&mut job.scene).animations[0].channels;
+    channels[0].keyframes.times_seconds = vec![start, end];
+    job
+}
+
+#[test]
+fn the_time_before_the_first_key_does_not_count() {
+    let (at_once, late) = (garage_that_opens(0.0, 1.0), garage_that_opens(40.0, 41.0));
+    for time_seconds in [0.0, 1.0] {
+        let [at_once, late] =
+            [(&at_once, 0.0), (&late, 40.0)].map(|(job, start)| brightness(job, start + time_seconds));
+        // The noise stands still, but not over the times of a shot.
+        assert!((at_once - late).abs() < 0.005, "{at_once} {late}");
+    }
+}
+
+#[test]
+fn what_comes_after_the_turn_does_not_count() {
+    let mut job = garage_that_opens(10.0, 11.0);
+    let SelectedCamera::Fixed { world_from_camera: start, projection } = job.selection.camera else {
+        panic!("the camera is fixed");
+    };
+    let turntable = Turntable { start, projection, center: Vec3::ZERO, axis: Vec3::Y, turn_seconds: 1.0 };
+    job.selection.camera = SelectedCamera::Turntable(turntable);
+    assert!((brightness(&job, 0.5) - ALBEDO).abs() < 1e-5);
+}
+
 #[test]
 fn given_shares_change_the_hash() {
     let job = garage(Path::new("unused.exr"));

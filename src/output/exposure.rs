@@ -31,11 +31,9 @@ pub fn covers_enough(films: &[Film]) -> bool {
     cover >= LEAST_COVERAGE * count as f64 && cover > 0.0
 }
 
-/// Whether any film shows light that a surface scatters or lets through. Without light passes none does.
-pub fn shows_lit_surfaces(films: &[Film]) -> bool {
-    let scattered = [LightPass::Direct, LightPass::Environment, LightPass::Transparency];
-    let pixels = films.iter().filter_map(|film| film.aovs.light.as_ref()).flatten();
-    pixels.into_iter().any(|passes| scattered.iter().any(|pass| passes[pass.index()] != [0.0; 3]))
+/// Whether any pixel emits light. Without light passes none is known to.
+pub fn shows_emission(films: &[Film]) -> bool {
+    films.iter().flat_map(emitters).next().is_some()
 }
 
 /// Exposure, in stops, that brings the pixels' luminance to that of their base colours, or to middle grey in films without

@@ -5,7 +5,7 @@ use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::{AovFlags, Film, PixelWindow};
 use crate::frame::Frame;
 use crate::integrator::Integrator;
-use crate::output::{auto_exposure_ev, covers_enough, emission_ev, measured_light_stops, shows_lit_surfaces};
+use crate::output::{auto_exposure_ev, covers_enough, emission_ev, measured_light_stops, shows_emission};
 use crate::render::{PathSettings, RenderSettings, render_frame};
 use crate::scene::{AnimationTarget, Channel, Environment, Material, MaterialProperty, Scene, Selection};
 
@@ -59,46 +59,63 @@ struct Content<'c> {
 /// Measures the light on the scene's surfaces; where these cover next to nothing, that of the background. An environment that
 /// was made for an exposure decides instead where it lights the scene alone, and less the more of the light comes from emissive surfaces.
 fn auto_exposure(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -> Result<f32, Cancelled> {
-    let has_lamps = job.render.light_scale > 0.0 && job.selection.has_lights(&job.scene);
-    let Some(built_in_ev) = job.environment.exposure_ev().filter(|_| !has_lamps) else {
+    let Some(built_in_ev) = job.environment.exposure_ev().filter(|_| !has_lamps(job)) else {
         return measured_ev(job, content, cancel);
     };
     let share = if may_have_emissive_lamps(job) { emitted_share(job, content, cancel)? } else { 0.0 };
+    blended(share, built_in_ev, || measured_ev(job, content, cancel))
+}
+
+/// `scattered` where little of the light comes from emission, `emitted` where most does, and between them by its share.
+fn blended(
+    share: f64,
+    scattered: f32,
+    emitted: impl FnOnce() -> Result<f32, Cancelled>,
+) -> Result<f32, Cancelled> {
     let [least, most] = EMITTED_SHARES;
     let blend = ((share - least) / (most - least)).clamp(0.0, 1.0);
     if blend == 0.0 {
-        return Ok(built_in_ev);
+        return Ok(scattered);
     }
-    let measured = measured_ev(job, content, cancel)?;
-    let ev = built_in_ev + (measured - built_in_ev) * (blend * blend * (3.0 - 2.0 * blend)) as f32;
+    let ev = scattered + (emitted()? - scattered) * (blend * blend * (3.0 - 2.0 * blend)) as f32;
     Ok((ev * 100.0).round() / 100.0 + 0.0)
 }
 
 fn measured_ev(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -> Result<f32, Cancelled> {
     let measure = |show_background| {
-        let measured = Measured { content, environment: &job.environment, most_times: TIMES[1] };
+        let measured = Measured { content, most_times: TIMES[1], emits_alone: false };
         small_renders(job, &measured, show_background, cancel)
     };
     let surfaces = measure(false)?;
-    if covers_enough(&surfaces) || !job.render.show_background {
-        // Emission lights no surface there: mirror images of emitters would be measured as light on dark floors.
-        let is_night = job.render.integrator == Integrator::Whitted
-            && !job.environment.is_lit()
-            && !shows_lit_surfaces(&surfaces);
-        return Ok(if is_night { emission_ev(&surfaces) } else { auto_exposure_ev(&surfaces) });
+    let is_background = !covers_enough(&surfaces) && job.render.show_background;
+    let measured =
+        if is_background { auto_exposure_ev(&measure(true)?) } else { auto_exposure_ev(&surfaces) };
+    let lights_nothing = job.render.integrator == Integrator::Whitted && !job.environment.is_lit();
+    if !lights_nothing || !shows_emission(&surfaces) {
+        return Ok(measured);
     }
-    Ok(auto_exposure_ev(&measure(true)?))
+    // Mirror images of emitters would be measured as light on dark floors, and a black background as weak light.
+    let share = if has_lamps(job) { emitted_share(job, content, cancel)? } else { 1.0 };
+    let of_emission = emission_ev(&surfaces);
+    blended(share, measured, || Ok(if is_background { of_emission.min(measured) } else { of_emission }))
 }
 
-/// The share of emissive surfaces in the light on the others, by the first selection at few times.
+fn has_lamps(job: &SequenceJob) -> bool {
+    job.render.light_scale > 0.0 && job.selection.has_lights(&job.scene)
+}
+
+/// The share of emissive surfaces in the light on the others, by the first selection at few times; where nothing else is seen it is all.
 fn emitted_share(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -> Result<f64, Cancelled> {
     let content = Content { selections: content.selections.get(..1).unwrap_or_default(), ..content };
-    let measure = |environment| {
-        let measured = Measured { content, environment, most_times: TIMES[0] };
+    let measure = |emits_alone| {
+        let measured = Measured { content, most_times: TIMES[0], emits_alone };
         Ok(measured_light_stops(&small_renders(job, &measured, false, cancel)?))
     };
-    let [all, emitted] = [measure(&job.environment)?, measure(&Environment::None)?];
-    Ok(all.zip(emitted).map_or(0.0, |(all, emitted)| libm::exp2(emitted - all)))
+    Ok(match [measure(false)?, measure(true)?] {
+        [Some(all), Some(emitted)] => libm::exp2(emitted - all),
+        [Some(_), None] => 0.0,
+        [None, _] => 1.0,
+    })
 }
 
 /// Whether emissive surfaces are lamps and there may be some.
@@ -122,18 +139,20 @@ fn may_have_emissive_lamps(job: &SequenceJob) -> bool {
 /// What small renders show.
 struct Measured<'m> {
     content: Content<'m>,
-    environment: &'m Environment,
     /// Most times of an animation.
     most_times: usize,
+    /// Whether emissive surfaces are the only lamps.
+    emits_alone: bool,
 }
 
 fn small_renders(
     job: &SequenceJob,
-    &Measured { content: Content { selections, resolution }, environment, most_times }: &Measured<'_>,
+    &Measured { content: Content { selections, resolution }, most_times, emits_alone }: &Measured<'_>,
     show_background: bool,
     cancel: &CancelFlag,
 ) -> Result<Vec<Film>, Cancelled> {
     let size = measured_size(resolution);
+    let environment = if emits_alone { &Environment::None } else { &job.environment };
     let settings = RenderSettings {
         resolution: size,
         window: PixelWindow::full(size.0, size.1),
@@ -142,6 +161,7 @@ fn small_renders(
         // Base colours and emission, which a background does not have.
         aovs: AovFlags { centers: !show_background, light: !show_background, ..AovFlags::NONE },
         show_background,
+        light_scale: if emits_alone { 0.0 } else { job.render.light_scale },
         // Shadows alone tell nothing about the light.
         ground: None,
         path: PathSettings { sample_range: None, ..job.render.path },

@@ -70,12 +70,14 @@ pub fn run(job: &SequenceJob, plan: &Plan, cancel: &CancelFlag, on_event: OnEven
     summary
 }
 
-/// Measures what frames have in common besides the exposure, so that the first frame takes no longer than others.
+/// Measures what frames have in common besides the exposure, so that the first frame takes no longer than others. Where that panics, so does the first
+/// frame, which fails.
 fn measure(job: &SequenceJob, plan: &Plan, cancel: &CancelFlag) -> std::result::Result<(), Cancelled> {
-    if plan.remaining() > 0 {
-        environment_shares(job, &job.selection, &job.render, cancel)?;
+    if plan.remaining() == 0 {
+        return Ok(());
     }
-    Ok(())
+    let measured = catch_panic(0, || Ok(environment_shares(job, &job.selection, &job.render, cancel)?));
+    if measured.is_err() { cancel.check() } else { Ok(()) }
 }
 
 /// Tone mapping of the run, where anything is tone-mapped or rendered by the exposure. Automatic exposure is computed here, once.

@@ -3,10 +3,9 @@
 use crate::scene::{Scene, SelectedCamera, Selection};
 use crate::uneven::uneven_shares;
 
-use super::job::duration_seconds;
-
 /// Fewest and most measured times of an animation, its first and last among them.
 pub(super) const TIMES: [usize; 2] = [5, 17];
+
 /// What is measured: from the first key to the last, or one turn of a turntable.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeasuredSpan {
@@ -19,23 +18,25 @@ pub(super) struct MeasuredSpan {
 }
 
 impl MeasuredSpan {
-    /// That of a selection. Nothing moves before the first key: shots of films begin at late times.
+    /// That of a selection. Nothing moves before the first key: shots of films begin at late times. Keys of paths before time 0 are for frames before it, which
+    /// must be asked for.
     pub(super) fn of(scene: &Scene, selection: &Selection) -> Self {
-        let of_clips = (!selection.clips.is_empty()).then(|| f64::from(selection.clip_start_seconds(scene)));
+        let of_clips = (!selection.clips.is_empty())
+            .then(|| [selection.clip_start_seconds(scene), selection.clip_seconds(scene)].map(f64::from));
         let (of_path, is_loop) = match &selection.camera {
             SelectedCamera::Turntable(turntable) => {
                 return Self { start: 0.0, length: turntable.turn_seconds, is_loop: true };
             }
             SelectedCamera::Path(path) => {
-                let is_longest = path.duration_seconds >= f64::from(selection.clip_seconds(scene));
-                (Some(path.start_seconds()), path.is_loop && is_longest)
+                (Some([path.start_seconds(), path.duration_seconds]), path.is_loop && of_clips.is_none())
             }
             _ => (None, false),
         };
-        let starts = [of_clips, of_path].into_iter().flatten();
-        let start = starts.reduce(|a, b| if b < a { b } else { a }).unwrap_or(0.0);
-        let length = f64::from(duration_seconds(scene, selection)) - start;
-        Self { start, length: if length > 0.0 { length } else { 0.0 }, is_loop }
+        let union =
+            |[a, b]: [f64; 2], [c, d]: [f64; 2]| [if c < a { c } else { a }, if d > b { d } else { b }];
+        let [start, end] = [of_clips, of_path].into_iter().flatten().reduce(union).unwrap_or([0.0; 2]);
+        let start = if start > 0.0 { start } else { 0.0 };
+        Self { start, length: if end > start { end - start } else { 0.0 }, is_loop }
     }
 
     /// Whether anything moves.

@@ -183,13 +183,35 @@ fn one_time_without_an_emitter_decides_nothing() {
 }
 
 #[test]
-fn small_emitters_at_night_are_measured_with_what_is_behind() {
-    let mut job = above_mirror(Environment::None, true);
-    let SelectedCamera::Fixed { world_from_camera, .. } = &mut job.selection.camera else {
-        panic!("the camera is fixed");
-    };
-    world_from_camera.w_axis.y = 40.0;
-    assert_ne!(exposure_of(&job), 0.0);
+fn small_emitters_at_night_are_as_large_ones() {
+    for (radiance, expected) in [(0.9, 0.0), (16.0, -4.0)] {
+        let exposures = [4.0, 40.0].map(|distance| {
+            let mut job = above_mirror(Environment::None, true);
+            let SelectedCamera::Fixed { world_from_camera, .. } = &mut job.selection.camera else {
+                panic!("the camera is fixed");
+            };
+            world_from_camera.w_axis.y = distance;
+            let panel = &mut Arc::make_mut(&mut job.scene).materials[1];
+            (panel.emissive, panel.emissive_factor) = (Vec3::splat(radiance), Vec3::splat(radiance));
+            exposure_of(&job)
+        });
+        // Pixels on the edges of a small one hold less of it.
+        assert!(exposures.iter().all(|exposure| (exposure - expected).abs() < 0.1), "{exposures:?}");
+    }
+}
+
+#[test]
+fn lamps_that_mirrors_alone_show_are_measured() {
+    // The mirror shows a lit wall above the camera, and the panel.
+    let job = above_mirror(Environment::None, true);
+    let mut stage = Stage { scene: (*job.scene).clone(), ..Stage::new() };
+    stage.add(rectangle(Vec3::Y * 9.0, Vec3::X * 9.0, Vec3::Z * 9.0), lambert(Vec3::splat(0.8)));
+    stage.add_light(LightKind::Point, 9000.0, Vec3::Y * 5.0, Vec3::Y);
+    let mut lit = job.clone();
+    lit.selection.roots.clone_from(&stage.scene.node_order);
+    lit.scene = Arc::new(stage.scene);
+    let exposure = exposure_of(&lit);
+    assert!((-10.0..-4.0).contains(&exposure), "{exposure}");
 }
 
 #[test]

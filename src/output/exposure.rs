@@ -31,11 +31,6 @@ pub fn covers_enough(films: &[Film]) -> bool {
     cover >= LEAST_COVERAGE * count as f64 && cover > 0.0
 }
 
-/// Whether any pixel emits light. Without light passes none is known to.
-pub fn shows_emission(films: &[Film]) -> bool {
-    films.iter().flat_map(emitters).next().is_some()
-}
-
 /// Exposure, in stops, that brings the pixels' luminance to that of their base colours, or to middle grey in films without
 /// pixel-centre samples.
 ///

@@ -25,7 +25,7 @@ pub use channels::{DEPTH_WITHOUT_HIT, SCENE_CHANNELS};
 pub use contact_sheet::ContactSheet;
 pub use cryptomatte::matte_collisions;
 pub use exposure::{
-    AUTO_EXPOSURE_BOUNDS, auto_exposure_ev, covers_enough, emission_ev, measured_light_stops, shows_emission,
+    AUTO_EXPOSURE_BOUNDS, auto_exposure_ev, covers_enough, emission_ev, measured_light_stops,
 };
 pub use exr_output::{ExrOutput, LightSamples};
 pub use files::{ExrFiles, PreviewLook, display_image, exr_file, exr_files, exr_image, png_file};

@@ -5,7 +5,7 @@ use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::{AovFlags, Film, PixelWindow};
 use crate::frame::Frame;
 use crate::integrator::Integrator;
-use crate::output::{auto_exposure_ev, covers_enough, emission_ev, measured_light_stops, shows_emission};
+use crate::output::{auto_exposure_ev, covers_enough, emission_ev, measured_light_stops};
 use crate::render::{PathSettings, RenderSettings, render_frame};
 use crate::scene::{AnimationTarget, Channel, Environment, Material, MaterialProperty, Scene, Selection};
 
@@ -62,7 +62,9 @@ fn auto_exposure(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -
     let Some(built_in_ev) = job.environment.exposure_ev().filter(|_| !has_lamps(job)) else {
         return measured_ev(job, content, cancel);
     };
-    let share = if may_have_emissive_lamps(job) { emitted_share(job, content, cancel)? } else { 0.0 };
+    let has_emissive_lamps =
+        job.render.integrator == Integrator::Path && may_emit(job, |material| !material.unlit);
+    let share = if has_emissive_lamps { emitted_share(job, content, cancel)? } else { 0.0 };
     blended(share, built_in_ev, || measured_ev(job, content, cancel))
 }
 
@@ -91,7 +93,7 @@ fn measured_ev(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -> 
     let measured =
         if is_background { auto_exposure_ev(&measure(true)?) } else { auto_exposure_ev(&surfaces) };
     let lights_nothing = job.render.integrator == Integrator::Whitted && !job.environment.is_lit();
-    if !lights_nothing || !shows_emission(&surfaces) {
+    if !lights_nothing || !may_emit(job, |_| true) {
         return Ok(measured);
     }
     // Mirror images of emitters would be measured as light on dark floors, and a black background as weak light.
@@ -118,9 +120,10 @@ fn emitted_share(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -
     })
 }
 
-/// Whether emissive surfaces are lamps and there may be some.
-fn may_have_emissive_lamps(job: &SequenceJob) -> bool {
-    let emits = |material: &Material| !material.unlit && material.emissive.max_element() > 0.0;
+/// Whether there may be surfaces that emit light, of a material for which `counts` holds. What unlit ones show is emission.
+fn may_emit(job: &SequenceJob, counts: impl Fn(&Material) -> bool) -> bool {
+    let emits =
+        |material: &Material| counts(material) && (material.unlit || material.emissive.max_element() > 0.0);
     let animated = |channel: &Channel| {
         matches!(
             channel.target,
@@ -131,9 +134,7 @@ fn may_have_emissive_lamps(job: &SequenceJob) -> bool {
         )
     };
     let Scene { materials, animations, .. } = &*job.scene;
-    job.render.integrator == Integrator::Path
-        && (materials.iter().any(emits)
-            || animations.iter().flat_map(|animation| &animation.channels).any(animated))
+    materials.iter().any(emits) || animations.iter().flat_map(|animation| &animation.channels).any(animated)
 }
 
 /// What small renders show.

@@ -64,8 +64,8 @@ fn auto_exposure(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -
     };
     let has_emissive_lamps =
         job.render.integrator == Integrator::Path && may_emit(job, |material| !material.unlit);
-    let share = if has_emissive_lamps { emitted_share(job, content, cancel)? } else { 0.0 };
-    blended(share, built_in_ev, || measured_ev(job, content, cancel))
+    let share = if has_emissive_lamps { emitted_share(job, content, cancel)? } else { None };
+    blended(share.unwrap_or(0.0), built_in_ev, || measured_ev(job, content, cancel))
 }
 
 /// `scattered` where little of the light comes from emission, `emitted` where most does, and between them by its share.
@@ -97,27 +97,30 @@ fn measured_ev(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -> 
         return Ok(measured);
     }
     // Mirror images of emitters would be measured as light on dark floors, and a black background as weak light.
-    let share = if has_lamps(job) { emitted_share(job, content, cancel)? } else { 1.0 };
+    let share = if has_lamps(job) { emitted_share(job, content, cancel)? } else { None };
     let of_emission = emission_ev(&surfaces);
-    blended(share, measured, || Ok(if is_background { of_emission.min(measured) } else { of_emission }))
+    blended(share.unwrap_or(1.0), measured, || {
+        Ok(if is_background { of_emission.min(measured) } else { of_emission })
+    })
 }
 
 fn has_lamps(job: &SequenceJob) -> bool {
     job.render.light_scale > 0.0 && job.selection.has_lights(&job.scene)
 }
 
-/// The share of emissive surfaces in the light on the others, by the first selection at few times; where nothing else is seen it is all.
-fn emitted_share(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -> Result<f64, Cancelled> {
+/// The share of emissive surfaces in the light on the others, by the first selection at few times; `None` where there is none.
+fn emitted_share(
+    job: &SequenceJob,
+    content: Content<'_>,
+    cancel: &CancelFlag,
+) -> Result<Option<f64>, Cancelled> {
     let content = Content { selections: content.selections.get(..1).unwrap_or_default(), ..content };
     let measure = |emits_alone| {
         let measured = Measured { content, most_times: TIMES[0], emits_alone };
         Ok(measured_light_stops(&small_renders(job, &measured, false, cancel)?))
     };
-    Ok(match [measure(false)?, measure(true)?] {
-        [Some(all), Some(emitted)] => libm::exp2(emitted - all),
-        [Some(_), None] => 0.0,
-        [None, _] => 1.0,
-    })
+    let [all, emitted] = [measure(false)?, measure(true)?];
+    Ok(all.map(|all| emitted.map_or(0.0, |emitted| libm::exp2(emitted - all))))
 }
 
 /// Whether there may be surfaces that emit light, of a material for which `counts` holds. What unlit ones show is emission.

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Quat, Vec3};
 use rayframe::cancel::CancelFlag;
 use rayframe::film::AovFlags;
 use rayframe::frame::Frame;
@@ -93,6 +93,14 @@ fn emissive_surfaces_that_light_a_scene_decide_instead_of_the_studio() {
     // A lamp that brings less light than the studio does not, and Whitted's tree has no such lamps.
     assert_eq!(exposure_of(&beside_panel(0.5, false, studio(), Integrator::Path)), 0.0);
     assert_eq!(exposure_of(&beside_panel(200.0, true, studio(), Integrator::Whitted)), 0.0);
+    // Nor does one where no surface is seen: above the open floor, the camera looks up.
+    let mut away = beside_panel(200.0, false, studio(), Integrator::Path);
+    let SelectedCamera::Fixed { world_from_camera, .. } = &mut away.selection.camera else {
+        panic!("the camera is fixed");
+    };
+    *world_from_camera =
+        Mat4::from_translation(Vec3::Y * 9.0) * Mat4::from_quat(Quat::from_axis_angle(Vec3::X, 1.5));
+    assert_eq!(exposure_of(&away), 0.0);
 }
 
 #[test]

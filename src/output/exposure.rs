@@ -58,11 +58,8 @@ pub fn auto_exposure_ev(films: &[Film]) -> f32 {
 pub fn emission_ev(films: &[Film]) -> f32 {
     let mut emitters: Vec<_> = films.iter().flat_map(emitters).collect();
     emitters.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-    let mut rest = BRIGHTEST.0 * emitters.iter().map(|(cover, _)| cover).sum::<f64>();
-    let reached = emitters.iter().find(|(cover, _)| {
-        rest -= cover;
-        rest <= 0.0
-    });
+    let brightest = BRIGHTEST.0 * emitters.iter().map(|(cover, _)| cover).sum::<f64>();
+    let reached = reached(&emitters, |(cover, _)| *cover, brightest);
     let ev = reached.map_or(0.0, |(_, luminance)| -libm::log2(*luminance));
     let ev = (libm::round(ev * 100.0) / 100.0) as f32;
     ev.clamp(AUTO_EXPOSURE_BOUNDS[0], 0.0) + 0.0
@@ -117,15 +114,20 @@ fn highlight_limit_ev(mut pixels: Vec<MeteredPixel>, ev: f64) -> f64 {
     let lit = |pixel: &MeteredPixel| (pixel.luminance * scale / (LIT_SHARE * pixel.target)).min(1.0);
     let brightness = |pixel: &MeteredPixel| pixel.luminance / pixel.target;
     pixels.sort_by(|a, b| brightness(b).total_cmp(&brightness(a)));
-    let mut rest = share * pixels.iter().map(|pixel| pixel.cover * lit(pixel)).sum::<f64>();
-    let reached = pixels.iter().find(|pixel| {
-        rest -= pixel.cover;
-        rest <= 0.0
-    });
-    match reached.map(brightness) {
+    let brightest = share * pixels.iter().map(|pixel| pixel.cover * lit(pixel)).sum::<f64>();
+    match reached(&pixels, |pixel| pixel.cover, brightest).map(brightness) {
         Some(brightness) if brightness > 0.0 => libm::log2(multiple / brightness),
         _ => f64::INFINITY,
     }
+}
+
+/// The first item up to which the items cover `total`.
+fn reached<T>(items: &[T], cover: impl Fn(&T) -> f64, total: f64) -> Option<&T> {
+    let mut rest = total;
+    items.iter().find(|item| {
+        rest -= cover(item);
+        rest <= 0.0
+    })
 }
 
 /// Mean of the binary logarithm of a value of the pixels; `None` without any light or coverage.

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::{
-    CameraIndex, CameraProperty, ImageLightIndex, ImageLightProperty, LightIndex, LightProperty,
-    MaterialIndex, MaterialProperty, MeshIndex, NodeIndex,
+    AnimationIndex, CameraIndex, CameraProperty, ImageLightIndex, ImageLightProperty, LightIndex,
+    LightProperty, MaterialIndex, MaterialProperty, MeshIndex, NodeIndex,
 };
 
 /// Animation clip.
@@ -35,6 +35,12 @@ impl Animation {
     pub fn moves(&self) -> bool {
         self.channels.iter().any(|channel| !channel.keyframes.are_constant())
     }
+}
+
+/// Time of the first keyframe of `clips`, seconds; 0 without clips.
+pub(super) fn first_key_seconds(animations: &[Animation], clips: &[AnimationIndex]) -> f32 {
+    let clips = clips.iter().filter_map(|clip| animations.get(clip.index()));
+    clips.map(Animation::start_seconds).reduce(|a, b| if b < a { b } else { a }).unwrap_or(0.0)
 }
 
 /// Keyframes of one target.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Mat4, Vec3};
 
+use super::animation::first_key_seconds;
 use super::camera_curve::{KeyedPoint, KeyedValue};
 use super::camera_placement::{look_along, rolled};
 use super::{AnimationIndex, NodeIndex, Projection, Scene};
@@ -30,9 +31,7 @@ impl CameraPath {
             _ if self.is_loop => 0.0,
             CameraMotion::Keys(keys) => keys.position.start_seconds(),
             CameraMotion::Scene { scene, clips, .. } => {
-                let starts = clips.iter().filter_map(|clip| scene.animations.get(clip.index()));
-                let starts = starts.map(|clip| f64::from(clip.start_seconds()));
-                starts.reduce(|a, b| if b < a { b } else { a }).unwrap_or(0.0)
+                f64::from(first_key_seconds(&scene.animations, clips))
             }
         }
     }

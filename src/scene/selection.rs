@@ -1,5 +1,6 @@
 //! Selected scene, clips, camera and variant, resolved against one scene.
 
+use super::animation::first_key_seconds;
 use super::{
     Animation, AnimationIndex, AnimationTarget, CameraChanges, CameraIndex, ImageLightIndex, Light,
     NodeIndex, Scene, SelectedCamera, VariantIndex,
@@ -43,8 +44,7 @@ impl Selection {
 
     /// Time of the first keyframe of the selected clips, seconds; 0 without clips.
     pub fn clip_start_seconds(&self, scene: &Scene) -> f32 {
-        let clips = self.clips.iter().filter_map(|clip| scene.animations.get(clip.index()));
-        clips.map(Animation::start_seconds).reduce(|a, b| if b < a { b } else { a }).unwrap_or(0.0)
+        first_key_seconds(&scene.animations, &self.clips)
     }
 
     /// Time of the last keyframe of the selected clips, seconds.

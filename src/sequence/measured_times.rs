@@ -62,7 +62,67 @@ pub(super) fn times_of(triangles: usize, posed_triangles: usize, most: usize) ->
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
+    use crate::scene::{
+        Animation, AnimationIndex, AnimationTarget, CameraChanges, CameraMotion, CameraPath, Channel,
+        Interpolation, Keyframes, NodeIndex,
+    };
+
+    fn scene(times_seconds: [f32; 2]) -> Scene {
+        let keyframes = Keyframes {
+            times_seconds: times_seconds.to_vec(),
+            values: vec![0.0; 6],
+            width: 3,
+            interpolation: Interpolation::Linear,
+        };
+        let target = AnimationTarget::Translation(NodeIndex(0));
+        let animation = Animation { name: None, channels: vec![Channel { target, keyframes }] };
+        Scene { animations: vec![animation], ..Scene::default() }
+    }
+
+    /// First and last measured times of a scene whose clip has keys at `clip`, seen by a camera that moves between those of `path`.
+    fn ends(clip: Option<[f32; 2]>, path: Option<[f32; 2]>, is_loop: bool) -> [f64; 2] {
+        let clips = vec![AnimationIndex(0)];
+        let path = path.map(|keys| CameraPath {
+            motion: CameraMotion::Scene {
+                scene: Arc::new(scene(keys)),
+                clips: clips.clone(),
+                node: NodeIndex(0),
+            },
+            content_key: String::new(),
+            label: String::new(),
+            duration_seconds: keys[1].into(),
+            is_loop,
+        });
+        let selection = Selection {
+            roots: Vec::new(),
+            clips: if clip.is_some() { clips } else { Vec::new() },
+            camera: path.map_or(SelectedCamera::Auto, |path| SelectedCamera::Path(Arc::new(path))),
+            camera_changes: CameraChanges::default(),
+            image_light: None,
+            variant: None,
+        };
+        let times: Vec<_> = MeasuredSpan::of(&scene(clip.unwrap_or_default()), &selection).times(9).collect();
+        [times[0], times[8]]
+    }
+
+    #[test]
+    fn spans_hold_all_keys_from_time_0_on() {
+        assert_eq!(ends(None, None, false), [0.0, 0.0]);
+        assert_eq!(ends(Some([3.0, 5.0]), None, false), [3.0, 5.0]);
+        assert_eq!(ends(Some([3.0, 5.0]), Some([4.0, 9.0]), false), [3.0, 9.0]);
+        assert_eq!(ends(None, Some([-40.0, 1.0]), false), [0.0, 1.0]);
+        assert_eq!(ends(None, Some([-40.0, -2.0]), false), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn loops_beside_clips_are_measured_to_their_end() {
+        assert_eq!(ends(Some([0.0, 4.0]), Some([0.0, 4.0]), true), [0.0, 4.0]);
+        let [start, end] = ends(None, Some([1.0, 4.0]), true);
+        assert!(start == 0.0 && end > 3.0 && end < 4.0, "{end}");
+    }
 
     #[test]
     fn times_are_in_order_from_start_to_end() {

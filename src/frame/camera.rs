@@ -39,7 +39,7 @@ impl Frame {
     /// Poses a frame anew that was posed at any time with the same scene and selection. Without clips only its camera moves, and instances
     /// that are as before keep their vertices and triangles, which nothing else may have changed. Returns whether any triangle may have changed.
     pub fn pose_again(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) -> bool {
-        if selection.clips.is_empty() {
+        if selection.clips.is_empty() && self.has_parts() {
             self.time_seconds = time_seconds;
             self.camera = Self::camera_at(scene, selection, time_seconds);
             false

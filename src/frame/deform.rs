@@ -37,7 +37,7 @@ pub(super) enum VertexTransform<'a> {
 
 /// What of vertices is posed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) enum VertexParts {
+pub(crate) enum VertexParts {
     /// Everything.
     #[default]
     All,

@@ -21,6 +21,7 @@ mod unmoved;
 
 pub use content::{PosedContent, PosedMesh};
 pub use deform::PosedVertex;
+pub(crate) use deform::VertexParts;
 pub use mesh_instance::MeshInstance;
 pub(crate) use node_pose::NodePose;
 pub use posed_nodes::{PosedCamera, PosedLight};

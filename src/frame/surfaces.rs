@@ -54,13 +54,29 @@ pub(super) struct Scratch {
     /// Of the time that the frame was posed for before.
     before: SurfacePose,
     joint_matrices: Vec<Mat4>,
+    /// What is posed of vertices from now on.
     parts: VertexParts,
+    /// What the vertices have.
+    posed_parts: VertexParts,
 }
 
 impl Frame {
     /// A frame that poses positions alone, for what needs no shading: its vertices have no normals and tangents.
     pub(crate) fn of_positions() -> Self {
-        Self { scratch: Scratch { parts: VertexParts::Positions, ..Scratch::default() }, ..Self::default() }
+        let mut frame = Self::default();
+        frame.pose_parts(VertexParts::Positions);
+        frame
+    }
+
+    /// Poses `parts` of vertices from now on.
+    pub(crate) fn pose_parts(&mut self, parts: VertexParts) {
+        self.scratch.parts = parts;
+    }
+
+    /// Whether the vertices have what is posed of them.
+    pub(crate) fn has_parts(&self) -> bool {
+        let Scratch { parts, posed_parts, .. } = self.scratch;
+        posed_parts == VertexParts::All || parts == VertexParts::Positions
     }
 
     /// World-space origin of a node, metres; `None` for an index that the posed scene does not have.
@@ -151,8 +167,9 @@ impl Frame {
 
     /// Poses the listed instances, or only those that have moved. Returns whether it posed any.
     fn pose_instances(&mut self, scene: &Scene, keeps_unmoved: bool) -> bool {
+        let keeps_unmoved = keeps_unmoved && self.has_parts();
         let mut has_posed = false;
-        let Scratch { now, before, joint_matrices: joints, parts } = &mut self.scratch;
+        let Scratch { now, before, joint_matrices: joints, parts, posed_parts } = &mut self.scratch;
         let unmoved = keeps_unmoved.then(|| Unmoved::new(scene, before, now));
         let SurfacePose { pose, world, material_flags } = &*now;
         let mut skin_of_joints = None;
@@ -161,6 +178,7 @@ impl Frame {
                 continue;
             }
             has_posed = true;
+            *posed_parts = *parts;
             let primitive = instance.primitive(scene);
             let node = &scene.nodes[instance.node.index()];
             let weights = morph_weights(scene, pose, instance.node, instance.mesh);

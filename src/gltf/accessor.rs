@@ -10,13 +10,13 @@ use std::collections::BTreeMap;
 
 use gltf::json::Accessor;
 use gltf::json::accessor::{ComponentType, Type};
-use rayon::prelude::*;
 
 use super::bounds::{ElementRange, base_elements, check_element_range, sparse_indices, sparse_values};
 use super::component::{self, ElementLayout};
 use super::context::Context;
 use super::document::Document;
 use super::extremes::check_extremes;
+use super::fill::fill_blocks;
 use super::formats::{Format, format_name};
 use super::raw::escape;
 use super::scan::first_wrong;
@@ -184,7 +184,8 @@ impl<'a> Data<'a> {
             return Ok((self.elements(context, (index, pointer), self.vertices, decode)?, None));
         }
         let elements: Vec<[f32; N]> = self.elements(context, (index, pointer), None, decode)?;
-        let wrong = first_wrong(&elements, is_wrong);
+        let wrong = first_wrong(elements.as_flattened(), |value| !value.is_finite());
+        let wrong = wrong.and_then(|component| component.checked_div(N));
         let accessor = self.accessor(context, index, pointer)?;
         if wrong.is_none() && self.is_plain(index, accessor) {
             check_extremes(context, accessor, index, &elements);
@@ -263,18 +264,20 @@ impl<'a> Data<'a> {
             (None, None) => None,
         };
         let count = chosen.map_or(accessor.count.0, |chosen| chosen.len() as u64);
-        let mut elements: Vec<[T; N]> = context.allocate(count, &pointer)?;
-        let count = usize::try_from(count).unwrap_or(usize::MAX);
-        match (strided, chosen) {
-            (Some(strided), Some(chosen)) => {
-                let chosen = chosen.par_iter().with_min_len(ELEMENTS_PER_TASK);
-                elements.par_extend(chosen.map(|&i| read(strided.element(i as usize))));
-            }
-            (Some(strided), None) => {
-                let all = (0..count).into_par_iter().with_min_len(ELEMENTS_PER_TASK);
-                elements.par_extend(all.map(|i| read(strided.element(i))));
-            }
-            (None, _) => elements.resize(count, [T::default(); N]),
+        let mut elements: Vec<[T; N]> = context.allocate_all(count, [T::default(); N], &pointer)?;
+        if let Some(strided) = strided {
+            let index_of = |i: usize| match chosen {
+                Some(chosen) => chosen.get(i).map_or(usize::MAX, |&index| index as usize),
+                None => i,
+            };
+            // Blocks of components, so that elements of all widths share the code of the parallel loop.
+            let block = N.saturating_mul(ELEMENTS_PER_TASK);
+            fill_blocks(elements.as_flattened_mut(), block, &|index, components| {
+                let first = index.saturating_mul(ELEMENTS_PER_TASK);
+                for (i, element) in (first..).zip(components.as_chunks_mut::<N>().0) {
+                    *element = read(strided.element(index_of(i)));
+                }
+            });
         }
 
         // Substitute the sparse elements.

@@ -131,6 +131,14 @@ impl<'a> Context<'a> {
         }
     }
 
+    /// Reserves memory for `count` values and allocates a list of as many times `value`. Large lists of zeros come as such from the operating
+    /// system, so that whoever writes to a page first pays for it. Returns errors as [`Self::allocate`] does.
+    pub(super) fn allocate_all<T: Clone>(&mut self, count: u64, value: T, pointer: &str) -> Result<Vec<T>> {
+        // The list that is dropped shows whether there is memory: the second allocation would end the program.
+        let reserved = self.allocate::<T>(count, pointer)?.capacity();
+        Ok(vec![value; usize::try_from(count).unwrap_or(reserved)])
+    }
+
     /// Memory limit, bytes.
     pub(super) fn limit_bytes(&self) -> u64 {
         self.limit_bytes

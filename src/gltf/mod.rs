@@ -39,6 +39,7 @@ mod extension_names;
 mod extensions;
 mod extremes;
 mod file_storage;
+mod fill;
 mod flat_volume;
 mod formats;
 mod hierarchy;

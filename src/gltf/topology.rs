@@ -36,7 +36,7 @@ pub(super) fn read_indices(
         Some(ComponentType::U16) => u32::from(u16::MAX),
         _ => u32::MAX,
     };
-    let list: Vec<u32> = elements.into_iter().map(|[index]| index).collect();
+    let list = elements.into_flattened();
     // The restart value is the largest of its type.
     let end = u32::try_from(vertex_count).unwrap_or(u32::MAX).min(restart);
     let is_wrong = |&index: &u32| index >= end;

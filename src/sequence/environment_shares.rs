@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::bvh::{TriangleFlags, is_traced};
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::frame::Frame;
-use crate::geometry::Triangle;
+use crate::geometry::{Aabb, Triangle};
 use crate::render::{EnvSamples, EnvironmentShares, Integrator, RenderSettings};
 use crate::scene::Selection;
 
@@ -62,14 +62,14 @@ fn measured(
     selection: &Selection,
     cancel: &CancelFlag,
 ) -> Result<EnvironmentShares, Cancelled> {
-    let mut scene = MeasuredScene::new(job, selection);
+    let mut scene = MeasuredScene::of_positions(job, selection);
     let count = times_of(scene.frame().triangles.len(), POSED_TRIANGLES, TIMES[1]);
     let mut shares = Vec::new();
     for time_seconds in MeasuredSpan::of(&job.scene, selection).times(count) {
         cancel.check()?;
         scene.pose(time_seconds);
         let position = scene.frame().camera.world_from_camera.w_axis.truncate();
-        shares.push(if covered_share(scene.frame(), position) < MOST_COVERED {
+        shares.push(if is_open(scene.frame(), position) {
             EnvironmentShares::ALL
         } else {
             EnvironmentShares::seen_from(scene.view(&job.environment, cancel)?, position)
@@ -77,6 +77,22 @@ fn measured(
     }
     scene.leave_in(&job.first_pose);
     Ok(EnvironmentShares::of_animation(&shares))
+}
+
+/// Whether triangles cover so little around `point` that no ray has to find what is open.
+fn is_open(frame: &Frame, point: Vec3) -> bool {
+    is_outside(frame, point) || covered_share(frame, point) < MOST_COVERED
+}
+
+/// Whether `point` is outside of the box of all triangles, which then cover half of all directions at most.
+fn is_outside(frame: &Frame, point: Vec3) -> bool {
+    let of_block = |(triangles, flags): (&[Triangle], &[TriangleFlags])| {
+        let traced = triangles.iter().zip(flags).filter(|(triangle, flags)| is_traced(triangle, **flags));
+        traced.fold(Aabb::EMPTY, |bounds, (triangle, _)| bounds.union(triangle.bounds()))
+    };
+    let blocks = frame.triangles.par_chunks(BLOCK).zip(frame.flags.par_chunks(BLOCK));
+    let bounds = blocks.map(of_block).reduce(|| Aabb::EMPTY, Aabb::union);
+    !bounds.contains(&Aabb { min: point, max: point })
 }
 
 /// Share of all directions around `point` that triangles cover, or more where some cover the same.
@@ -122,5 +138,20 @@ mod tests {
         assert!((covered / (0.5 + BLOCK as f32 / 3.0) - 1.0).abs() < 0.001, "{covered}");
         frame.flags.fill(TriangleFlags::HIDDEN);
         assert_eq!(covered_share(&frame, Vec3::ZERO), 0.0);
+    }
+
+    #[test]
+    fn points_are_outside_of_the_box_of_what_is_traced() {
+        let triangle =
+            |z: f32| Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::Y].map(|corner| corner + z) };
+        let mut frame = Frame::default();
+        frame.triangles = vec![triangle(0.0), triangle(2.0)];
+        frame.flags = vec![TriangleFlags::default(); 2];
+        let is_outside =
+            |frame: &Frame| [-0.1, 0.0, 0.5, 2.5, 3.1].map(|x| is_outside(frame, Vec3::splat(x)));
+        assert_eq!(is_outside(&frame), [true, false, false, true, true]);
+        frame.flags[1] = TriangleFlags::HIDDEN;
+        assert_eq!(is_outside(&frame), [true, false, true, true, true]);
+        assert_eq!(is_outside(&Frame::default()), [true; 5]);
     }
 }

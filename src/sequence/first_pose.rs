@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-use crate::frame::Frame;
+use crate::frame::{Frame, VertexParts};
 use crate::scene::{Scene, Selection};
 
 /// The scene as the choice of an automatic camera or a measurement has posed it, at any time. The first frame takes it, as it is or for its
@@ -26,13 +26,25 @@ impl FirstPose {
 
     /// Takes the pose, if nobody has, and poses it with the camera of `selection` at `time_seconds`.
     pub(super) fn take(&self, scene: &Arc<Scene>, selection: &Selection, time_seconds: f64) -> Option<Frame> {
+        self.take_parts(scene, selection, time_seconds, VertexParts::All)
+    }
+
+    /// The same for vertices that need only have these parts.
+    pub(super) fn take_parts(
+        &self,
+        scene: &Arc<Scene>,
+        selection: &Selection,
+        time_seconds: f64,
+        parts: VertexParts,
+    ) -> Option<Frame> {
         let taken = self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
         let Posed { mut frame, scene: posed_scene, selection: posed_selection } = taken?;
+        frame.pose_parts(parts);
         let is_same =
             Weak::ptr_eq(&posed_scene, &Arc::downgrade(scene)) && posed_selection.has_surfaces_of(selection);
         if !is_same {
             frame.pose(scene, selection, time_seconds);
-        } else if frame.time_seconds.to_bits() == time_seconds.to_bits() {
+        } else if frame.time_seconds.to_bits() == time_seconds.to_bits() && frame.has_parts() {
             frame.pose_camera(scene, selection);
         } else {
             frame.pose_again(scene, selection, time_seconds);
@@ -76,12 +88,15 @@ mod tests {
 
     /// The pose of `posed`, taken for `taken`, is what posing anew gives.
     fn check(posed: (&Arc<Scene>, &Selection), taken: (&Arc<Scene>, &Selection, f64)) {
-        let mut frame = Frame::default();
-        frame.pose_surfaces(posed.0, posed.1, 0.0);
-        let pose = FirstPose::new(frame, posed.0, posed.1.clone());
-        let frame = pose.clone().take(taken.0, taken.1, taken.2).unwrap();
-        assert_equal(&frame, &Frame::at(taken.0, taken.1, taken.2));
-        assert!(pose.take(taken.0, taken.1, taken.2).is_none());
+        for parts in [VertexParts::All, VertexParts::Positions] {
+            let mut frame = Frame::default();
+            frame.pose_parts(parts);
+            frame.pose_surfaces(posed.0, posed.1, 0.0);
+            let pose = FirstPose::new(frame, posed.0, posed.1.clone());
+            let frame = pose.clone().take(taken.0, taken.1, taken.2).unwrap();
+            assert_equal(&frame, &Frame::at(taken.0, taken.1, taken.2));
+            assert!(pose.take(taken.0, taken.1, taken.2).is_none());
+        }
     }
 
     #[test]
@@ -102,6 +117,34 @@ mod tests {
             (&still, (&scene, &still, 0.25)),
         ] {
             check((&scene, posed), taken);
+        }
+    }
+
+    #[test]
+    fn a_measurement_takes_positions_and_leaves_them() {
+        let scene = loaded("scenes/demo/whitted_1980.gltf");
+        let (selection, _) = Selection::resolve(&SelectionRequest::default(), &scene).unwrap();
+        let still = Selection { clips: Vec::new(), ..selection.clone() };
+        for (selection, times_seconds) in
+            [(&selection, [0.0, 0.25]), (&selection, [0.25; 2]), (&still, [0.0, 0.25])]
+        {
+            let positions =
+                |frame: &Frame| frame.vertices.iter().map(|vertex| vertex.position).collect::<Vec<_>>();
+            let pose = FirstPose::default();
+            for before in [Frame::of_positions(), Frame::default()] {
+                let mut before = before;
+                before.pose(&scene, selection, 0.0);
+                pose.put(before, &scene, selection);
+                let [measured_seconds, time_seconds] = times_seconds;
+                let measured =
+                    pose.take_parts(&scene, selection, measured_seconds, VertexParts::Positions).unwrap();
+                let expected = Frame::at(&scene, selection, measured_seconds);
+                assert_eq!((&measured.triangles, measured.camera), (&expected.triangles, expected.camera));
+                assert_eq!(positions(&measured), positions(&expected));
+                pose.put(measured, &scene, selection);
+                let frame = pose.take(&scene, selection, time_seconds).unwrap();
+                assert_equal(&frame, &Frame::at(&scene, selection, time_seconds));
+            }
         }
     }
 

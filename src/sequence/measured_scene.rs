@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::bvh::{BuildSettings, Builder, BuilderKind, Bvh, Split};
 use crate::cancel::{CancelFlag, Cancelled};
-use crate::frame::Frame;
+use crate::frame::{Frame, VertexParts};
 use crate::render::SceneView;
 use crate::scene::{Environment, Scene, Selection};
 
@@ -26,8 +26,22 @@ pub(super) struct MeasuredScene<'j> {
 impl<'j> MeasuredScene<'j> {
     /// The scene of `job` with `selection` at time 0. Takes the pose that the job was left with, if any.
     pub(super) fn new(job: &'j SequenceJob, selection: &'j Selection) -> Self {
+        Self::of_parts(job, selection, VertexParts::All)
+    }
+
+    /// The same for what needs no shading: its vertices have only positions.
+    pub(super) fn of_positions(job: &'j SequenceJob, selection: &'j Selection) -> Self {
+        Self::of_parts(job, selection, VertexParts::Positions)
+    }
+
+    fn of_parts(job: &'j SequenceJob, selection: &'j Selection, parts: VertexParts) -> Self {
         let scene = &job.scene;
-        let first = job.first_pose.take(scene, selection, 0.0);
+        let frame = job.first_pose.take_parts(scene, selection, 0.0, parts).unwrap_or_else(|| {
+            let mut frame = Frame::default();
+            frame.pose_parts(parts);
+            frame.pose(scene, selection, 0.0);
+            frame
+        });
         Self {
             scene,
             selection,
@@ -38,7 +52,7 @@ impl<'j> MeasuredScene<'j> {
                 expected_rays: EXPECTED_RAYS,
                 ..job.build
             },
-            frame: first.unwrap_or_else(|| Frame::at(scene, selection, 0.0)),
+            frame,
             builder: Builder::default(),
             bvh: None,
         }

@@ -69,6 +69,7 @@ impl Subject<'_> {
         }
         let directions = directions();
         let mut hull = self.supports(&directions);
+        let is_framed = self.framed_blocks();
         for _ in 0..most_added(self.frame.triangles.len(), self.even_times) {
             boxes.raise(&mut reached, &hull);
             let excess = |index: usize| farthest[index].0 - reached[index];
@@ -78,9 +79,12 @@ impl Subject<'_> {
             reached = larger(reached, &boxes.supports_at(&self.selections[selection], time));
             let mut frame = Frame::of_positions();
             frame.pose_surfaces(self.scene, &self.selections[selection], time);
-            let supports = self.supports_of(&frame.triangles, &frame.flags, &directions);
+            let boxes = self.blocks.boxes(&frame.triangles, &frame.flags);
+            let posed = (&frame.triangles[..], &frame.flags[..]);
+            let supports = self.raised(&hull, posed, (&boxes, &is_framed), &directions);
             if supports.iter().zip(&hull).any(|(support, hull)| *support > hull + tolerance) {
-                hull = larger(hull, &supports);
+                hull = supports;
+                self.blocks.add(boxes);
                 self.add_time((selection, time), frame);
             }
         }

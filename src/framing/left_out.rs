@@ -5,50 +5,22 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::extent::Extent;
+use super::posed_triangles::{SAMPLED_TRIANGLES, SampledTriangle};
 use super::subject::{Subject, TRIANGLES_PER_TASK};
-use crate::bvh::TriangleFlags;
+use crate::bvh::{TriangleFlags, is_traced};
 use crate::geometry::{Aabb, Triangle};
 
 /// An instance, or the scene, is too large for its content where its diagonal exceeds that of the rest by this factor.
 const TOO_LARGE: f32 = 3.0;
 /// The same factor for instances around the rest that may have most of the triangles, but none near the rest.
 const AS_LARGE_AS_A_SKY: f32 = 10.0;
-/// Longest path that is framed, as a factor on the size of what moves.
-const LONGEST_PATH: f32 = 100.0;
-/// Smallest share of a path that is a jump between two measured times.
-const SHARE_OF_JUMP: f32 = 0.5;
 /// Largest share of the triangles that grounds have, and smallest share of what skies surround.
 const BACKDROP_SHARE: f32 = 0.2;
 /// Share of the triangles left out at either end of each axis to find the content.
 const OUTLIERS: f32 = 0.01;
 /// Margin around the content, as a share of its size, in which triangles are framed.
 const CONTENT_MARGIN: f32 = 0.5;
-/// Number of triangles whose positions are ranked.
-const SAMPLED_TRIANGLES: usize = 65_536;
-
-/// Where an instance is, and how large.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Extent {
-    /// Bounds over all times.
-    pub(super) path: Aabb,
-    /// Diagonal of the largest of its boxes at single times, metres.
-    diagonal: f32,
-    /// Whether its box is not the same at all times at which it is visible.
-    moves: bool,
-    /// The box at the last measured time at which it is visible.
-    last: Aabb,
-    /// Largest distance between the middles of boxes that follow each other, metres.
-    largest_step: f32,
-}
-
-impl Extent {
-    /// Whether most of its path shows nothing of it: things that are parked far away and jump into view, and projectiles.
-    fn is_stray(&self) -> bool {
-        let path = self.path.extent().length();
-        let jumps = path > TOO_LARGE * self.diagonal && self.largest_step > SHARE_OF_JUMP * path;
-        self.moves && (jumps || path > LONGEST_PATH * self.diagonal)
-    }
-}
 
 /// A kind of backdrop.
 #[derive(Clone, Copy, Debug)]
@@ -70,27 +42,16 @@ impl Backdrop {
 }
 
 impl Subject<'_> {
-    /// The extent of each framed instance.
-    pub(super) fn instance_extents(&self) -> Vec<Extent> {
-        let nowhere =
-            Extent { path: Aabb::EMPTY, diagonal: 0.0, moves: false, last: Aabb::EMPTY, largest_step: 0.0 };
-        let mut extents = vec![nowhere; self.is_framed.len()];
-        self.visit(1, |triangles, flags| {
-            extents.par_iter_mut().enumerate().for_each(|(instance, extent)| {
-                let bounds = self.instance_bounds(instance, triangles, flags);
-                if !bounds.is_empty() {
-                    if !extent.last.is_empty() {
-                        let step = bounds.center().distance(extent.last.center());
-                        extent.largest_step = extent.largest_step.max(step);
-                    }
-                    extent.last = bounds;
-                    extent.moves |= !extent.path.is_empty() && bounds != extent.path;
-                    extent.diagonal = extent.diagonal.max(bounds.extent().length());
-                    extent.path = extent.path.union(bounds);
-                }
-            });
+    /// Extends the extents of framed instances by those at the next time.
+    pub(super) fn extend_extents(
+        &self,
+        extents: &mut [Extent],
+        triangles: &[Triangle],
+        flags: &[TriangleFlags],
+    ) {
+        extents.par_iter_mut().enumerate().for_each(|(instance, extent)| {
+            extent.add(self.instance_bounds(instance, triangles, flags));
         });
-        extents
     }
 
     /// Bounds of an instance that is framed, posed like this.
@@ -227,19 +188,27 @@ impl Subject<'_> {
         }
     }
 
+    /// Some of the traced triangles that are posed like this, evenly over their ids.
+    pub(super) fn sampled(
+        &self,
+        triangles: &[Triangle],
+        flags: &[TriangleFlags],
+    ) -> impl Iterator<Item = SampledTriangle> {
+        let stride = (triangles.len() * self.times.len()).div_ceil(SAMPLED_TRIANGLES).max(1);
+        let pairs = triangles.iter().zip(flags).enumerate().step_by(stride);
+        let traced = pairs.filter(|(_, (triangle, flags))| is_traced(triangle, **flags));
+        traced.map(|(index, (triangle, _))| SampledTriangle { index, bounds: triangle.bounds() })
+    }
+
     /// The box between the percentiles of the triangles' boxes along each axis, over all times.
     fn content(&self) -> Option<Aabb> {
-        let stride = (self.frame.triangles.len() * self.times.len()).div_ceil(SAMPLED_TRIANGLES).max(1);
         let mut corners: [Vec<f32>; 6] = Default::default();
-        self.visit(1, |triangles, flags| {
-            for (index, triangle) in triangles.iter().enumerate().step_by(stride) {
-                if self.frames_triangle(index, &triangles[index], flags[index]) {
-                    let Aabb { min, max } = triangle.bounds();
-                    let values = min.to_array().into_iter().chain(max.to_array());
-                    corners.iter_mut().zip(values).for_each(|(all, value)| all.push(value));
-                }
-            }
-        });
+        for SampledTriangle { bounds: Aabb { min, max }, .. } in
+            self.samples.iter().filter(|sample| self.may_frame_triangle(sample.index))
+        {
+            let values = min.to_array().into_iter().chain(max.to_array());
+            corners.iter_mut().zip(values).for_each(|(all, value)| all.push(value));
+        }
         let count = corners[0].len();
         if count == 0 {
             return None;

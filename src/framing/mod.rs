@@ -4,7 +4,9 @@
 //! depend on the scene, the selected clips and the aspect ratio of the image, never on the frames that are rendered.
 
 mod added_times;
+mod blocks;
 mod enclosure;
+mod extent;
 mod fit;
 mod ground;
 mod inside;
@@ -17,6 +19,7 @@ mod posed_triangles;
 mod resolve;
 mod shared;
 mod subject;
+mod supports;
 
 pub use ground::ground_below;
 pub use interior::is_interior;

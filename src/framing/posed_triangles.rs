@@ -1,7 +1,8 @@
 //! The triangles of a scene at the times at which it is measured.
 
+use super::blocks::block_bytes;
 use crate::bvh::TriangleFlags;
-use crate::geometry::Triangle;
+use crate::geometry::{Aabb, Triangle};
 
 /// Times at which moving scenes are measured, evenly over the clips, both ends included.
 pub(super) const TIMES: usize = 65;
@@ -11,11 +12,28 @@ const KEPT_TRIANGLES: usize = 1_000_000;
 /// Fewest and most times that may be added to these.
 const ADDED: [usize; 2] = [8, 64];
 
+/// Number of triangles whose positions are ranked.
+pub(super) const SAMPLED_TRIANGLES: usize = 65_536;
+
 /// The triangles of the scene at one time, by triangle id, with their flags.
 #[derive(Debug)]
 pub(super) struct PosedTriangles {
     pub(super) triangles: Vec<Triangle>,
     pub(super) flags: Vec<TriangleFlags>,
+}
+
+/// A triangle that stands for others.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SampledTriangle {
+    /// Its id.
+    pub(super) index: usize,
+    /// At one time.
+    pub(super) bounds: Aabb,
+}
+
+/// Bytes of the samples of so many triangles at so many times.
+fn sample_bytes(triangles: usize, times: usize) -> usize {
+    triangles.saturating_mul(times).min(2 * SAMPLED_TRIANGLES) * size_of::<SampledTriangle>()
 }
 
 /// Whether the triangles at all times are kept.
@@ -33,11 +51,13 @@ pub(super) fn most_added(triangles: usize, times: usize) -> usize {
 pub(crate) fn kept_bytes(triangles: u64, moves: bool) -> u128 {
     let times = if moves { TIMES } else { 1 };
     let count = usize::try_from(triangles).unwrap_or(usize::MAX);
+    let added = if moves { most_added(count, times) } else { 0 };
+    let looked_at = (block_bytes(count, times + added) + sample_bytes(count, times)) as u128;
     if !are_kept(count, times) {
-        return 0;
+        return looked_at;
     }
-    let times = times + most_added(count, times);
-    u128::from(triangles) * (times * (size_of::<Triangle>() + size_of::<TriangleFlags>())) as u128
+    let of_triangle = (times + added) * (size_of::<Triangle>() + size_of::<TriangleFlags>());
+    u128::from(triangles) * of_triangle as u128 + looked_at
 }
 
 #[cfg(test)]
@@ -46,8 +66,14 @@ mod tests {
 
     #[test]
     fn few_moving_triangles_are_kept() {
-        assert_eq!(kept_bytes(15_384, true), 15_384 * (65 + 8) * 37);
-        assert_eq!(kept_bytes(10, true), 10 * (65 + 64) * 37);
-        assert_eq!((kept_bytes(15_385, true), kept_bytes(10, false)), (0, 0));
+        let looked_at = |triangles: usize, times: usize, even: usize| {
+            (block_bytes(triangles, times) + sample_bytes(triangles, even)) as u128
+        };
+        assert_eq!(kept_bytes(15_384, true), 15_384 * (65 + 8) * 37 + looked_at(15_384, 73, 65));
+        assert_eq!(kept_bytes(10, true), 10 * (65 + 64) * 37 + looked_at(10, 129, 65));
+        assert_eq!(kept_bytes(15_385, true), looked_at(15_385, 73, 65));
+        assert_eq!(kept_bytes(10, false), looked_at(10, 1, 1));
+        // Boxes and samples of many triangles take no more memory than those of some.
+        assert!(kept_bytes(200_000_000, true) < 32_000_000);
     }
 }

@@ -3,15 +3,16 @@
 use std::collections::BTreeSet;
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use crate::bvh::{TriangleFlags, is_traced};
 use crate::frame::Frame;
 use crate::geometry::{Aabb, Triangle};
 use crate::scene::{AnimationIndex, NodeIndex, Scene, Selection};
 
+use super::blocks::Blocks;
+use super::extent::Extent;
 use super::moving_surfaces::moves_surfaces;
-use super::posed_triangles::{PosedTriangles, TIMES, are_kept};
+use super::posed_triangles::{PosedTriangles, SampledTriangle, TIMES, are_kept};
 
 /// Fewest times of a clip where several are measured one by one.
 const FEWEST_CLIP_TIMES: usize = 17;
@@ -36,6 +37,10 @@ pub(super) struct Subject<'a> {
     pub(super) frame: Frame,
     /// The triangles at the other times, where they are few enough to be kept.
     pub(super) kept: Option<Vec<PosedTriangles>>,
+    /// Boxes of the triangles at all times.
+    pub(super) blocks: Blocks,
+    /// Some of the triangles over the even times, which [`Self::content`] ranks.
+    pub(super) samples: Vec<SampledTriangle>,
     /// Whether a triangle belongs to the framed node, by its id; `None` where the whole scene is framed.
     pub(super) follows_node: Option<Vec<bool>>,
     /// Whether an instance is framed, by its index in the frame.
@@ -90,6 +95,8 @@ impl<'a> Subject<'a> {
             times,
             frame,
             kept: None,
+            blocks: Blocks::new(0, 0),
+            samples: Vec::new(),
             follows_node,
             is_framed,
             may_be_floor,
@@ -98,7 +105,7 @@ impl<'a> Subject<'a> {
             is_empty: false,
         };
         subject.keep_triangles();
-        let extents = subject.instance_extents();
+        let extents = subject.look_at_times();
         if node.is_none() {
             subject.leave_out_backdrops(&extents);
         }
@@ -114,42 +121,6 @@ impl<'a> Subject<'a> {
             subject.bounds = Aabb { min: center - Vec3::ONE, max: center + Vec3::ONE };
         }
         subject
-    }
-
-    /// The largest product of any framed corner with each of `directions`, over the times. Negative infinity without any.
-    pub(super) fn supports(&self, directions: &[Vec3]) -> Vec<f32> {
-        let stride = self.stride(directions.len());
-        let mut supports = vec![f32::NEG_INFINITY; directions.len()];
-        self.visit(stride, |triangles, flags| {
-            let found = self.supports_of(triangles, flags, directions);
-            for (largest, found) in supports.iter_mut().zip(found) {
-                *largest = largest.max(found);
-            }
-        });
-        supports
-    }
-
-    /// The same for triangles that are posed like this.
-    pub(super) fn supports_of(
-        &self,
-        triangles: &[Triangle],
-        flags: &[TriangleFlags],
-        directions: &[Vec3],
-    ) -> Vec<f32> {
-        let nothing = || vec![f32::NEG_INFINITY; directions.len()];
-        let supports = (0..triangles.len()).into_par_iter().with_min_len(TRIANGLES_PER_TASK).fold(
-            nothing,
-            |mut largest, index| {
-                if self.frames_triangle(index, &triangles[index], flags[index]) {
-                    for (largest, direction) in largest.iter_mut().zip(directions) {
-                        let [a, b, c] = triangles[index].vertices.map(|corner| corner.dot(*direction));
-                        *largest = largest.max(a).max(b).max(c);
-                    }
-                }
-                largest
-            },
-        );
-        supports.reduce(nothing, |a, b| a.iter().zip(&b).map(|(a, b)| a.max(*b)).collect())
     }
 
     /// Every how many even times are visited to multiply all corners by so many directions.
@@ -198,6 +169,21 @@ impl<'a> Subject<'a> {
         self.is_framed[instance as usize]
     }
 
+    /// Looks at all times once: for the boxes and the samples of triangles. Returns the extent of each framed instance.
+    fn look_at_times(&mut self) -> Vec<Extent> {
+        let count = self.frame.triangles.len();
+        let mut extents = vec![Extent::NOWHERE; self.is_framed.len()];
+        let mut blocks = Blocks::new(count, self.times.len());
+        let mut samples = Vec::new();
+        self.visit(1, |triangles, flags| {
+            self.extend_extents(&mut extents, triangles, flags);
+            blocks.add(blocks.boxes(triangles, flags));
+            samples.extend(self.sampled(triangles, flags));
+        });
+        (self.blocks, self.samples) = (blocks, samples);
+        extents
+    }
+
     /// Keeps the triangles at all times, if they are few.
     fn keep_triangles(&mut self) {
         if are_kept(self.frame.triangles.len(), self.times.len()) {
@@ -209,32 +195,64 @@ impl<'a> Subject<'a> {
         }
     }
 
+    /// Indices of every `stride`-th of the even times, and of those that were added.
+    pub(super) fn visited_times(&self, stride: usize) -> impl Iterator<Item = usize> {
+        (0..self.even_times).step_by(stride).chain(self.even_times..self.times.len())
+    }
+
     /// Calls `visit` with the triangles and their flags at every `stride`-th of the even times, and at those that were added.
     pub(super) fn visit(&self, stride: usize, mut visit: impl FnMut(&[Triangle], &[TriangleFlags])) {
-        let visited = (0..self.even_times).step_by(stride).chain(self.even_times..self.times.len());
-        if let Some(kept) = &self.kept {
-            return visited.for_each(|index| visit(&kept[index].triangles, &kept[index].flags));
-        }
-        visit(&self.frame.triangles, &self.frame.flags);
-        let (mut frame, mut posed) = (Frame::of_positions(), None);
-        for (selection, time) in visited.skip(1).map(|index| self.times[index]) {
-            let of_clips = &self.selections[selection];
-            if posed == Some(selection) {
-                frame.pose_surfaces_again(self.scene, of_clips, time);
-            } else {
-                frame.pose_surfaces(self.scene, of_clips, time);
-            }
-            posed = Some(selection);
-            visit(&frame.triangles, &frame.flags);
+        let mut poses = TimePoses::new(self);
+        for time in self.visited_times(stride) {
+            let (triangles, flags) = poses.at(time);
+            visit(triangles, flags);
         }
     }
 
     /// Whether the triangle `index` is framed where it is posed like this. What has a scale of 0 is not: rays never hit it.
     pub(super) fn frames_triangle(&self, index: usize, triangle: &Triangle, flags: TriangleFlags) -> bool {
+        self.may_frame_triangle(index) && is_traced(triangle, flags)
+    }
+
+    /// Whether the triangle `index` is framed where rays hit it.
+    pub(super) fn may_frame_triangle(&self, index: usize) -> bool {
         self.is_framed[self.frame.instance_of_triangle[index] as usize]
             && self.follows_node.as_ref().is_none_or(|follows| follows[index])
             && self.is_outlier.as_ref().is_none_or(|is_outlier| !is_outlier[index])
-            && is_traced(triangle, flags)
+    }
+}
+
+/// The triangles of a subject at one of its times after the other.
+pub(super) struct TimePoses<'s> {
+    subject: &'s Subject<'s>,
+    frame: Frame,
+    /// Index of the selection that the frame was posed with.
+    posed: Option<usize>,
+}
+
+impl<'s> TimePoses<'s> {
+    pub(super) fn new(subject: &'s Subject<'s>) -> Self {
+        Self { subject, frame: Frame::of_positions(), posed: None }
+    }
+
+    /// The triangles and their flags at the time with this index.
+    pub(super) fn at(&mut self, time: usize) -> (&[Triangle], &[TriangleFlags]) {
+        let subject = self.subject;
+        if let Some(PosedTriangles { triangles, flags }) = subject.kept.as_ref().map(|kept| &kept[time]) {
+            return (triangles, flags);
+        }
+        if time == 0 {
+            return (&subject.frame.triangles, &subject.frame.flags);
+        }
+        let (selection, seconds) = subject.times[time];
+        let of_clips = &subject.selections[selection];
+        if self.posed == Some(selection) {
+            self.frame.pose_surfaces_again(subject.scene, of_clips, seconds);
+        } else {
+            self.frame.pose_surfaces(subject.scene, of_clips, seconds);
+        }
+        self.posed = Some(selection);
+        (&self.frame.triangles, &self.frame.flags)
     }
 }
 

@@ -5,8 +5,17 @@ use glam::{Mat4, Vec3};
 use rayframe::framing::{CameraRule, ResolvedCamera, resolve_camera};
 use rayframe::scene::{Projection, Scene, SelectedCamera, Selection, ViewRequest, look_along};
 
-/// `camera "name"`, or what decided the camera, with the options that keep an automatic one.
-pub(super) fn camera_text(scene: &Scene, selection: &Selection, rule: CameraRule) -> String {
+/// `camera "name"`, or what decided the camera, with the options that keep an automatic one. A camera with a name is called `known_as`, if anything.
+pub(super) fn camera_text(
+    scene: &Scene,
+    selection: &Selection,
+    rule: CameraRule,
+    known_as: Option<&str>,
+) -> String {
+    let label = || match known_as.filter(|_| selection.camera_name(scene).is_some()) {
+        Some(name) => format!("camera \"{name}\""),
+        None => selection.camera_label(scene),
+    };
     let options = match &selection.camera {
         &SelectedCamera::Fixed { world_from_camera, projection } => {
             placing_options(world_from_camera, &projection)
@@ -14,12 +23,12 @@ pub(super) fn camera_text(scene: &Scene, selection: &Selection, rule: CameraRule
         _ => String::new(),
     };
     match rule {
-        CameraRule::Changed => format!("{} changed", selection.camera_label(scene)),
+        CameraRule::Changed => format!("{} changed", label()),
         CameraRule::Requested => "camera as requested".to_owned(),
         CameraRule::Turntable => "camera on a turntable".to_owned(),
         CameraRule::Outside => format!("camera auto outside ({options})"),
         CameraRule::Inside => format!("camera auto inside ({options})"),
-        _ => selection.camera_label(scene),
+        _ => label(),
     }
 }
 
@@ -27,7 +36,7 @@ pub(super) fn camera_text(scene: &Scene, selection: &Selection, rule: CameraRule
 pub(super) fn default_camera_text(scene: &Scene, selection: &Selection) -> String {
     let view = ViewRequest::default();
     let ResolvedCamera { selection, rule } = resolve_camera(scene, selection.clone(), &view, 16.0 / 9.0);
-    camera_text(scene, &selection, rule)
+    camera_text(scene, &selection, rule, None)
 }
 
 /// Options that place the camera alike.

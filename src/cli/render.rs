@@ -231,6 +231,7 @@ impl Session {
         for (job, plan) in &planned {
             plan.check_collisions(&other_files(job), &job.inputs)?;
             check_others(other_files(job), &shot.values)?;
+            plan.check_new_names()?;
         }
         warnings.extend(report_replaced(&planned));
         if self.is_dry_run {
@@ -361,7 +362,7 @@ fn print_plan(shot: &ShotSettings, jobs: &[RenderJob], planned: &[(&RenderJob, &
 
 fn print_summary(job: &RenderJob, plan: &Plan, args: &SettingValues) {
     if !args.quiet {
-        print_note(&summary(&job.sequence, job.camera, &job.environment));
+        print_note(&summary(&job.sequence, &job.outline.names, job.camera, &job.environment));
         let notes = [
             after_the_end(&job.sequence),
             frames_beside_the_movie(&job.sequence, args),

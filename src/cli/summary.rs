@@ -5,11 +5,19 @@ use rayframe::framing::CameraRule;
 use rayframe::scene::{Scene, SelectedCamera, Selection};
 use rayframe::sequence::{Plan, SequenceJob, duration_seconds, frames_text, triangle_count};
 use rayframe::settings::SettingValues;
+use rayframe::shot::SequenceNames;
 
 use super::camera_text::camera_text;
 
+/// The clip, the camera and the variant have the names that tell the sequence from others, where `names` has any.
+///
 /// `orbit.glb: clip "orbit" 2.5 s → frames 0-60 at 24 fps, camera "cam", 1280x720, 7 936 triangles`.
-pub(super) fn summary(job: &SequenceJob, camera: CameraRule, environment: &str) -> String {
+pub(super) fn summary(
+    job: &SequenceJob,
+    names: &SequenceNames,
+    camera: CameraRule,
+    environment: &str,
+) -> String {
     let (width, height) = job.render.resolution;
     let window = job.render.window;
     let crop = if (window.width(), window.height()) == (width, height) {
@@ -18,15 +26,17 @@ pub(super) fn summary(job: &SequenceJob, camera: CameraRule, environment: &str) 
         format!(" (pixels {},{} to {},{})", window.x0, window.y0, window.x1, window.y1)
     };
     let variant = job.selection.variant.and_then(|variant| job.scene.variants.get(variant.index()));
-    let variant = variant.map_or_else(String::new, |variant| format!(", variant \"{}\"", variant.name));
+    let variant = variant.map_or_else(String::new, |variant| {
+        format!(", variant \"{}\"", names.variant.as_deref().unwrap_or(&variant.name))
+    });
     let environment = if environment.is_empty() { String::new() } else { format!(", {environment}") };
     format!(
         "{}: {} → {} at {} fps, {}{variant}, {width}x{height}{crop}, {}{environment}",
         file_name(&job.scene),
-        clips_text(&job.scene, &job.selection),
+        clips_text(&job.scene, &job.selection, names.clip.as_deref()),
         frames_text(&job.frames),
         job.rate,
-        camera_text(&job.scene, &job.selection, camera),
+        camera_text(&job.scene, &job.selection, camera, names.camera.as_deref()),
         counted(triangle_count(&job.scene, &job.selection.roots), "triangle"),
     )
 }
@@ -70,14 +80,14 @@ fn file_name(scene: &Scene) -> String {
     name.display().to_string()
 }
 
-/// `clip "orbit" 2.5 s`, `3 clips 1 s to 2.5 s` or `still`.
-fn clips_text(scene: &Scene, selection: &Selection) -> String {
+/// `clip "orbit" 2.5 s`, `3 clips 1 s to 2.5 s` or `still`. A clip with a name is called `known_as`, if anything.
+fn clips_text(scene: &Scene, selection: &Selection, known_as: Option<&str>) -> String {
     let span = span_text(selection.clip_start_seconds(scene), selection.clip_seconds(scene));
     match selection.clips.as_slice() {
         [] => "still".to_owned(),
         [clip] => {
             let name = scene.animations.get(clip.index()).and_then(|clip| clip.name.as_deref());
-            format!("clip {} {span}", quoted(name, clip.index()))
+            format!("clip {} {span}", quoted(name.map(|name| known_as.unwrap_or(name)), clip.index()))
         }
         clips => format!("{} clips {span}", clips.len()),
     }

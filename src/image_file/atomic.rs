@@ -101,6 +101,7 @@ impl Replacement {
 /// # Errors
 /// [`Error::CannotCreate`] with the reason; also when `path` exists and is not a regular file.
 pub fn probe_folder(path: &Path) -> Result<()> {
+    check_new_names(path)?;
     let folder = folder_of(path);
     fs::create_dir_all(folder).map_err(|error| Error::CannotCreate {
         path: folder.to_owned(),
@@ -108,6 +109,29 @@ pub fn probe_folder(path: &Path) -> Result<()> {
     })?;
     check_name(path)?;
     create_temporary(path).map(drop)
+}
+
+/// Checks that the system accepts the names of the missing folders of `path` and of the file in them.
+///
+/// # Errors
+/// [`Error::CannotCreate`] when it refuses one.
+pub(crate) fn check_new_names(path: &Path) -> Result<()> {
+    let missing: Vec<&Path> = path.ancestors().take_while(|path| !path.exists()).collect();
+    let existing = missing.last().map_or(path, |path| folder_of(path));
+    // Where a folder is missing, the system says so, whatever name follows.
+    for name in missing.iter().filter_map(|path| path.file_name()) {
+        if let Err(error) = fs::symlink_metadata(existing.join(name))
+            && error.kind() == io::ErrorKind::InvalidFilename
+        {
+            return Err(refused_name(path, &error));
+        }
+    }
+    Ok(())
+}
+
+fn refused_name(path: &Path, error: &io::Error) -> Error {
+    let message = format!("the file cannot be created: {error}; choose another name");
+    Error::CannotCreate { path: path.to_owned(), message }
 }
 
 /// Checks that `path` is a usable file name. Its folder may be missing.
@@ -120,9 +144,7 @@ pub fn check_name(path: &Path) -> Result<()> {
         Ok(metadata) if !metadata.is_file() => {
             cannot("the name exists and is not a file; choose another name".to_owned())
         }
-        Err(error) if error.kind() == io::ErrorKind::InvalidFilename => {
-            cannot(format!("the file cannot be created: {error}; choose another name"))
-        }
+        Err(error) if error.kind() == io::ErrorKind::InvalidFilename => Err(refused_name(path, &error)),
         _ => Ok(()),
     }
 }
@@ -303,6 +325,12 @@ mod tests {
         let path = folder.path().join("x/y/a.exr");
         probe_folder(&path).unwrap();
         assert_eq!(names(path.parent().unwrap()), [] as [&str; 0]);
+        // A name that is too long, of the file or of a folder, leaves no folder.
+        let long = "n".repeat(300);
+        for refused in [format!("z/{long}.exr"), format!("z/{long}/a.exr"), format!("z/y/{long}/x/a.exr")] {
+            assert_eq!(probe_folder(&folder.path().join(refused)).unwrap_err().exit_code(), 73);
+        }
+        assert_eq!(names(folder.path()), ["x"]);
         fs::create_dir(&path).unwrap();
         assert_eq!(probe_folder(&path).unwrap_err().exit_code(), 73);
         let below_a_file = folder.path().join("file");

@@ -42,6 +42,7 @@ mod texture_decode;
 mod texture_format;
 mod webp_animation;
 
+pub(crate) use atomic::check_new_names;
 pub(crate) use atomic::{begin_replacing, hidden_prefix, process_mark, write_atomically_unless};
 pub use atomic::{check_name, probe_folder, remove_stale_temporaries, write_atomically, write_single_file};
 pub use display::{DisplayImage, decode_png, decode_png_values, over};

@@ -118,12 +118,20 @@ fn fitting(width: u32, dot: u32) -> usize {
     (width / ((GLYPH.0 + 1) * dot)) as usize
 }
 
-/// Draws a text in one line of `width` pixels, cut where it is longer.
+/// The text, without its middle where it has more than `longest` characters: its end may be what tells it from others.
+fn shortened(text: &str, longest: usize) -> String {
+    let count = text.chars().count();
+    if count <= longest {
+        return text.to_owned();
+    }
+    let kept = longest.saturating_sub(2);
+    let end = kept / 3;
+    text.chars().take(kept - end).chain("..".chars()).chain(text.chars().skip(count - end)).collect()
+}
+
+/// Draws a text in one line of `width` pixels, shortened where it is longer.
 fn write_text(sheet: &mut DisplayImage, text: &str, corner: (u32, u32), width: u32, dot: u32) {
-    let (count, fitting) = (text.chars().count(), fitting(width, dot));
-    let cut = count > fitting;
-    let shown = text.chars().take(if cut { fitting.saturating_sub(2) } else { count });
-    for (place, character) in shown.chain(cut.then_some("..").into_iter().flat_map(str::chars)).enumerate() {
+    for (place, character) in shortened(text, fitting(width, dot)).chars().enumerate() {
         let left = corner.0 + place as u32 * (GLYPH.0 + 1) * dot;
         for (x, column) in columns(character).into_iter().enumerate() {
             for y in (0..GLYPH.1).filter(|y| column >> y & 1 == 1) {
@@ -174,6 +182,14 @@ mod tests {
         let dots = |text: &str| text.chars().flat_map(columns).map(u8::count_ones).sum::<u32>() as usize;
         assert_eq!(ink(4), dots("wide") * 4);
         assert_eq!(ink(328), dots("tall") * 4);
+    }
+
+    #[test]
+    fn long_texts_lose_their_middle() {
+        assert_eq!(shortened("walk / red", 10), "walk / red");
+        assert_eq!(shortened("camera (2) / red (2)", 14), "camera (.. (2)");
+        assert_eq!(shortened("äöüäöüäöü", 8), "äöüä..öü");
+        assert_eq!([3, 2, 1].map(|longest| shortened("walking", longest)), ["w..", "..", ".."]);
     }
 
     #[test]

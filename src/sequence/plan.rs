@@ -7,7 +7,9 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::film::AovFlags;
-use crate::image_file::{OutputKind, check_name, check_output, probe_folder, remove_stale_temporaries};
+use crate::image_file::{
+    OutputKind, check_name, check_new_names, check_output, probe_folder, remove_stale_temporaries,
+};
 use crate::output::ExrOutput;
 use crate::settings::PlatePattern;
 
@@ -125,6 +127,17 @@ impl Plan {
         let band_rows = memory::check(job)?;
         check_names(job)?;
         Ok(band_rows)
+    }
+
+    /// Checks that the system accepts the names of missing folders and of the first file of each. Of several sequences, those of all are
+    /// checked before [`Self::prepare`] creates the folders of one.
+    ///
+    /// # Errors
+    /// [`Error::CannotCreate`] with the file and the reason.
+    pub fn check_new_names(&self) -> Result<()> {
+        let mut folders = BTreeSet::new();
+        let mut paths = self.frames.iter().flat_map(PlannedFrame::paths);
+        paths.try_for_each(|path| if folders.insert(path.parent()) { check_new_names(path) } else { Ok(()) })
     }
 
     /// Creates the folders, checks that files can be written there, and removes temporary files of ended runs.

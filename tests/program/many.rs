@@ -267,6 +267,9 @@ fn clips_and_cameras_of_one_name_are_numbered() {
     let each = ["two.gltf", "--animation", "each", "-f", "0"];
     let told = assert_code(&rayframe(folder, &crate::both(&each, &["-o", "t/{clip}.png"])), 0);
     assert_eq!(names(&folder.join("t")), ["run.png", "walk (2).png", "walk.png"], "{told}");
+    for name in ["walk", "walk (2)", "run"] {
+        assert!(told.contains(&format!("two.gltf: clip \"{name}\" ")), "{told}");
+    }
     // Clips of equal names tell that the name of a file lacks them, too.
     let told = assert_code(&rayframe(folder, &crate::both(&each, &["-o", "a.png"])), 2);
     assert!(told.contains("clip \"walk (2)\" would both") && told.contains("{clip}.a.png"), "{told}");
@@ -279,6 +282,20 @@ fn clips_and_cameras_of_one_name_are_numbered() {
     write(folder, "slash.gltf", &moving(&[("a/b", 0.5), ("a:b", 1.0)], 1));
     let told = assert_code(&rayframe(folder, &["slash.gltf", "--animation", "each"]), 2);
     assert!(told.contains("names are equal in names of files") && told.contains("'#1'"), "{told}");
+}
+
+#[test]
+fn a_name_that_is_too_long_leaves_no_folder_of_the_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let long = "n".repeat(300);
+    write(folder, "m.gltf", &moving(&[("walk", 0.5), (&long, 1.0)], 1));
+    let told = assert_code(
+        &rayframe(folder, &["m.gltf", "--animation", "each", "-f", "0", "-o", "{clip}/a.png"]),
+        73,
+    );
+    assert!(told.contains("choose another name"), "{told}");
+    assert_eq!(names(folder), ["m.gltf"]);
 }
 
 /// Without a camera in the file, all clips are framed alike: so that the longest way stays in the image.

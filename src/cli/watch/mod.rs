@@ -135,7 +135,8 @@ impl Watch<'_> {
         }
         resolved.sequence.existing = ExistingFiles::Overwrite;
         measure_exposure_once(&mut resolved.sequence);
-        let RenderJob { sequence: job, choices, warnings, camera, environment, inputs, .. } = &resolved;
+        let RenderJob { sequence: job, outline, choices, warnings, camera, environment, inputs, .. } =
+            &resolved;
         // The coarse image is one at once.
         check_whole_frames(job)?;
         let plan = Plan::new(job)?;
@@ -145,7 +146,8 @@ impl Watch<'_> {
         if !args.overwrite {
             protect_foreign(job, &plan, &self.own)?;
         }
-        let printed = (summary(job, *camera, environment), [choices.as_slice(), warnings].concat());
+        let printed =
+            (summary(job, &outline.names, *camera, environment), [choices.as_slice(), warnings].concat());
         if printed != self.printed || job.strict {
             report_warnings(&job.scene.path, choices, false)?;
             report_warnings(&job.scene.path, warnings, job.strict)?;

@@ -164,7 +164,8 @@ fn sample_points(frame: &Frame, settings: &IntegratorSettings) -> ZSobol {
     ZSobol::new(settings.max_samples, seed ^ hash(hash(time as u32) ^ (time >> 32) as u32))
 }
 
-/// Whether light that passes surfaces of a material, or the volume that they bound, may be dimmed.
+/// Whether light that passes surfaces of a material, or the volume that they bound, may be dimmed. That of shadow catchers never is.
 fn may_dim_light(material: &Material) -> bool {
-    material.alpha_mode == AlphaMode::Blend || material.transmits() || material.is_volume()
+    let fades = material.alpha_mode == AlphaMode::Blend && !material.is_shadow_catcher;
+    fades || material.transmits() || material.is_volume()
 }

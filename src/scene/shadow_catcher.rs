@@ -1,6 +1,11 @@
 //! Shadow catchers: surfaces on which only shadows are rendered, for compositing over a plate.
 
-use super::{AlphaMode, AnimationTarget, Channel, Material, MaterialIndex, MeshIndex, NodeIndex, Scene};
+use std::ops::Range;
+
+use super::{
+    AlphaMode, AnimationTarget, Channel, Material, MaterialIndex, MaterialProperty, MeshIndex, NodeIndex,
+    Primitive, Scene, TextureSlot,
+};
 
 /// Makes all materials and all nodes' meshes named `name` shadow catchers. Returns their number.
 ///
@@ -31,20 +36,29 @@ pub fn mark_shadow_catching_node(scene: &mut Scene, node: NodeIndex) -> bool {
     true
 }
 
-/// The shadow-catching form of a material.
+/// The shadow-catching form of a material: only its sides and its coverage are left.
 fn catcher(material: &Material) -> Material {
-    Material {
+    let solid = Material {
         name: material.name.clone(),
         is_shadow_catcher: true,
-        alpha_mode: AlphaMode::Opaque,
         double_sided: material.double_sided,
         ..Material::default()
+    };
+    match material.alpha_mode {
+        AlphaMode::Opaque => solid,
+        alpha_mode => Material {
+            alpha_mode,
+            base_color: material.base_color,
+            base_color_texture: material.base_color_texture,
+            ..solid
+        },
     }
 }
 
 /// Adds a copy of a mesh whose materials are shadow catchers.
 fn catching_copy(scene: &mut Scene, mesh: MeshIndex) -> MeshIndex {
     let mut copy = scene.meshes[mesh.index()].clone();
+    let first_material = scene.materials.len();
     for primitive in &mut copy.primitives {
         let material = Material { name: None, ..catcher(&scene.materials[primitive.material.index()]) };
         primitive.material = MaterialIndex(scene.materials.len() as u32);
@@ -54,27 +68,63 @@ fn catching_copy(scene: &mut Scene, mesh: MeshIndex) -> MeshIndex {
     }
     scene.meshes.push(copy);
     let copied = MeshIndex(scene.meshes.len() as u32 - 1);
+    animate_copy(scene, (mesh, copied), first_material..scene.materials.len());
+    copied
+}
+
+/// Makes clips drive the copy of a mesh and its new materials as they drive the mesh and its own.
+fn animate_copy(scene: &mut Scene, (mesh, copied): (MeshIndex, MeshIndex), new_materials: Range<usize>) {
+    let primitives: &[Primitive] = &scene.meshes[mesh.index()].primitives;
+    let materials = &scene.materials;
+    let targets_of_copy = |target: AnimationTarget| -> Vec<AnimationTarget> {
+        match target {
+            AnimationTarget::MeshWeights(own) if own == mesh => vec![AnimationTarget::MeshWeights(copied)],
+            AnimationTarget::MeshWeight(own, weight) if own == mesh => {
+                vec![AnimationTarget::MeshWeight(copied, weight)]
+            }
+            AnimationTarget::Material(own, property) if decides_about_coverage(property) => {
+                let pairs = primitives.iter().zip(new_materials.clone());
+                let of_own = pairs.filter(|(primitive, new)| {
+                    primitive.material == own && materials[*new].alpha_mode != AlphaMode::Opaque
+                });
+                of_own
+                    .map(|(_, new)| AnimationTarget::Material(MaterialIndex(new as u32), property))
+                    .collect()
+            }
+            _ => Vec::new(),
+        }
+    };
     for clip in &mut scene.animations {
-        let channel_of_copy = |channel: &Channel| {
-            let target = match channel.target {
-                AnimationTarget::MeshWeights(own) if own == mesh => AnimationTarget::MeshWeights(copied),
-                AnimationTarget::MeshWeight(own, weight) if own == mesh => {
-                    AnimationTarget::MeshWeight(copied, weight)
-                }
-                _ => return None,
-            };
-            Some(Channel { target, keyframes: channel.keyframes.clone() })
+        let channels_of_copy = |channel: &Channel| {
+            let channel_to = |target| Channel { target, keyframes: channel.keyframes.clone() };
+            targets_of_copy(channel.target).into_iter().map(channel_to).collect::<Vec<_>>()
         };
-        let channels: Vec<Channel> = clip.channels.iter().filter_map(channel_of_copy).collect();
+        let channels: Vec<Channel> = clip.channels.iter().flat_map(channels_of_copy).collect();
         clip.channels.extend(channels);
     }
-    copied
+}
+
+/// Whether the coverage of a surface depends on a property of its material.
+fn decides_about_coverage(property: MaterialProperty) -> bool {
+    matches!(
+        property,
+        MaterialProperty::BaseColor
+            | MaterialProperty::AlphaCutoff
+            | MaterialProperty::TextureOffset(TextureSlot::BaseColor)
+            | MaterialProperty::TextureRotation(TextureSlot::BaseColor)
+            | MaterialProperty::TextureScale(TextureSlot::BaseColor)
+    )
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec4;
+
     use super::*;
-    use crate::scene::{Animation, Interpolation, Keyframes, Mesh, Node, Primitive, VariantIndex, Volume};
+    use crate::scene::{
+        Animation, Interpolation, Keyframes, Mesh, Node, TextureIndex, TextureRef, UvTransform, VariantIndex,
+        Volume,
+    };
 
     fn scene() -> Scene {
         let named = |name: &str| Material {
@@ -118,8 +168,50 @@ mod tests {
         assert_eq!(scene.meshes.len(), 1);
         let ground = &scene.materials[0];
         assert!(ground.is_shadow_catcher && ground.double_sided && ground.volume.is_none());
-        assert_eq!(ground.alpha_mode, AlphaMode::Opaque);
         assert!(!scene.materials[1].is_shadow_catcher);
+    }
+
+    #[test]
+    fn a_catcher_keeps_its_coverage() {
+        let texture = TextureRef { texture: TextureIndex(3), uv_set: 1, transform: UvTransform::default() };
+        let modes = [AlphaMode::Opaque, AlphaMode::Mask { cutoff: 0.25 }, AlphaMode::Blend];
+        for alpha_mode in modes {
+            let surface = Material {
+                alpha_mode,
+                base_color: Vec4::new(0.5, 0.5, 0.5, 0.75),
+                base_color_texture: Some(texture),
+                emissive_texture: Some(texture),
+                ..Material::default()
+            };
+            let caught = catcher(&surface);
+            assert_eq!((caught.alpha_mode, caught.emissive_texture), (alpha_mode, None));
+            // What covers all needs no colour.
+            let kept = (caught.base_color, caught.base_color_texture);
+            let is_solid = alpha_mode == AlphaMode::Opaque;
+            assert_eq!(kept, if is_solid { (Vec4::ONE, None) } else { (surface.base_color, Some(texture)) });
+            assert_eq!(catcher(&caught), caught);
+        }
+    }
+
+    #[test]
+    fn clips_fade_the_catcher_of_a_node() {
+        let mut scene = scene();
+        let keyframes = scene.animations[0].channels[0].keyframes.clone();
+        let [color, roughness] = [MaterialProperty::BaseColor, MaterialProperty::Roughness]
+            .map(|property| AnimationTarget::Material(MaterialIndex(0), property));
+        scene.animations[0].channels =
+            [color, roughness].map(|target| Channel { target, keyframes: keyframes.clone() }).to_vec();
+        let targets = |scene: &Scene| -> Vec<_> {
+            scene.animations[0].channels.iter().map(|channel| channel.target).collect()
+        };
+        let mut solid = scene.clone();
+        mark_shadow_catchers(&mut scene, "floor");
+        let copied = scene.meshes[1].primitives[0].material;
+        let faded = AnimationTarget::Material(copied, MaterialProperty::BaseColor);
+        assert_eq!(targets(&scene), [color, roughness, faded]);
+        solid.materials[0].alpha_mode = AlphaMode::Opaque;
+        mark_shadow_catchers(&mut solid, "floor");
+        assert_eq!(targets(&solid), [color, roughness]);
     }
 
     #[test]

@@ -16,11 +16,14 @@ use crate::render::{
     Adaptive, Aperture, EnvSamples, EnvironmentShares, Focus, GlassShadows, Integrator, Lens, LightSize,
     PathSettings, RenderSettings,
 };
-use crate::scene::{CameraChanges, Ground, Scene, SelectedCamera, Selection, Turntable, VariantIndex};
+use crate::scene::{CameraChanges, Ground, SelectedCamera, Selection, Turntable};
 use crate::sha256::hex;
 
+use self::catchers::shadow_catchers;
 use super::environment_shares::is_measured;
 use super::{Exposure, OutputFormat, SequenceJob, SharedExposure, Shutter};
+
+mod catchers;
 
 /// Number of the rule of [`super::environment_shares`], as below.
 const SHARES: u32 = 1;
@@ -258,24 +261,6 @@ fn changes_key(changes: &CameraChanges) -> String {
     format!("{points:x?} {:x} {projection:?}", roll_radians.to_bits())
 }
 
-/// Nodes, and which primitives of theirs only catch shadows as they look in `variant`.
-fn shadow_catchers(scene: &Scene, variant: Option<VariantIndex>) -> Vec<[usize; 2]> {
-    let mut catchers = Vec::new();
-    for (index, node) in scene.nodes.iter().enumerate() {
-        let mesh = node.mesh.and_then(|mesh| scene.meshes.get(mesh.index()));
-        let primitives = mesh.into_iter().flat_map(|mesh| &mesh.primitives).enumerate();
-        catchers.extend(
-            primitives
-                .filter(|(_, primitive)| {
-                    let material = scene.materials.get(primitive.material_in(variant).index());
-                    material.is_some_and(|material| material.is_shadow_catcher)
-                })
-                .map(|(primitive, _)| [index, primitive]),
-        );
-    }
-    catchers
-}
-
 /// Sampling of the image, its lens, its lights and its shutter. Floats are given by their bits.
 fn sampling_key(render: &RenderSettings, shutter: Shutter) -> serde_json::Value {
     let RenderSettings { adaptive, filter, lens, light_size, glossy_samples, env_samples, .. } = render;
@@ -357,28 +342,7 @@ fn png_key(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Material, MaterialIndex, Mesh, MeshIndex, Node, Primitive};
-
-    #[test]
-    fn shadow_catchers_depend_on_the_variant() {
-        let primitive = Primitive {
-            material: MaterialIndex(0),
-            variants: vec![(VariantIndex(1), MaterialIndex(1))],
-            ..Primitive::default()
-        };
-        let catcher = Material { is_shadow_catcher: true, ..Material::default() };
-        let scene = Scene {
-            materials: vec![Material::default(), catcher],
-            meshes: vec![Mesh { primitives: vec![primitive], ..Mesh::default() }],
-            nodes: vec![Node::default(), Node { mesh: Some(MeshIndex(0)), ..Node::default() }],
-            ..Scene::default()
-        };
-        assert!(
-            shadow_catchers(&scene, None).is_empty()
-                && shadow_catchers(&scene, Some(VariantIndex(0))).is_empty()
-        );
-        assert_eq!(shadow_catchers(&scene, Some(VariantIndex(1))), [[1, 0]]);
-    }
+    use crate::scene::VariantIndex;
 
     #[test]
     fn measured_selections_differ_in_their_variants() {

@@ -29,6 +29,25 @@ pub(super) struct GroundHit<'r> {
     pub(super) ray: &'r Ray,
     pub(super) state: &'r RayState,
     pub(super) t: f32,
+    /// The share of the ray that surfaces in front leave, shadows on catchers apart.
+    pub(super) through: f32,
+    /// The share of the ground's shadow that catchers in front leave. They stand for solid surfaces, which hide it.
+    pub(super) shadow_share: f32,
+}
+
+impl GroundHit<'_> {
+    /// The hit behind a shadow catcher of this coverage; `None` where nothing is left of it.
+    pub(super) fn behind_catcher(self, alpha: f32) -> Option<Self> {
+        let shadow_share = self.shadow_share * (1.0 - alpha);
+        (shadow_share > 0.0).then_some(Self { shadow_share, ..self })
+    }
+
+    /// The opacity of the ground's shadow in the share `through` of the ray, where it is `shadow` without catchers: they and the ground share
+    /// the ray by coverage, as parts of one floor do.
+    fn shadow_beside_catchers(&self, shadow: f32, through: f32) -> f32 {
+        let share = self.shadow_share * self.through / through;
+        if share < 1.0 { shadow * share } else { shadow }
+    }
 }
 
 impl Tracer<'_, '_> {
@@ -49,13 +68,14 @@ impl Tracer<'_, '_> {
         });
         let light = unoccluded + self.context.ground_irradiance;
         let shadow = if light > 0.0 { ((unoccluded - arriving) / light).clamp(0.0, 1.0) } else { 0.0 };
+        let shadow = hit.shadow_beside_catchers(shadow, through);
         let mirrored = if hit.ground.is_mirror { self.mirror(hit, through, light_pass) } else { 0.0 };
         1.0 - (1.0 - shadow) * (1.0 - mirrored)
     }
 
     /// Sends the mirror ray of the ground and returns the coverage of what it sees, times its reflectance.
     fn mirror(&mut self, hit: &GroundHit<'_>, through: f32, light_pass: Option<LightPass>) -> f32 {
-        let GroundHit { ground, slot, ray, state, t } = *hit;
+        let GroundHit { ground, slot, ray, state, t, .. } = *hit;
         let cosine = -ground.up.dot(ray.direction);
         let reflectance = dielectric_reflectance(cosine, FLOOR_IOR);
         let weight = state.weight * state.media.transmittance(t) * (through * reflectance);

@@ -1,7 +1,7 @@
 //! Shadow catchers: invisible surfaces that show the shadows on them, to be composited over another image.
 //!
-//! The opacity of a catcher is the occluded share of its direct light, by luminance; its colour is black. Light of the environment counts where
-//! shadow rays find what occludes it. Catchers occlude nothing.
+//! The opacity of a catcher is the occluded share of its direct light, by luminance, times its coverage; its colour is black. Light of the environment
+//! counts where shadow rays find what occludes it. Catchers occlude nothing.
 
 use super::receiver_shadows::ReceivedLight;
 use super::receivers::Receiver;

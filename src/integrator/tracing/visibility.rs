@@ -97,8 +97,10 @@ impl Tracer<'_, '_> {
         let mut next = first;
         // Shadow rays pass the ground and shadow catchers, and so do the sampled rays that are weighed against them.
         let ground = self.context.settings.ground.filter(|_| last.is_none());
-        let mut ground_hit =
-            ground.and_then(|ground| Some(GroundHit { ground, slot, ray, state, t: ground.hit(ray)? }));
+        let mut ground_hit = ground.and_then(|ground| {
+            let t = ground.hit(ray)?;
+            Some(GroundHit { ground, slot, ray, state, t, through: 1.0, shadow_share: 1.0 })
+        });
         for _ in 0..TRANSPARENCY_LIMIT {
             let in_front = |ground: &mut GroundHit<'_>| next.is_none_or(|hit| ground.t < hit.t);
             if let Some(ground) = ground_hit.take_if(in_front) {
@@ -113,20 +115,24 @@ impl Tracer<'_, '_> {
             let Some(hit) = next else {
                 return self.escape(followed, through, light_pass);
             };
+            let coverage = alpha_at(view, &hit);
             let alpha = if catches_shadows(view, &hit) {
-                // A catcher stands for a solid surface, which hides the ground.
-                ground_hit = None;
+                ground_hit = ground_hit.and_then(|ground| ground.behind_catcher(coverage));
                 let number = receivers;
                 receivers += 1;
-                if last.is_none() { self.caught_shadow(followed, &hit, received.take(), number) } else { 0.0 }
+                let mut caught = || self.caught_shadow(followed, &hit, received.take(), number);
+                if last.is_none() { coverage * caught() } else { 0.0 }
             } else {
-                let alpha = self.covered_share(state, alpha_at(view, &hit), &mut passes);
+                let alpha = self.covered_share(state, coverage, &mut passes);
                 let surface_hit = SurfaceHit { slot, hit, share: through * alpha, light_pass };
                 if alpha > 0.0 {
                     self.aovs.add_coverage(view.frame, state, &surface_hit);
                     self.surface_hits.push(surface_hit);
                 }
                 light_pass = light_pass.or(Some(LightPass::Transparency));
+                if let Some(ground) = &mut ground_hit {
+                    ground.through *= 1.0 - alpha;
+                }
                 alpha
             };
             through *= 1.0 - alpha;

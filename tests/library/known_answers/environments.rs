@@ -1,9 +1,11 @@
 //! Minified textures, environments with another background, and shadow catchers.
 
 use glam::{Vec2, Vec3, Vec4};
+use rayframe::integrator::Integrator;
 use rayframe::scene::{
-    ComposedEnvironment, Encoding, Environment, Image, ImageIndex, ImageMips, LightKind, Material, Sampler,
-    Specular, Texels, Texture, TextureIndex, TextureRef, Transmission, UvTransform, Volume, mip_levels,
+    AlphaMode, ComposedEnvironment, Encoding, Environment, Ground, Image, ImageIndex, ImageMips, LightKind,
+    Material, Sampler, Specular, Texels, Texture, TextureIndex, TextureRef, Transmission, UvTransform,
+    Volume, mip_levels,
 };
 
 use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
@@ -112,9 +114,14 @@ fn the_background_is_visible_and_does_not_light() {
 
 /// A shadow catcher under two lights straight above, of three units and one, and a card that occludes one of them.
 fn catcher(card: Material) -> Stage {
+    catcher_on(lambert(Vec3::ONE), card)
+}
+
+/// The same on a floor of this material.
+fn catcher_on(floor: Material, card: Material) -> Stage {
     let mut stage = Stage::new();
     stage.settings.show_background = false;
-    let floor = Material { is_shadow_catcher: true, ..lambert(Vec3::ONE) };
+    let floor = Material { is_shadow_catcher: true, ..floor };
     stage.add(rectangle(Vec3::ZERO, Vec3::Z * 9.0, Vec3::X * 9.0), floor);
     stage.add(rectangle(Vec3::new(0.0, 2.0, 0.0), Vec3::Z * 0.5, Vec3::X * 0.5), card);
     stage.add_light(LightKind::Directional, 3.0, Vec3::ZERO, Vec3::NEG_Y);
@@ -155,10 +162,40 @@ fn shadows_on_a_catcher_darken_surfaces_below_it() {
 fn half_covered_cards_cast_half_shadows_on_a_catcher() {
     let half = Material {
         base_color: Vec4::new(1.0, 1.0, 1.0, 0.5),
-        alpha_mode: rayframe::scene::AlphaMode::Blend,
+        alpha_mode: AlphaMode::Blend,
         double_sided: true,
         ..lambert(Vec3::ONE)
     };
     let seen = look_aslant(&catcher(half), 0.0);
     assert!((seen.w - 0.375).abs() < 1e-5, "{seen}");
+}
+
+#[test]
+fn a_catcher_catches_as_much_as_it_covers() {
+    let card = Material { double_sided: true, ..lambert(Vec3::ONE) };
+    let floor = |alpha: f32, alpha_mode| Material {
+        base_color: Vec4::new(1.0, 1.0, 1.0, alpha),
+        alpha_mode,
+        ..lambert(Vec3::ONE)
+    };
+    let mask = AlphaMode::Mask { cutoff: 0.5 };
+    for integrator in [Integrator::Whitted, Integrator::Path] {
+        // Of the 0.75 below the card
+        for (alpha, alpha_mode, caught) in [
+            (0.4, AlphaMode::Opaque, 0.75),
+            (0.4, AlphaMode::Blend, 0.3),
+            (0.0, AlphaMode::Blend, 0.0),
+            (0.6, mask, 0.75),
+            (0.4, mask, 0.0),
+        ] {
+            let mut stage = catcher_on(floor(alpha, alpha_mode), card.clone());
+            stage.settings.integrator = integrator;
+            let seen = look_aslant(&stage, 0.0);
+            assert!((seen.w - caught).abs() < 1e-5, "{alpha} {alpha_mode:?}: {seen}");
+            // The ground below it catches the rest: together they are one floor.
+            stage.settings.ground = Some(Ground { up: Vec3::Y, height: -1e-4, is_mirror: false });
+            let seen = look_aslant(&stage, 0.0);
+            assert!((seen.w - 0.75).abs() < 1e-5, "{alpha} {alpha_mode:?} over the ground: {seen}");
+        }
+    }
 }

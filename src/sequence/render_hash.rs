@@ -19,7 +19,7 @@ use crate::render::{
 use crate::scene::{CameraChanges, Ground, SelectedCamera, Selection, Turntable};
 use crate::sha256::hex;
 
-use self::catchers::shadow_catchers;
+use self::catchers::catchers_key;
 use super::environment_shares::is_measured;
 use super::{Exposure, OutputFormat, SequenceJob, SharedExposure, Shutter};
 
@@ -109,7 +109,7 @@ pub(super) fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
         "camera": camera_key(camera, camera_changes),
         "variant": variant.map(|variant| variant.0),
         "environment": environment.content_key(),
-        "shadow_catchers": shadow_catchers(scene, *variant),
+        "shadow_catchers": catchers_key(scene, *variant, render.ground.as_ref()),
         "fps": rate.to_string(),
         "file": file,
     });

@@ -2,8 +2,8 @@
 //!
 //! A shadow is black; its opacity is the share of the ground's light that is occluded, by luminance. It counts
 //! the light of the environment even where no shadow rays decide about it, unlike that of a shadow catcher, so that shadows are as
-//! dark as on a diffuse floor. The mirror image lies over the shadow: it adds F times the premultiplied colour and coverage of the objects that the
-//! mirror ray sees, and nothing of the environment.
+//! dark as on a diffuse floor. A catcher above hides it. The mirror image lies over both shadows: it adds F times the premultiplied colour and
+//! coverage of the objects that the mirror ray sees, and nothing of the environment.
 
 use super::receiver_shadows::ReceivedLight;
 use super::receivers::Receiver;
@@ -39,7 +39,12 @@ impl GroundHit<'_> {
     /// The hit behind a shadow catcher of this coverage; `None` where nothing is left of it.
     pub(super) fn behind_catcher(self, alpha: f32) -> Option<Self> {
         let shadow_share = self.shadow_share * (1.0 - alpha);
-        (shadow_share > 0.0).then_some(Self { shadow_share, ..self })
+        (shadow_share > 0.0 || self.ground.is_mirror).then_some(Self { shadow_share, ..self })
+    }
+
+    /// The share of the ray that is left for the mirror image. It lies over all shadows of the floor, those on catchers as well.
+    pub(super) fn mirror_share(&self) -> f32 {
+        if self.ground.is_mirror { self.through } else { 0.0 }
     }
 
     /// The opacity of the ground's shadow in the share `through` of the ray, where it is `shadow` without catchers: they and the ground share
@@ -60,6 +65,19 @@ impl Tracer<'_, '_> {
         number: u32,
         (through, light_pass): (f32, Option<LightPass>),
     ) -> f32 {
+        // Nothing is left to darken behind full shadows on catchers.
+        let is_shown = hit.shadow_share > 0.0 && through > 0.0;
+        let shadow = if is_shown {
+            hit.shadow_beside_catchers(self.ground_shadow(hit, received, number), through)
+        } else {
+            0.0
+        };
+        let mirrored = if hit.ground.is_mirror { self.mirror(hit, light_pass) } else { 0.0 };
+        1.0 - (1.0 - shadow) * (1.0 - mirrored)
+    }
+
+    /// The opacity of the ground's shadow without catchers in front.
+    fn ground_shadow(&mut self, hit: &GroundHit<'_>, received: Option<ReceivedLight>, number: u32) -> f32 {
         let ReceivedLight { unoccluded, arriving } = received.unwrap_or_else(|| {
             let position = hit.ray.at(hit.t);
             let points = self.receiver_points(hit.state, number);
@@ -67,15 +85,12 @@ impl Tracer<'_, '_> {
             self.direct_light_on(&receiver, |_| position)
         });
         let light = unoccluded + self.context.ground_irradiance;
-        let shadow = if light > 0.0 { ((unoccluded - arriving) / light).clamp(0.0, 1.0) } else { 0.0 };
-        let shadow = hit.shadow_beside_catchers(shadow, through);
-        let mirrored = if hit.ground.is_mirror { self.mirror(hit, through, light_pass) } else { 0.0 };
-        1.0 - (1.0 - shadow) * (1.0 - mirrored)
+        if light > 0.0 { ((unoccluded - arriving) / light).clamp(0.0, 1.0) } else { 0.0 }
     }
 
     /// Sends the mirror ray of the ground and returns the coverage of what it sees, times its reflectance.
-    fn mirror(&mut self, hit: &GroundHit<'_>, through: f32, light_pass: Option<LightPass>) -> f32 {
-        let GroundHit { ground, slot, ray, state, t, .. } = *hit;
+    fn mirror(&mut self, hit: &GroundHit<'_>, light_pass: Option<LightPass>) -> f32 {
+        let GroundHit { ground, slot, ray, state, t, through, .. } = *hit;
         let cosine = -ground.up.dot(ray.direction);
         let reflectance = dielectric_reflectance(cosine, FLOOR_IOR);
         let weight = state.weight * state.media.transmittance(t) * (through * reflectance);

@@ -125,7 +125,7 @@ impl Tracer<'_, '_> {
             } else {
                 let alpha = self.covered_share(state, coverage, &mut passes);
                 let surface_hit = SurfaceHit { slot, hit, share: through * alpha, light_pass };
-                if alpha > 0.0 {
+                if surface_hit.share > 0.0 {
                     self.aovs.add_coverage(view.frame, state, &surface_hit);
                     self.surface_hits.push(surface_hit);
                 }
@@ -136,7 +136,8 @@ impl Tracer<'_, '_> {
                 alpha
             };
             through *= 1.0 - alpha;
-            if self.ends(state, weight * through) {
+            let mirror_share = ground_hit.as_ref().map_or(0.0, GroundHit::mirror_share);
+            if self.ends(state, weight * through.max(mirror_share)) {
                 return;
             }
             let visible = |hit: &Hit| alpha_at(view, hit) > 0.0;

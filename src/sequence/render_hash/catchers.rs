@@ -1,12 +1,27 @@
 //! What the hash of a frame holds about shadow catchers.
 
-use crate::scene::{AlphaMode, Scene, VariantIndex};
+use serde_json::json;
+
+use crate::scene::{AlphaMode, Ground, Scene, VariantIndex};
 
 /// Number of the rule by which catchers that are not opaque catch shadows. Frames before it took them for opaque.
 const COVERAGE: usize = 1;
+/// Number of the rule by which the ground is mirrored below catchers. They hid its mirror images before it.
+const MIRROR: usize = 1;
+
+/// The shadow catchers as they look in `variant`, and how the ground lies below them.
+pub(super) fn catchers_key(
+    scene: &Scene,
+    variant: Option<VariantIndex>,
+    ground: Option<&Ground>,
+) -> serde_json::Value {
+    let catchers = shadow_catchers(scene, variant);
+    let is_mirrored = ground.is_some_and(|ground| ground.is_mirror) && !catchers.is_empty();
+    if is_mirrored { json!([catchers, "mirror", MIRROR]) } else { json!(catchers) }
+}
 
 /// Nodes, and which primitives of theirs only catch shadows as they look in `variant`.
-pub(super) fn shadow_catchers(scene: &Scene, variant: Option<VariantIndex>) -> Vec<Vec<usize>> {
+fn shadow_catchers(scene: &Scene, variant: Option<VariantIndex>) -> Vec<Vec<usize>> {
     let mut catchers = Vec::new();
     for (node_index, node) in scene.nodes.iter().enumerate() {
         let mesh = node.mesh.and_then(|mesh| scene.meshes.get(mesh.index()));
@@ -24,6 +39,8 @@ pub(super) fn shadow_catchers(scene: &Scene, variant: Option<VariantIndex>) -> V
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
     use crate::scene::{Material, MaterialIndex, Mesh, MeshIndex, Node, Primitive};
 
@@ -49,5 +66,11 @@ mod tests {
         // Frames of catchers that were taken for opaque are no frames of those that fade.
         scene.materials[1].alpha_mode = AlphaMode::Blend;
         assert_eq!(shadow_catchers(&scene, Some(VariantIndex(1))), [[1, 0, COVERAGE]]);
+        // So are those that hid mirror images.
+        let [plain, mirror] = [false, true].map(|is_mirror| Ground { up: Vec3::Y, height: 0.0, is_mirror });
+        let key = |variant, ground| catchers_key(&scene, Some(VariantIndex(variant)), ground);
+        assert_eq!(key(1, Some(&plain)), key(1, None));
+        assert_ne!(key(1, Some(&mirror)), key(1, None));
+        assert_eq!(key(0, Some(&mirror)), key(0, None));
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec4};
 use rayframe::framing::ground_below;
-use rayframe::render::EnvSamples;
+use rayframe::render::{EnvSamples, Integrator};
 use rayframe::scene::{
     AnimationTarget, Environment, Ground, LightKind, Material, NodeIndex, Scene, SelectedCamera, ViewRequest,
 };
@@ -96,6 +96,36 @@ fn no_shadow_is_caught_twice() {
     // A second light of the same strength from above leaves half of the light in the first one's shadow.
     stage.add_light(LightKind::Directional, 0.5_f32.sqrt(), Vec3::ZERO, Vec3::NEG_Y);
     assert!((seen_at(&stage, 1.5, 0.0).w - 0.5).abs() < 1e-5);
+}
+
+#[test]
+fn mirror_images_lie_over_the_shadows_on_a_catcher() {
+    let color = Vec3::new(0.25, 0.5, 2.0);
+    // One light whose shadow of the card falls on the floor at (0, 0, 1), and half of the light in it where there is another.
+    for (integrator, others, shadow) in [
+        (Integrator::Whitted, 0, 1.0),
+        (Integrator::Whitted, 1, 0.5),
+        (Integrator::Path, 0, 1.0),
+        (Integrator::Path, 1, 0.5),
+    ] {
+        let mut stage = Stage::new();
+        stage.settings.show_background = false;
+        stage.settings.integrator = integrator;
+        stage.settings.ground = Some(plane(-1e-5, true));
+        stage.add(rectangle(Vec3::Y, Vec3::X * 0.4, Vec3::Y * 0.4), unlit(color));
+        stage.add_light(LightKind::Directional, 2.0_f32.sqrt(), Vec3::ZERO, Vec3::new(0.0, -1.0, 1.0));
+        for _ in 0..others {
+            stage.add_light(LightKind::Directional, 1.0, Vec3::ZERO, Vec3::NEG_Y);
+        }
+        let catcher = Material { is_shadow_catcher: true, double_sided: true, ..lambert(Vec3::ONE) };
+        stage.add(rectangle(Vec3::ZERO, Vec3::Z * 9.0, Vec3::X * 9.0), catcher);
+        let seen = stage.look(Vec3::new(0.0, 1.0, 2.0), Vec3::new(0.0, 0.0, 1.0));
+        // As below 45° on the ground alone
+        let reflectance = 0.050_239_9;
+        assert_close(seen, color * reflectance, 1e-4);
+        let alpha = 1.0 - (1.0 - shadow) * (1.0 - reflectance);
+        assert!((seen.w - alpha).abs() < 1e-4, "{integrator:?} {shadow}: {seen}");
+    }
 }
 
 #[expect(clippy::unwrap_used, reason = "a helper of tests")]

@@ -6,6 +6,7 @@
 //! [`SequenceJob`]: crate::sequence::SequenceJob
 
 mod camera_path;
+mod catchers;
 pub(crate) mod default_views;
 pub mod environment;
 mod import_options;

@@ -16,6 +16,7 @@ use crate::sequence::{FrameSpec, OutputPattern, duration_seconds};
 use crate::settings::{BackgroundSource, OutputNames, Placeholder, SettingValues};
 
 use super::camera_path::{self, LoadedPath};
+use super::catchers::unrendered_catchers;
 use super::environment::environment_request;
 use super::import_options::import_options;
 use super::render_settings::render_settings;
@@ -28,7 +29,7 @@ use super::view::{ambiguous_nodes, last_frame, resolve_frames, view_request};
 pub struct ShotOutline {
     /// The sequences: cameras within clips, variants within cameras.
     pub sequences: Vec<SequenceOutline>,
-    /// Notes about clips that are left out.
+    /// Notes about clips that are left out, ambiguous names and catchers that are not rendered.
     pub choices: Vec<Warning>,
     /// Input files, which must not be overwritten: the scene, its files, images of environments and plates, the camera path and the
     /// shot file.
@@ -103,6 +104,8 @@ impl ShotOutline {
             return Err(error);
         }
         choices.extend(ambiguous_nodes(args, scene));
+        let selected = selections.iter().map(|named| &named.selection);
+        choices.extend(unrendered_catchers(&args.shadow_catcher, scene, selected));
         choices.extend(scene.notes.iter().cloned());
         let mut inputs = vec![shot.scene.clone()];
         if let Some(source) = &args.camera_path {

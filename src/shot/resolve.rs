@@ -13,15 +13,15 @@ use crate::gltf::{self, ImageLoading};
 use crate::output::{Aov, AovSet, matte_collisions};
 use crate::render::{PathFrame, RenderSettings};
 use crate::scene::{
-    CameraRequest, ClipSelection, Environment, Ground, NameOrIndex, Scene, Selection, VariantRequest,
-    ViewRequest, mark_shadow_catchers, mark_shadow_catching_node,
+    CameraRequest, ClipSelection, Environment, Ground, Scene, Selection, VariantRequest, ViewRequest,
 };
 use crate::sequence::{
     ExistingFiles, FirstPose, KnownShares, PixelMemory, Plan, Plates, SequenceJob, SequenceOutputs,
     SharedExposure, Shutter, check_framing_memory, check_image_memory, lowest_band,
 };
-use crate::settings::{BackgroundSource, DenoiserKind, GroundKind, SettingValues, Switch, suggest};
+use crate::settings::{BackgroundSource, DenoiserKind, GroundKind, SettingValues, Switch};
 
+use super::catchers::catch_shadows;
 use super::environment::{LoadedEnvironment, LoadedEnvironments, environment_request};
 use super::import_options::import_options;
 use super::ineffective::{ineffective_settings, moves};
@@ -351,31 +351,6 @@ fn ground(
         GroundKind::None => None,
         kind => framing.ground_below(framed, view, kind == GroundKind::Reflection),
     }
-}
-
-fn catch_shadows(scene: &mut Scene, names: &[String]) -> Result<()> {
-    for name in names {
-        if mark_shadow_catchers(scene, name) > 0 {
-            continue;
-        }
-        if let selected @ NameOrIndex::Index(_) = NameOrIndex::parse(name)
-            && let Some(node) = scene.node(&selected)
-            && mark_shadow_catching_node(scene, node)
-        {
-            continue;
-        }
-        let nodes = scene.nodes.iter().filter(|node| node.mesh.is_some()).map(|node| node.name.as_deref());
-        let names = nodes.chain(scene.materials.iter().map(|material| material.name.as_deref()));
-        return Err(Error::setting(
-            "shadow_catcher",
-            format!(
-                "neither a node with a mesh nor a material is called \"{}\"; {}",
-                name.escape_debug(),
-                suggest(name, names.flatten())
-            ),
-        ));
-    }
-    Ok(())
 }
 
 fn existing_files(args: &SettingValues) -> ExistingFiles {

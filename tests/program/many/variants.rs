@@ -207,3 +207,18 @@ fn none_cancels_the_variant_of_a_shot_file() {
     assert_code(&rayframe(folder, &["printed.toml"]), 0);
     assert_eq!(names(folder), ["none.exr", "own.exr", "printed.toml", "red.toml"]);
 }
+
+/// A catcher that no rendered variant has does nothing, which is told. One that any of them has is in use.
+#[test]
+fn catchers_of_other_variants_are_warned_about() {
+    let folder = tempfile::tempdir().unwrap();
+    let catcher = [SCENE, "--shadow-catcher", "gold", "-n"];
+    let told =
+        |variant: &str| assert_code(&rayframe(folder.path(), &both(&catcher, &["--variant", variant])), 0);
+    let warning = "--shadow-catcher \"gold\" does nothing: nothing that is rendered has that name or index";
+    assert_eq!(told("red").matches(warning).count(), 1);
+    for variant in ["gold", "each"] {
+        let told = told(variant);
+        assert!(!told.contains("does nothing"), "{told}");
+    }
+}

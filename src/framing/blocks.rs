@@ -78,10 +78,10 @@ fn block_size(triangles: usize, times: usize) -> usize {
     triangles.saturating_mul(times).div_ceil(MOST_BOXES).max(FEWEST_TRIANGLES)
 }
 
-/// Bytes of the boxes of so many triangles at so many times.
-pub(super) fn block_bytes(triangles: usize, times: usize) -> usize {
+/// Bytes of the boxes of so many triangles at so many times, and at others that are added.
+pub(super) fn block_bytes(triangles: usize, times: usize, added: usize) -> usize {
     let blocks = triangles.div_ceil(block_size(triangles, times));
-    blocks.saturating_mul(times * size_of::<Aabb>())
+    blocks.saturating_mul((times + added) * size_of::<Aabb>())
 }
 
 #[cfg(test)]
@@ -110,7 +110,7 @@ mod tests {
     fn there_are_no_more_boxes_than_memory_for_them() {
         for triangles in [0, 1, 64, 65, 10_000, 3_000_000] {
             for times in [1, 65, 510] {
-                let bytes = block_bytes(triangles, times);
+                let bytes = block_bytes(triangles, times, 0);
                 assert!(bytes <= (MOST_BOXES + times) * size_of::<Aabb>(), "{triangles} {times}: {bytes}");
                 let blocks = Blocks::new(triangles, times);
                 let triangles = triangles.min(10_000);

@@ -6,6 +6,8 @@ use crate::geometry::{Aabb, Triangle};
 
 /// Times at which moving scenes are measured, evenly over the clips, both ends included.
 pub(super) const TIMES: usize = 65;
+/// Fewest times of a clip where several are measured one by one.
+const FEWEST_CLIP_TIMES: usize = 17;
 /// Most triangles, over all times, that are kept instead of being posed anew for each measurement: 40 MB.
 const KEPT_TRIANGLES: usize = 1_000_000;
 
@@ -47,12 +49,17 @@ pub(super) fn most_added(triangles: usize, times: usize) -> usize {
     (KEPT_TRIANGLES / triangles.max(1)).saturating_sub(times).clamp(fewest, most)
 }
 
-/// Bytes of the triangles that measuring a scene keeps.
-pub(crate) fn kept_bytes(triangles: u64, moves: bool) -> u128 {
-    let times = if moves { TIMES } else { 1 };
+/// Even times at which each of so many selections is measured that move surfaces.
+pub(super) fn times_of_each(selections: usize) -> usize {
+    (4 * TIMES / selections.max(1)).clamp(FEWEST_CLIP_TIMES, TIMES)
+}
+
+/// Bytes that measuring a scene keeps of its triangles, while so many selections move them or none does.
+pub(crate) fn kept_bytes(triangles: u64, selections: usize, moves: bool) -> u128 {
     let count = usize::try_from(triangles).unwrap_or(usize::MAX);
+    let times = if moves { times_of_each(selections).saturating_mul(selections) } else { 1 };
     let added = if moves { most_added(count, times) } else { 0 };
-    let looked_at = (block_bytes(count, times + added) + sample_bytes(count, times)) as u128;
+    let looked_at = (block_bytes(count, times, added) + sample_bytes(count, times)) as u128;
     if !are_kept(count, times) {
         return looked_at;
     }
@@ -66,14 +73,17 @@ mod tests {
 
     #[test]
     fn few_moving_triangles_are_kept() {
-        let looked_at = |triangles: usize, times: usize, even: usize| {
-            (block_bytes(triangles, times) + sample_bytes(triangles, even)) as u128
+        let looked_at = |triangles: usize, times: usize, added: usize| {
+            (block_bytes(triangles, times, added) + sample_bytes(triangles, times)) as u128
         };
-        assert_eq!(kept_bytes(15_384, true), 15_384 * (65 + 8) * 37 + looked_at(15_384, 73, 65));
-        assert_eq!(kept_bytes(10, true), 10 * (65 + 64) * 37 + looked_at(10, 129, 65));
-        assert_eq!(kept_bytes(15_385, true), looked_at(15_385, 73, 65));
-        assert_eq!(kept_bytes(10, false), looked_at(10, 1, 1));
+        assert_eq!(kept_bytes(15_384, 1, true), 15_384 * (65 + 8) * 37 + looked_at(15_384, 65, 8));
+        assert_eq!(kept_bytes(10, 1, true), 10 * (65 + 64) * 37 + looked_at(10, 65, 64));
+        assert_eq!(kept_bytes(15_385, 1, true), looked_at(15_385, 65, 8));
+        assert_eq!(kept_bytes(10, 1, false), looked_at(10, 1, 0));
+        // 30 clips are measured at 17 times each.
+        assert_eq!(kept_bytes(218_000, 30, true), looked_at(218_000, 510, 8));
+        assert!(kept_bytes(218_000, 30, true) > 24_000_000);
         // Boxes and samples of many triangles take no more memory than those of some.
-        assert!(kept_bytes(200_000_000, true) < 32_000_000);
+        assert!(kept_bytes(200_000_000, 1, true) < 34_000_000);
     }
 }

@@ -12,10 +12,8 @@ use crate::scene::{AnimationIndex, NodeIndex, Scene, Selection};
 use super::blocks::Blocks;
 use super::extent::Extent;
 use super::moving_surfaces::moves_surfaces;
-use super::posed_triangles::{PosedTriangles, SampledTriangle, TIMES, are_kept};
+use super::posed_triangles::{PosedTriangles, SampledTriangle, are_kept, times_of_each};
 
-/// Fewest times of a clip where several are measured one by one.
-const FEWEST_CLIP_TIMES: usize = 17;
 /// Fewest times where the scene has many triangles.
 const FEWEST_TIMES: usize = 9;
 /// Products of corners, times and directions that a measurement may take before it uses fewer times.
@@ -256,9 +254,9 @@ impl<'s> TimePoses<'s> {
     }
 }
 
-/// Times of every selection: [`TIMES`] of a single one, fewer of each of several, and one where nothing moves.
+/// Times of every selection: many of a single one, fewer of each of several, and one where nothing moves.
 fn sample_times(scene: &Scene, selections: &[Selection]) -> Vec<(usize, f64)> {
-    let count = (4 * TIMES / selections.len()).clamp(FEWEST_CLIP_TIMES, TIMES);
+    let count = times_of_each(selections.len());
     let mut times = Vec::new();
     for (index, selection) in selections.iter().enumerate() {
         let duration = f64::from(selection.clip_seconds(scene));

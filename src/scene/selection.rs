@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use super::animation::first_key_seconds;
 use super::{
-    Animation, AnimationIndex, AnimationTarget, CameraChanges, CameraIndex, ImageLightIndex, Light,
-    NodeIndex, Scene, SelectedCamera, VariantIndex,
+    Animation, AnimationIndex, AnimationTarget, CameraChanges, CameraIndex, Channel, ImageLightIndex, Light,
+    Node, NodeIndex, Scene, SelectedCamera, VariantIndex,
 };
 
 /// Selected part of a scene.
@@ -62,34 +62,36 @@ impl Selection {
         clips.flat_map(|clip| &clip.channels).any(|channel| is_light(channel.target))
     }
 
-    /// Whether any node below the selected roots has a light that is ever visible.
+    /// Whether any node below the selected roots has a light that the file ever shows.
     pub fn has_lights(&self, scene: &Scene) -> bool {
         !self.lights(scene).is_empty()
     }
 
-    /// Every light below the selected roots, once for each node that has it, but for those of nodes that are hidden at all times.
+    /// Every light below the selected roots that the file ever shows, once for each node that has it: neither it nor what it belongs to is hidden, or clips
+    /// show that again, whether they are selected or not. So it is the same for all clips.
     pub fn lights<'s>(&self, scene: &'s Scene) -> Vec<&'s Light> {
+        let shown: BTreeSet<NodeIndex> = shown_by_clips(scene).collect();
+        self.lights_of(scene, |index, node| !node.is_hidden || shown.contains(&index))
+    }
+
+    /// Whether any light below the selected roots is one that the file never shows.
+    pub(crate) fn leaves_out_lights(&self, scene: &Scene) -> bool {
+        self.lights(scene).len() < self.lights_of(scene, |_, _| true).len()
+    }
+
+    /// The lights of nodes below the selected roots, as far as `is_shown` holds for them and all above.
+    fn lights_of<'s>(&self, scene: &'s Scene, is_shown: impl Fn(NodeIndex, &Node) -> bool) -> Vec<&'s Light> {
         let mut lights = Vec::new();
         let mut pending = self.roots.clone();
-        let appearing = self.appearing_nodes(scene);
         while let Some((index, node)) =
             pending.pop().and_then(|index| Some((index, scene.nodes.get(index.index())?)))
         {
-            if node.is_hidden && !appearing.contains(&index) {
-                continue;
+            if is_shown(index, node) {
+                lights.extend(node.light.and_then(|light| scene.lights.get(light.index())));
+                pending.extend_from_slice(&node.children);
             }
-            lights.extend(node.light.and_then(|light| scene.lights.get(light.index())));
-            pending.extend_from_slice(&node.children);
         }
         lights
-    }
-
-    /// Nodes whose visibility a selected clip animates.
-    fn appearing_nodes(&self, scene: &Scene) -> BTreeSet<NodeIndex> {
-        let clips = self.clips.iter().filter_map(|clip| scene.animations.get(clip.index()));
-        let targets = clips.flat_map(|clip| &clip.channels).map(|channel| channel.target);
-        let visibilities = targets.filter(|target| matches!(target, AnimationTarget::Visibility(_)));
-        visibilities.filter_map(AnimationTarget::node).collect()
     }
 
     /// Label of the camera for messages: `camera "name"`, `camera #2` without a name, or `camera auto`.
@@ -115,12 +117,22 @@ impl Selection {
     }
 }
 
+/// Nodes that a clip of the scene shows at a time.
+fn shown_by_clips(scene: &Scene) -> impl Iterator<Item = NodeIndex> {
+    let channels = scene.animations.iter().flat_map(|clip| &clip.channels);
+    let shows = |channel: &&Channel| channel.keyframes.values.iter().any(|value| *value != 0.0);
+    channels.filter(shows).filter_map(|channel| match channel.target {
+        AnimationTarget::Visibility(node) => Some(node),
+        _ => None,
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::scene::{Channel, Interpolation, Keyframes, LightIndex, LightKind, Node};
+    use crate::scene::{Interpolation, Keyframes, LightIndex, LightKind};
 
     fn selection(clips: Vec<AnimationIndex>) -> Selection {
         Selection {
@@ -141,29 +153,32 @@ mod tests {
         let lamp_light =
             Light { name: None, color: Vec3::ONE, intensity: 1.0, range: None, kind: LightKind::Point };
         let mut scene = Scene { nodes: vec![root, lamp], lights: vec![lamp_light], ..Scene::default() };
-        let clip = |node: u32| {
+        let clip = |node: u32, last: f32| {
             let keyframes = Keyframes {
                 times_seconds: vec![0.0, 1.0],
-                values: vec![0.0, 1.0],
+                values: vec![0.0, last],
                 width: 1,
                 interpolation: Interpolation::Step,
             };
             let target = AnimationTarget::Visibility(NodeIndex(node));
             Animation { name: None, channels: vec![Channel { target, keyframes }] }
         };
-        scene.animations = vec![clip(0), clip(1)];
-        let (still, first) = (selection(Vec::new()), selection(vec![AnimationIndex(0)]));
-        assert!(still.has_lights(&scene));
+        let still = selection(Vec::new());
+        assert!(still.has_lights(&scene) && !still.leaves_out_lights(&scene));
         for hidden in [0, 1] {
+            scene.animations.clear();
             scene.nodes[hidden].is_hidden = true;
             scene.nodes[1 - hidden].is_hidden = false;
-            assert!(!still.has_lights(&scene), "{hidden}");
-            // A clip may show what is hidden, but not what it does not animate.
-            assert_eq!(first.has_lights(&scene), hidden == 0);
+            assert!(!still.has_lights(&scene) && still.leaves_out_lights(&scene), "{hidden}");
+            // A clip may show what is hidden, selected or not, but not what it does not animate.
+            scene.animations = vec![clip(1 - hidden as u32, 1.0), clip(hidden as u32, 0.0)];
+            assert!(!still.has_lights(&scene));
+            scene.animations.push(clip(hidden as u32, 1.0));
+            for clips in [Vec::new(), vec![AnimationIndex(0)], vec![AnimationIndex(2)]] {
+                let selection = selection(clips);
+                assert!(selection.has_lights(&scene) && !selection.leaves_out_lights(&scene));
+            }
         }
-        scene.nodes[0].is_hidden = true;
-        assert!(!first.has_lights(&scene));
-        assert!(selection(vec![AnimationIndex(0), AnimationIndex(1)]).has_lights(&scene));
     }
 
     #[test]

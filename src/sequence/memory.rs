@@ -190,16 +190,22 @@ pub fn check_image_memory(scene: &Path, image: &PixelMemory<'_>, max_memory_byte
     Err(Error::over_memory(scene, "", message, SMALLER_IMAGE))
 }
 
-/// Refuses a selection whose automatic camera needs more than `max_memory_bytes` to look at all poses.
+/// Refuses a selection whose automatic camera needs more than `max_memory_bytes` to look at all poses: those of its clips together, or of so many clips `alone`.
 ///
 /// # Errors
 /// [`Error::Refused`], which names the file of the scene.
-pub fn check_framing_memory(scene: &Scene, selection: &Selection, max_memory_bytes: u64) -> Result<()> {
+pub fn check_framing_memory(
+    scene: &Scene,
+    selection: &Selection,
+    alone: usize,
+    max_memory_bytes: u64,
+) -> Result<()> {
     if selection.camera != SelectedCamera::Auto {
         return Ok(());
     }
     let counts = PosedCounts::of(scene, &selection.roots);
-    let kept = kept_bytes(counts.triangles, !selection.clips.is_empty());
+    let moves = alone > 0 || !selection.clips.is_empty();
+    let kept = kept_bytes(counts.triangles, alone.max(1), moves);
     let needed = BYTES_OF_PROCESS + u128::from(scene.memory.kept_bytes) + counts.pose_bytes() + kept;
     if needed <= u128::from(max_memory_bytes) {
         return Ok(());

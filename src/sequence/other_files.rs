@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::Result;
-use crate::image_file::{OutputKind, check_output, probe_folder, remove_stale_temporaries};
+use crate::image_file::{OutputKind, check_new_names, check_output, probe_folder, remove_stale_temporaries};
 
 /// Checks that files beside the frames, each with the setting that names it, replace nothing but such files.
 ///
@@ -13,9 +13,11 @@ pub fn check_other_files<'a>(
     files: impl IntoIterator<Item = (&'a Path, &'static str)>,
     overwrites: bool,
 ) -> Result<()> {
-    files.into_iter().try_for_each(|(path, setting)| match OutputKind::of_setting(setting) {
-        Some(kind) => check_output(path, kind, overwrites),
-        None => Ok(()),
+    files.into_iter().try_for_each(|(path, setting)| {
+        if let Some(kind) = OutputKind::of_setting(setting) {
+            check_output(path, kind, overwrites)?;
+        }
+        check_new_names(path)
     })
 }
 

@@ -129,15 +129,25 @@ impl Plan {
         Ok(band_rows)
     }
 
-    /// Checks that the system accepts the names of missing folders and of the first file of each. Of several sequences, those of all are
-    /// checked before [`Self::prepare`] creates the folders of one.
+    /// Checks that the system accepts the names of files and of missing folders. Of several sequences, those of all are checked before
+    /// [`Self::prepare`] creates the folders of one.
     ///
     /// # Errors
     /// [`Error::CannotCreate`] with the file and the reason.
     pub fn check_new_names(&self) -> Result<()> {
-        let mut folders = BTreeSet::new();
-        let mut paths = self.frames.iter().flat_map(PlannedFrame::paths);
-        paths.try_for_each(|path| if folders.insert(path.parent()) { check_new_names(path) } else { Ok(()) })
+        self.written_paths().iter().try_for_each(|path| check_new_names(path))
+    }
+
+    /// The frames, their parts and their checkpoints.
+    fn written_paths(&self) -> Vec<PathBuf> {
+        let mut paths = Vec::new();
+        for frame in &self.frames {
+            paths.extend(frame.paths().map(Path::to_owned));
+            if self.keeps_checkpoints {
+                paths.push(frame.checkpoint_path());
+            }
+        }
+        paths
     }
 
     /// Creates the folders, checks that files can be written there, and removes temporary files of ended runs.
@@ -146,13 +156,7 @@ impl Plan {
     /// [`Error::CannotCreate`] with the folder and the reason.
     pub fn prepare(&self) -> Result<()> {
         let mut folders = BTreeSet::new();
-        let mut paths = Vec::new();
-        for frame in &self.frames {
-            paths.extend(frame.paths().map(Path::to_owned));
-            if self.keeps_checkpoints {
-                paths.push(frame.checkpoint_path());
-            }
-        }
+        let paths = self.written_paths();
         for path in &paths {
             // One file probes its whole folder.
             check_name(path)?;

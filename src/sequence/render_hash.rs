@@ -27,6 +27,8 @@ mod catchers;
 
 /// Number of the rule of [`super::environment_shares`], as below.
 const SHARES: u32 = 1;
+/// Number of the rule about lights that a file never shows.
+const HIDDEN_LIGHTS: u32 = 1;
 /// Number of the rule of automatic exposure: frames by two rules never belong to one sequence.
 const METERING: u32 = 3;
 
@@ -115,6 +117,9 @@ pub(super) fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
     });
     for (key, value) in of_job.as_object().into_iter().flatten() {
         content[key] = value.clone();
+    }
+    if selection.leaves_out_lights(scene) {
+        content["hidden_lights"] = HIDDEN_LIGHTS.into();
     }
     // Pixels depend on their neighbours, and so on the crop.
     if let Some(denoiser) = denoiser {

@@ -221,7 +221,8 @@ fn resolve_sequences(
             environments.load(&request, &scene, &lit, max_memory_bytes)?;
         let (width, height) = outline.render.resolution;
         let aspect_ratio = width as f32 / height as f32;
-        check_framing_memory(&scene, &outline.selection, max_memory_bytes)?;
+        let alone = outline.view.measured_clips.len();
+        check_framing_memory(&scene, &outline.selection, alone, max_memory_bytes)?;
         let framed = outline.framed_selection();
         let (ResolvedCamera { selection, rule }, posed) =
             framing.resolve(framed.clone(), &outline.view, aspect_ratio);

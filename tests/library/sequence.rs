@@ -207,11 +207,11 @@ fn estimates_count_the_scene_and_the_looks_of_an_automatic_camera() {
     assert!(!fits(SceneMemory { kept_bytes: gigabyte, import_bytes: 0 }));
 
     let job = with(SceneMemory { kept_bytes: gigabyte, import_bytes: 0 });
-    let error = check_framing_memory(&job.scene, &job.selection, gigabyte).unwrap_err();
+    let error = check_framing_memory(&job.scene, &job.selection, 0, gigabyte).unwrap_err();
     assert_eq!(error.exit_code(), 77);
     assert!(error.to_string().contains("choose a camera"), "{error}");
     let named = Selection { camera: SelectedCamera::Node(NodeIndex(0)), ..job.selection.clone() };
-    assert!(check_framing_memory(&job.scene, &named, gigabyte).is_ok());
+    assert!(check_framing_memory(&job.scene, &named, 0, gigabyte).is_ok());
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Several scenes, clips, cameras and variants in one run: names of files, collisions, failures, one exposure, and contact sheets.
 
+mod refused_names;
 mod variants;
 
 use std::path::Path;
@@ -282,20 +283,6 @@ fn clips_and_cameras_of_one_name_are_numbered() {
     write(folder, "slash.gltf", &moving(&[("a/b", 0.5), ("a:b", 1.0)], 1));
     let told = assert_code(&rayframe(folder, &["slash.gltf", "--animation", "each"]), 2);
     assert!(told.contains("names are equal in names of files") && told.contains("'#1'"), "{told}");
-}
-
-#[test]
-fn a_name_that_is_too_long_leaves_no_folder_of_the_others() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    let long = "n".repeat(300);
-    write(folder, "m.gltf", &moving(&[("walk", 0.5), (&long, 1.0)], 1));
-    let told = assert_code(
-        &rayframe(folder, &["m.gltf", "--animation", "each", "-f", "0", "-o", "{clip}/a.png"]),
-        73,
-    );
-    assert!(told.contains("choose another name"), "{told}");
-    assert_eq!(names(folder), ["m.gltf"]);
 }
 
 /// Without a camera in the file, all clips are framed alike: so that the longest way stays in the image.

@@ -139,7 +139,7 @@ pub(super) struct RenderedReport {
     pub(super) seconds: f32,
     pub(super) last_frame_at_24_fps: i64,
     pub(super) camera: String,
-    /// Whether the built-in studio lights it, because the file has no light of its own.
+    /// Whether the built-in studio lights it, because the file shows no light.
     pub(super) is_lit_by_studio: bool,
     pub(super) triangles: u64,
 }

@@ -15,6 +15,8 @@ pub(super) struct SurfaceHit {
     pub(super) share: f32,
     /// The light pass of everything that leaves the surface; `None` where the surface is the first one that the camera sees.
     pub(super) light_pass: Option<LightPass>,
+    /// How many surfaces that touch it gave way to it.
+    pub(super) replaced: u8,
 }
 
 impl SurfaceHit {

@@ -95,7 +95,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
     where
         'w: 'p,
     {
-        let SurfaceHit { slot, hit, share, light_pass } = *surface_hit;
+        let SurfaceHit { slot, hit, share, light_pass, .. } = *surface_hit;
         let ray_state = wavefront.ray(slot).1;
         let transmission_side = self.transmission_side(ray_state, (lane, point));
         if self.replace_by_touching(surface_hit, material, &transmission_side) {

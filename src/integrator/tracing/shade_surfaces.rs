@@ -87,7 +87,7 @@ impl<'a> Tracer<'_, 'a> {
 
     /// Shades hits on a surface without light and textures.
     fn shade_unlit(&mut self, wavefront: &Wavefront, hits: &[SurfaceHit]) {
-        for SurfaceHit { slot, hit, share, light_pass } in hits {
+        for SurfaceHit { slot, hit, share, light_pass, .. } in hits {
             let (_, state) = wavefront.ray(*slot);
             let weight = state.weight * state.media.transmittance(hit.t) * *share;
             let radiance = weight * untextured_color(self.context.view, hit);

@@ -16,6 +16,9 @@ use crate::integrator::{IntegratorContext, RayState};
 use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, catches_shadows, is_opaque_at};
 use crate::scene_view::SceneView;
 
+/// How many surfaces give way at most, each to the next. Two that touch may both be found behind the other.
+const MOST_REPLACED: u8 = 4;
+
 impl Tracer<'_, '_> {
     /// Probes the transmission sides of a block of points, for [`Tracer::transmission_side`].
     pub(in crate::integrator) fn probe_transmission_sides(
@@ -85,8 +88,8 @@ impl Tracer<'_, '_> {
     }
 
     /// Replaces a surface by an opaque one that touches it from behind, which is then shaded with the same ray; returns whether there is one. Glass gives way to
-    /// all of them, so that light does not leave a volume before it reaches the floor below, and any surface to those that shine: shadow rays of others end
-    /// before both.
+    /// all of them, so that light does not leave a volume before it reaches the floor below, and any that does not shine to those that shine: shadow
+    /// rays of others end before both.
     pub(in crate::integrator) fn replace_by_touching(
         &mut self,
         surface_hit: &SurfaceHit,
@@ -95,12 +98,15 @@ impl Tracer<'_, '_> {
     ) -> bool {
         let Some(touching) = &side.touching else { return false };
         let frame = self.context.view.frame;
-        let behind = &frame.materials[frame.instance(touching.hit.triangle).material.index()];
-        let gives_way = material.transmission > 0.0 || behind.emissive != Vec3::ZERO;
-        let is_replaced = gives_way && is_opaque_at(self.context.view, &touching.hit);
+        let shines =
+            |hit: &Hit| frame.materials[frame.instance(hit.triangle).material.index()].emissive != Vec3::ZERO;
+        let gives_way = material.transmission > 0.0 || (shines(&touching.hit) && !shines(&surface_hit.hit));
+        let is_replaced = gives_way
+            && surface_hit.replaced < MOST_REPLACED
+            && is_opaque_at(self.context.view, &touching.hit);
         if is_replaced {
             let hit = Hit { t: surface_hit.hit.t, ..touching.hit };
-            self.surface_hits.push(SurfaceHit { hit, ..*surface_hit });
+            self.surface_hits.push(SurfaceHit { hit, replaced: surface_hit.replaced + 1, ..*surface_hit });
         }
         is_replaced
     }

@@ -70,7 +70,8 @@ impl Tracer<'_, '_> {
         let is_solid = |hit: &Hit| !view.frame.flags[hit.triangle as usize].has(TriangleFlags::FILTERED);
         match first {
             Some(hit) if self.context.settings.ground.is_none() && is_solid(&hit) => {
-                let surface_hit = SurfaceHit { slot, hit, share: 1.0, light_pass: state.light_pass };
+                let light_pass = state.light_pass;
+                let surface_hit = SurfaceHit { slot, hit, share: 1.0, light_pass, replaced: 0 };
                 self.aovs.add_coverage(view.frame, state, &surface_hit);
                 self.surface_hits.push(surface_hit);
                 self.set_coverage(state, 1.0);
@@ -124,7 +125,7 @@ impl Tracer<'_, '_> {
                 if last.is_none() { coverage * caught() } else { 0.0 }
             } else {
                 let alpha = self.covered_share(state, coverage, &mut passes);
-                let surface_hit = SurfaceHit { slot, hit, share: through * alpha, light_pass };
+                let surface_hit = SurfaceHit { slot, hit, share: through * alpha, light_pass, replaced: 0 };
                 if surface_hit.share > 0.0 {
                     self.aovs.add_coverage(view.frame, state, &surface_hit);
                     self.surface_hits.push(surface_hit);

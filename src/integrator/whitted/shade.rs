@@ -65,7 +65,7 @@ impl<'a> Tracer<'_, 'a> {
         (index, point): (usize, &SurfacePoint<'_>),
         (material, transmission_side): (&MaterialSample, &TransmissionSide),
     ) {
-        let &SurfaceHit { slot, hit, share, light_pass } = surface_hit;
+        let &SurfaceHit { slot, hit, share, light_pass, .. } = surface_hit;
 
         // Emission
         let emission_pass = light_pass.unwrap_or(LightPass::Emission);

@@ -58,6 +58,6 @@ pub use sample_aovs::{InstanceCoverage, SampleAovFlags};
 pub use settings::{
     EnvSamples, GlassShadows, Integrator, IntegratorSettings, LightSize, PathSettings, SampleRange,
 };
-pub use shadow::TRANSPARENCY_LIMIT;
 pub use statistics::IntegratorStatistics;
+pub use transparent_hits::TRANSPARENCY_LIMIT;
 pub(crate) use unit_interval::unit_interval;

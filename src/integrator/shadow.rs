@@ -9,7 +9,7 @@ use glam::Vec3;
 use super::albedo_slices::AlbedoSlices;
 use super::glass_passage::GlassPassage;
 use super::media::{MediaCache, SurfaceMedia};
-use super::transparent_hits::TransparentHits;
+use super::transparent_hits::{TRANSPARENCY_LIMIT, TransparentHits};
 use super::{GlassShadows, IntegratorContext, MediaStack, Medium};
 use crate::bsdf::{Bsdf, Coat};
 use crate::bvh::{Hit, HitOrder, TraversalCounters};
@@ -18,9 +18,6 @@ use crate::interaction::{
     MaterialSample, SurfacePoint, TextureProbes, alpha_at, catches_shadows, material_values, transmits_at,
 };
 use crate::scene::{Material, MaterialIndex};
-
-/// Transparent surfaces that one ray passes at most.
-pub const TRANSPARENCY_LIMIT: u32 = 256;
 
 /// How a surface occludes light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

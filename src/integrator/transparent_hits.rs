@@ -8,6 +8,9 @@ use std::cmp::Ordering;
 
 use crate::bvh::{Hit, HitOrder};
 
+/// Transparent surfaces that one ray passes at most.
+pub const TRANSPARENCY_LIMIT: u32 = 256;
+
 /// Hits that are kept at most.
 const MAX_HITS: usize = 1 << 16;
 

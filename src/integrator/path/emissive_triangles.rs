@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
+use super::emitter_covers::EmitterCovers;
 use super::emitters::{coat_transmittance, emitted, emitters};
 use super::mis::power_heuristic;
 use super::triangle_part::TrianglePart;
@@ -19,6 +20,7 @@ pub(in crate::integrator) struct EmissiveTriangles {
     parts: Vec<TrianglePart>,
     /// Luminance of the power of each part.
     powers: Vec<f32>,
+    covers: EmitterCovers,
     tree: LightTree,
 }
 
@@ -37,9 +39,9 @@ pub(super) struct EmitterSample {
 impl EmissiveTriangles {
     /// The lights of a frame.
     pub(in crate::integrator) fn new(view: SceneView<'_>) -> Self {
-        let (parts, emitters) = emitters(view);
+        let (parts, emitters, covers) = emitters(view);
         let powers = emitters.iter().map(|emitter| emitter.power).collect();
-        Self { parts, powers, tree: LightTree::new(&emitters, view.bvh.simd_level()) }
+        Self { parts, powers, covers, tree: LightTree::new(&emitters, view.bvh.simd_level()) }
     }
 
     /// What of them emits light, ascending.
@@ -75,7 +77,7 @@ impl EmissiveTriangles {
         let facing = if is_front { Facing::Front } else { Facing::Back };
         let Vec2 { x: u, y: v } = part.in_triangle(Vec2::from(sample.barycentrics));
         let hit = Hit { t: sample.distance, triangle, u, v, facing };
-        let radiance = emitted(view, &hit);
+        let radiance = emitted(view, &hit) * self.covers.uncovered_share(view, &hit);
         if radiance == Vec3::ZERO {
             return None;
         }

@@ -1,10 +1,9 @@
 //! Emissive triangles of a frame. Those whose texture varies are divided where it does.
 
-use std::hash::{DefaultHasher, Hash as _, Hasher as _};
-
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::emitter_covers::EmitterCovers;
 use super::triangle_part::{MOST_HALVINGS, TrianglePart};
 use crate::bsdf::Coat;
 use crate::bvh::{Hit, TriangleFlags};
@@ -28,15 +27,19 @@ const LEAST_SHARE: f64 = 1.0 / 4096.0;
 /// Parts are not divided where the emission of their cells varies by this factor at most.
 const EVEN_RATIO: f32 = 2.0;
 
-/// The parts of triangles that emit light, ascending, and what a light tree needs to know of each.
-pub(super) fn emitters(view: SceneView<'_>) -> (Vec<TrianglePart>, Vec<Emitter>) {
+/// The parts of triangles that emit light, ascending, what a light tree needs to know of each, and what covers them. Triangles that no ray hits
+/// are left out.
+pub(super) fn emitters(view: SceneView<'_>) -> (Vec<TrianglePart>, Vec<Emitter>, EmitterCovers) {
     let instances = view.frame.instances.par_iter().map(|instance| lit_triangles(view, instance));
     let mut triangles: Vec<LitTriangle> = instances.collect::<Vec<_>>().into_iter().flatten().collect();
-    remove_hidden_copies(view, &mut triangles);
+    let ids: Vec<u32> = triangles.iter().map(|triangle| triangle.triangle).collect();
+    let (covers, hidden) = EmitterCovers::new(view, &ids);
+    triangles.retain(|triangle| hidden.binary_search(&triangle.triangle).is_err());
     let power: f64 = triangles.iter().map(|triangle| f64::from(triangle.power)).sum();
     let least_power = (power * LEAST_SHARE) as f32;
     let parts = triangles.par_iter().map(|triangle| triangle.parts(view, least_power));
-    parts.collect::<Vec<_>>().into_iter().flatten().unzip()
+    let (parts, emitters) = parts.collect::<Vec<_>>().into_iter().flatten().unzip();
+    (parts, emitters, covers)
 }
 
 /// A triangle that emits light.
@@ -67,44 +70,6 @@ fn lit_triangles(view: SceneView<'_>, instance: &MeshInstance) -> Vec<LitTriangl
         LitTriangle { triangle, halvings, power: power_of(view, triangle, mean(&cells)) }
     });
     lit.filter(|lit| lit.power > 0.0 && lit.power < f32::INFINITY).collect()
-}
-
-/// Removes triangles that no ray hits since an opaque earlier one has the same corners in the same order: of equal distances the lowest index
-/// wins.
-fn remove_hidden_copies(view: SceneView<'_>, triangles: &mut Vec<LitTriangle>) {
-    let corners = |lit: &LitTriangle| {
-        view.frame.triangles[lit.triangle as usize].vertices.map(|v| v.to_array().map(f32::to_bits))
-    };
-    let hash = |lit: &LitTriangle| {
-        let mut hasher = DefaultHasher::new();
-        corners(lit).hash(&mut hasher);
-        hasher.finish()
-    };
-    let mut by_hash: Vec<(u64, u32)> =
-        triangles.par_iter().map(hash).zip(0..triangles.len() as u32).collect();
-    by_hash.par_sort_unstable();
-
-    let is_two_sided = |lit: &LitTriangle| is_two_sided(view, lit.triangle);
-    let mut is_hidden = vec![false; triangles.len()];
-    for copies in by_hash.chunk_by(|a, b| a.0 == b.0).filter(|copies| copies.len() > 1) {
-        let mut opaque: Vec<&LitTriangle> = Vec::new();
-        for &(_, index) in copies {
-            let lit = &triangles[index as usize];
-            let hides = |earlier: &&LitTriangle| {
-                corners(earlier) == corners(lit) && (is_two_sided(earlier) || !is_two_sided(lit))
-            };
-            is_hidden[index as usize] = opaque.iter().any(hides);
-            // Light passes cut-outs and glass.
-            let flags = view.frame.flags[lit.triangle as usize];
-            let lets_light_pass =
-                flags.has(TriangleFlags::FILTERED) || flags.has(TriangleFlags::TRANSMISSIVE);
-            if !lets_light_pass && !is_hidden[index as usize] {
-                opaque.push(lit);
-            }
-        }
-    }
-    let mut hidden = is_hidden.into_iter();
-    triangles.retain(|_| !hidden.next().unwrap_or(false));
 }
 
 /// Halvings of `length` to `target` or less.

@@ -19,6 +19,7 @@ mod coverage;
 mod dimensions;
 mod emission;
 mod emissive_triangles;
+mod emitter_covers;
 mod emitters;
 mod guided_direction;
 mod guiding;

@@ -1,6 +1,6 @@
 //! What covers emissive triangles: others with the same corners, in any order, which rays hit first.
 //!
-//! Distances to such triangles are equal, and of equal distances the lowest index wins, whichever side a ray comes from. Triangles that coincide
+//! Distances to such triangles are equal, but for the rounding of very few rays, and of equal distances the lowest index wins, whichever side a ray comes from. Triangles that coincide
 //! without having the same corners are not found.
 
 use std::ops::Range;
@@ -49,7 +49,7 @@ impl EmitterCovers {
         };
         let mut copies: Vec<CoincidentTriangle> = lit.par_iter().map(copy).collect();
         copies.par_sort_unstable();
-        let unlit = unlit_copies(view, &copies);
+        let unlit = unlit_copies(view, lit, &copies);
         if !unlit.is_empty() {
             copies.extend(unlit);
             copies.par_sort_unstable();
@@ -136,26 +136,27 @@ fn hides_what_it_covers(view: SceneView<'_>, triangle: u32) -> bool {
     !is_hidden && !gives_way && !material.is_shadow_catcher
 }
 
-/// The triangles that have the corners of a later one of `lit`, and are none of these. `lit` is sorted.
-fn unlit_copies(view: SceneView<'_>, lit: &[CoincidentTriangle]) -> Vec<CoincidentTriangle> {
-    let Some(last) = lit.iter().map(|copy| copy.triangle).max() else { return Vec::new() };
-    let box_of = |copy: &CoincidentTriangle| Aabb::from_points(&corners(view, copy.triangle));
+/// The triangles that have the corners of a later one of `lit`, and are none of these. `lit` is ascending, and `copies` are the same, sorted.
+fn unlit_copies(view: SceneView<'_>, lit: &[u32], copies: &[CoincidentTriangle]) -> Vec<CoincidentTriangle> {
+    let Some(&last) = lit.last() else { return Vec::new() };
+    let box_of = |&triangle: &u32| Aabb::from_points(&corners(view, triangle));
     let bounds = lit.par_iter().map(box_of).reduce(|| Aabb::EMPTY, Aabb::union);
-    let filter = CornerFilter::new(lit.iter().map(|copy| corners(view, copy.triangle)), lit.len());
-    let copies = (0..last).into_par_iter().filter_map(|triangle| {
+    let filter = CornerFilter::new(lit.iter().map(|&triangle| corners(view, triangle)), lit.len());
+    let unlit = (0..last).into_par_iter().filter_map(|triangle| {
         let corners = corners(view, triangle);
         // One corner tells most others apart.
         let is_outside = corners[0].cmplt(bounds.min) | corners[0].cmpgt(bounds.max);
-        if is_outside.any() || !filter.may_have(corners) || !hides_what_it_covers(view, triangle) {
+        if is_outside.any() || !filter.may_have(corners) || lit.binary_search(&triangle).is_ok() {
+            return None;
+        }
+        if !hides_what_it_covers(view, triangle) {
             return None;
         }
         let copy = CoincidentTriangle { corners: corner_set(corners), triangle, is_lit: false };
-        let next = lit.partition_point(|lit| (lit.corners, lit.triangle) < (copy.corners, triangle));
-        let has_later =
-            lit.get(next).is_some_and(|lit| lit.corners == copy.corners && lit.triangle != triangle);
-        has_later.then_some(copy)
+        let next = copies.partition_point(|lit| (lit.corners, lit.triangle) < (copy.corners, triangle));
+        copies.get(next).is_some_and(|lit| lit.corners == copy.corners).then_some(copy)
     });
-    copies.collect()
+    unlit.collect()
 }
 
 /// A set of corner sets that may also seem to have others.

@@ -83,6 +83,37 @@ fn lamps_under_blended_ones_count_by_what_these_let_pass() {
 }
 
 #[test]
+fn covers_hide_by_their_alpha_at_the_same_point_in_any_order() {
+    // The middle of the floor sees no two corners of the lamp alike.
+    let moved = |square: Primitive| Primitive {
+        positions: square.positions.iter().map(|corner| *corner + Vec3::new(0.8, 0.0, 0.3)).collect(),
+        ..square
+    };
+    // A film that is opaque at one corner
+    let light = |square: Primitive, opaque: usize| {
+        let mut colors = vec![Vec4::ONE.with_w(0.0); square.positions.len()];
+        colors[opaque].w = 1.0;
+        let cover = Primitive { colors: Some(colors), ..moved(square) };
+        let film = Material { emissive: Vec3::ZERO, ..two_sided(blended(1.0)) };
+        let mut stage = stage(4096);
+        stage.add(floor(9.0), lambert(Vec3::splat(0.5)));
+        stage.add(cover, film);
+        stage.add(moved(self::square()), lamp());
+        middle(&stage).x
+    };
+    for opaque in 0..4 {
+        let expected = light(square(), opaque);
+        for square in [rotated(), turned()] {
+            let light = light(square, opaque);
+            assert!((light / expected - 1.0).abs() < 0.01, "corner {opaque}: {light} {expected}");
+        }
+    }
+    let lights = [0, 1, 2, 3].map(|opaque| light(square(), opaque));
+    let [least, most] = [f32::min, f32::max].map(|of| lights.into_iter().reduce(of).unwrap());
+    assert!(most > 1.05 * least, "{lights:?}");
+}
+
+#[test]
 fn copies_of_paper_that_shines_light_once() {
     // Each of them gave way to the other for ever.
     let factor = DiffuseTransmission { factor: 0.5, texture: None, color: Vec3::ZERO, color_texture: None };

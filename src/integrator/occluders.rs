@@ -56,6 +56,11 @@ impl OccluderBox {
         Self::new(bounds)
     }
 
+    /// Length of its diagonal; 0 if nothing casts shadows.
+    pub(super) fn diagonal(&self) -> f32 {
+        if self.is_empty() { 0.0 } else { 2.0 * self.half_extent.length() }
+    }
+
     pub(super) fn new(bounds: Aabb) -> Self {
         if bounds.is_empty() {
             return Self { center: Vec3::ZERO, half_extent: Vec3::NEG_INFINITY };

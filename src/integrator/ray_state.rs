@@ -161,3 +161,10 @@ pub enum RayKind {
     /// A mirror ray of the ground, which sees surfaces and no environment.
     GroundReflection,
 }
+
+impl RayKind {
+    /// Whether a ray sees the shadows on catchers. Mirror images of the ground hold surfaces alone, and catchers are none.
+    pub(super) fn sees_catchers(self) -> bool {
+        self != Self::GroundReflection
+    }
+}

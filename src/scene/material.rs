@@ -3,8 +3,8 @@
 use glam::{Vec3, Vec4};
 
 use super::{
-    Anisotropy, ClearCoat, DiffuseTransmission, Glossiness, Iridescence, NormalTexture, OcclusionTexture,
-    Sheen, Specular, TextureRef,
+    Anisotropy, ClearCoat, DiffuseTransmission, Glossiness, Iridescence, MaterialIndex, NormalTexture,
+    OcclusionTexture, Sheen, Specular, TextureRef,
 };
 
 /// Material of a surface.
@@ -64,6 +64,8 @@ pub struct Material {
     pub diffuse_transmission: Option<DiffuseTransmission>,
     /// Whether only the shadows on the surface are visible. Set by [`super::mark_shadow_catchers`], never by importers.
     pub is_shadow_catcher: bool,
+    /// The material of the file of which this is a copy, for a node that catches shadows.
+    pub copy_of: Option<MaterialIndex>,
 }
 
 /// Alpha mode of a material.
@@ -137,6 +139,7 @@ impl Default for Material {
             anisotropy: None,
             diffuse_transmission: None,
             is_shadow_catcher: false,
+            copy_of: None,
         }
     }
 }

@@ -40,6 +40,7 @@ mod texture_ref;
 mod unique_names;
 mod variant;
 mod view_request;
+mod visible_nodes;
 mod warnings;
 
 pub use animated::{CameraProperty, ImageLightProperty, LightProperty};
@@ -89,3 +90,4 @@ pub use texture_ref::{NormalTexture, OcclusionTexture, TextureRef, UvRotation, U
 pub(crate) use unique_names::{make_unique, make_unique_for_files};
 pub use variant::{Variant, VariantWarning};
 pub use view_request::{LensRequest, Orbit, Target, TurntableRequest, ViewRequest};
+pub use visible_nodes::visible_nodes;

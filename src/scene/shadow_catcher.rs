@@ -1,10 +1,10 @@
 //! Shadow catchers: surfaces on which only shadows are rendered, for compositing over a plate.
 
-use std::ops::Range;
+use std::collections::BTreeMap;
 
 use super::{
     AlphaMode, AnimationTarget, Channel, Material, MaterialIndex, MaterialProperty, MeshIndex, NodeIndex,
-    Primitive, Scene, TextureSlot,
+    Scene, TextureSlot,
 };
 
 /// Makes all materials and all nodes' meshes named `name` shadow catchers. Returns their number.
@@ -41,6 +41,7 @@ fn catcher(material: &Material) -> Material {
     let solid = Material {
         name: material.name.clone(),
         is_shadow_catcher: true,
+        copy_of: material.copy_of,
         double_sided: material.double_sided,
         ..Material::default()
     };
@@ -55,26 +56,35 @@ fn catcher(material: &Material) -> Material {
     }
 }
 
-/// Adds a copy of a mesh whose materials are shadow catchers.
+/// Adds a copy of a mesh whose materials are shadow catchers in every variant.
 fn catching_copy(scene: &mut Scene, mesh: MeshIndex) -> MeshIndex {
     let mut copy = scene.meshes[mesh.index()].clone();
-    let first_material = scene.materials.len();
+    let mut copies = BTreeMap::new();
+    let mut replace = |material: &mut MaterialIndex| {
+        let index = material.index();
+        *material = *copies.entry(index).or_insert_with(|| {
+            let caught = catcher(&scene.materials[index]);
+            let copy_of = caught.copy_of.or(Some(*material));
+            scene.materials.push(Material { name: None, copy_of, ..caught });
+            MaterialIndex(scene.materials.len() as u32 - 1)
+        });
+    };
     for primitive in &mut copy.primitives {
-        let material = Material { name: None, ..catcher(&scene.materials[primitive.material.index()]) };
-        primitive.material = MaterialIndex(scene.materials.len() as u32);
-        // The copy catches shadows in every variant.
-        primitive.variants.clear();
-        scene.materials.push(material);
+        replace(&mut primitive.material);
+        primitive.variants.iter_mut().for_each(|(_, material)| replace(material));
     }
     scene.meshes.push(copy);
     let copied = MeshIndex(scene.meshes.len() as u32 - 1);
-    animate_copy(scene, (mesh, copied), first_material..scene.materials.len());
+    animate_copy(scene, (mesh, copied), &copies);
     copied
 }
 
 /// Makes clips drive the copy of a mesh and its new materials as they drive the mesh and its own.
-fn animate_copy(scene: &mut Scene, (mesh, copied): (MeshIndex, MeshIndex), new_materials: Range<usize>) {
-    let primitives: &[Primitive] = &scene.meshes[mesh.index()].primitives;
+fn animate_copy(
+    scene: &mut Scene,
+    (mesh, copied): (MeshIndex, MeshIndex),
+    copies: &BTreeMap<usize, MaterialIndex>,
+) {
     let materials = &scene.materials;
     let targets_of_copy = |target: AnimationTarget| -> Vec<AnimationTarget> {
         match target {
@@ -83,13 +93,9 @@ fn animate_copy(scene: &mut Scene, (mesh, copied): (MeshIndex, MeshIndex), new_m
                 vec![AnimationTarget::MeshWeight(copied, weight)]
             }
             AnimationTarget::Material(own, property) if decides_about_coverage(property) => {
-                let pairs = primitives.iter().zip(new_materials.clone());
-                let of_own = pairs.filter(|(primitive, new)| {
-                    primitive.material == own && materials[*new].alpha_mode != AlphaMode::Opaque
-                });
-                of_own
-                    .map(|(_, new)| AnimationTarget::Material(MaterialIndex(new as u32), property))
-                    .collect()
+                let copy = copies.get(&own.index());
+                let fading = copy.filter(|copy| materials[copy.index()].alpha_mode != AlphaMode::Opaque);
+                fading.map(|&copy| AnimationTarget::Material(copy, property)).into_iter().collect()
             }
             _ => Vec::new(),
         }
@@ -122,8 +128,8 @@ mod tests {
 
     use super::*;
     use crate::scene::{
-        Animation, Interpolation, Keyframes, Mesh, Node, TextureIndex, TextureRef, UvTransform, VariantIndex,
-        Volume,
+        Animation, Interpolation, Keyframes, Mesh, Node, Primitive, TextureIndex, TextureRef, UvTransform,
+        VariantIndex, Volume,
     };
 
     fn scene() -> Scene {
@@ -215,6 +221,26 @@ mod tests {
     }
 
     #[test]
+    fn a_node_catches_by_the_coverage_of_each_variant() {
+        let mut scene = scene();
+        scene.materials[1].alpha_mode = AlphaMode::Mask { cutoff: 0.25 };
+        mark_shadow_catchers(&mut scene, "floor");
+        let material_in = |variant: Option<u32>| {
+            let primitive = &scene.meshes[1].primitives[0];
+            &scene.materials[primitive.material_in(variant.map(VariantIndex)).index()]
+        };
+        for (variant, of, alpha_mode) in
+            [(None, 0, AlphaMode::Blend), (Some(0), 1, AlphaMode::Mask { cutoff: 0.25 })]
+        {
+            let material = material_in(variant);
+            assert!(material.is_shadow_catcher && material.name.is_none());
+            assert_eq!((material.alpha_mode, material.copy_of), (alpha_mode, Some(MaterialIndex(of))));
+        }
+        // One copy of each.
+        assert_eq!(scene.materials.len(), 4);
+    }
+
+    #[test]
     fn a_named_node_catches_and_others_with_its_mesh_do_not() {
         let mut scene = scene();
         assert_eq!(mark_shadow_catchers(&mut scene, "floor"), 1);
@@ -224,9 +250,7 @@ mod tests {
             primitives.iter().all(|primitive| scene.materials[primitive.material.index()].is_shadow_catcher)
         };
         assert!(catches(&scene, 0) && !catches(&scene, 1));
-        // In every variant.
         let mesh = scene.nodes[0].mesh.unwrap();
-        assert!(scene.meshes[mesh.index()].primitives.iter().all(|primitive| primitive.variants.is_empty()));
         // Animated weights of the mesh also drive the copy.
         let moved: Vec<_> = scene.animations[0].channels.iter().map(|channel| channel.target).collect();
         assert_eq!(moved, [AnimationTarget::MeshWeights(MeshIndex(0)), AnimationTarget::MeshWeights(mesh)]);

@@ -16,10 +16,10 @@ use crate::render::{
     Adaptive, Aperture, EnvSamples, EnvironmentShares, Focus, GlassShadows, Integrator, Lens, LightSize,
     PathSettings, RenderSettings,
 };
-use crate::scene::{CameraChanges, Ground, SelectedCamera, Selection, Turntable};
+use crate::scene::{CameraChanges, Ground, Scene, SelectedCamera, Selection, Turntable};
 use crate::sha256::hex;
 
-use self::catchers::catchers_key;
+use self::catchers::{catchers_key, shadow_catchers};
 use super::environment_shares::is_measured;
 use super::{Exposure, OutputFormat, SequenceJob, SharedExposure, Shutter};
 
@@ -111,7 +111,7 @@ pub(super) fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
         "camera": camera_key(camera, camera_changes),
         "variant": variant.map(|variant| variant.0),
         "environment": environment.content_key(),
-        "shadow_catchers": catchers_key(scene, *variant, render.ground.as_ref()),
+        "shadow_catchers": catchers_key(scene, selection, render),
         "fps": rate.to_string(),
         "file": file,
     });
@@ -132,7 +132,7 @@ pub(super) fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
 
 /// Adds the rules and selections by which measured values decide about pixels.
 fn add_measured(job: &SequenceJob, content: &mut serde_json::Value) {
-    let SequenceJob { selection, render, output, exposure, shared_exposure, .. } = job;
+    let SequenceJob { scene, selection, render, output, exposure, shared_exposure, .. } = job;
     if is_measured(job, selection, render) {
         content["environment_shares"] = json!(["measured", SHARES]);
     }
@@ -142,8 +142,8 @@ fn add_measured(job: &SequenceJob, content: &mut serde_json::Value) {
     }
     let is_shown = decides_about_samples || output.format() != OutputFormat::Exr;
     let measured = shared_exposure.as_ref().filter(|_| is_shown && *exposure == Exposure::Auto);
-    if let Some(key) = measured.and_then(|shared| shared_exposure_key(shared, (selection, render.resolution)))
-    {
+    let own = (selection, render.resolution);
+    if let Some(key) = measured.and_then(|shared| shared_exposure_key(scene, shared, own)) {
         content["measured"] = key;
     }
 }
@@ -221,10 +221,19 @@ fn glass_shadows_key(glass_shadows: GlassShadows) -> &'static str {
 /// Automatic exposure of several sequences depends on all of them, and on the shape of the first; that of one sequence alone, by its
 /// own selection and resolution, is hashed already.
 fn shared_exposure_key(
+    scene: &Scene,
     shared: &SharedExposure,
     (own, own_resolution): (&Selection, (u32, u32)),
 ) -> Option<serde_json::Value> {
-    let keys: Vec<_> = shared.selections.iter().map(selection_key).collect();
+    // Shadow catchers are not measured. Those of the own selection are hashed already.
+    let catchers_of = |selection: &Selection| shadow_catchers(scene, selection).primitives;
+    let own_catchers = catchers_of(own);
+    let key = |selection: &Selection| {
+        let catchers = catchers_of(selection);
+        let key = selection_key(selection);
+        if catchers == own_catchers { key } else { json!([key, catchers]) }
+    };
+    let keys: Vec<_> = shared.selections.iter().map(key).collect();
     let (width, height) = shared.resolution;
     if shared.resolution != own_resolution {
         return Some(json!({ "resolution": [width, height], "selections": keys }));
@@ -347,20 +356,45 @@ fn png_key(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::VariantIndex;
+    use crate::scene::{Material, MaterialIndex, Mesh, MeshIndex, Node, Primitive, VariantIndex};
 
-    #[test]
-    fn measured_selections_differ_in_their_variants() {
-        let selection = |variant| Selection {
+    fn selection(variant: Option<VariantIndex>) -> Selection {
+        Selection {
             roots: Vec::new(),
             clips: Vec::new(),
             camera: SelectedCamera::Auto,
             camera_changes: CameraChanges::default(),
             image_light: None,
             variant,
-        };
+        }
+    }
+
+    #[test]
+    fn measured_selections_differ_in_their_variants() {
         let [own, first, second] = [None, Some(VariantIndex(0)), Some(VariantIndex(1))]
             .map(|variant| selection_key(&selection(variant)));
         assert!(own != first && first != second, "{own} {first} {second}");
+    }
+
+    #[test]
+    fn measured_selections_differ_in_their_catchers() {
+        let primitive =
+            Primitive { variants: vec![(VariantIndex(1), MaterialIndex(1))], ..Primitive::default() };
+        let mut scene = Scene {
+            materials: vec![Material::default(); 2],
+            meshes: vec![Mesh { primitives: vec![primitive], ..Mesh::default() }],
+            nodes: vec![Node { mesh: Some(MeshIndex(0)), ..Node::default() }],
+            ..Scene::default()
+        };
+        let each = [0, 1].map(|variant| selection(Some(VariantIndex(variant))));
+        let shared = SharedExposure::new(each.to_vec(), (64, 64));
+        let key = |scene: &Scene| shared_exposure_key(scene, &shared, (&each[0], (64, 64)));
+        let measured = key(&scene);
+        assert_eq!(measured, Some(each.iter().map(selection_key).collect()));
+        scene.materials[1].is_shadow_catcher = true;
+        assert_ne!(key(&scene), measured);
+        // A catcher of all variants is in the hash of each.
+        scene.materials[0].is_shadow_catcher = true;
+        assert_eq!(key(&scene), measured);
     }
 }

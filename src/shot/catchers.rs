@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use crate::error::{Error, Result, Warning};
 use crate::scene::{
-    AnimationTarget, MaterialIndex, NameOrIndex, NodeIndex, Scene, Selection, mark_shadow_catchers,
-    mark_shadow_catching_node,
+    MaterialIndex, NameOrIndex, Scene, Selection, mark_shadow_catchers, mark_shadow_catching_node,
+    visible_nodes,
 };
 use crate::settings::suggest;
 
@@ -61,7 +61,7 @@ pub(super) fn unrendered_catchers<'s>(
     unrendered.map(warning).collect()
 }
 
-/// Indices of the nodes with meshes and of the materials that are visible at any time.
+/// Indices of the nodes with meshes and of the materials of the file that are visible at any time.
 #[derive(Debug, Default)]
 struct RenderedSurfaces {
     nodes: BTreeSet<usize>,
@@ -70,17 +70,15 @@ struct RenderedSurfaces {
 
 impl RenderedSurfaces {
     fn add(&mut self, scene: &Scene, selection: &Selection) {
-        let mut pending = selection.roots.clone();
-        while let Some(index) = pending.pop() {
-            let Some(node) = scene.nodes.get(index.index()) else { continue };
-            if is_always_hidden(scene, selection, index) {
-                continue;
-            }
-            pending.extend_from_slice(&node.children);
-            let Some(mesh) = node.mesh.and_then(|mesh| scene.meshes.get(mesh.index())) else { continue };
-            self.nodes.insert(index.index());
+        for node in visible_nodes(scene, selection) {
+            let mesh = scene.nodes[node.index()].mesh.and_then(|mesh| scene.meshes.get(mesh.index()));
+            let Some(mesh) = mesh else { continue };
+            self.nodes.insert(node.index());
             let materials = mesh.primitives.iter().map(|primitive| primitive.material_in(selection.variant));
-            self.materials.extend(materials.map(MaterialIndex::index));
+            // Catchers of nodes have copies of materials.
+            let of_file =
+                materials.map(|material| scene.materials[material.index()].copy_of.unwrap_or(material));
+            self.materials.extend(of_file.map(MaterialIndex::index));
         }
     }
 
@@ -91,26 +89,9 @@ impl RenderedSurfaces {
             selected @ NameOrIndex::Index(_) => scene.node(&selected),
             NameOrIndex::Name(_) => None,
         };
-        let is_material = scene.materials.iter().any(|material| has_name(&material.name));
         by_index.is_some_and(|node| self.nodes.contains(&node.index()))
             || self.nodes.iter().any(|&node| has_name(&scene.nodes[node].name))
-            || self.materials.iter().map(|&material| &scene.materials[material]).any(|material| {
-                // Catchers of nodes have copies of materials, which have no names.
-                let may_be_copy = material.is_shadow_catcher && material.name.is_none() && is_material;
-                has_name(&material.name) || may_be_copy
-            })
-    }
-}
-
-/// Whether a node is hidden for itself at all times.
-fn is_always_hidden(scene: &Scene, selection: &Selection, node: NodeIndex) -> bool {
-    let clips = selection.clips.iter().filter_map(|clip| scene.animations.get(clip.index()));
-    let channels = clips.flat_map(|clip| &clip.channels);
-    let mut of_node =
-        channels.filter(|channel| channel.target == AnimationTarget::Visibility(node)).peekable();
-    match of_node.peek() {
-        Some(_) => of_node.all(|channel| channel.keyframes.values.iter().all(|&value| value == 0.0)),
-        None => scene.nodes[node.index()].is_hidden,
+            || self.materials.iter().any(|&material| has_name(&scene.materials[material].name))
     }
 }
 
@@ -118,8 +99,8 @@ fn is_always_hidden(scene: &Scene, selection: &Selection, node: NodeIndex) -> bo
 mod tests {
     use super::*;
     use crate::scene::{
-        Animation, AnimationIndex, CameraChanges, Channel, Interpolation, Keyframes, Material, Mesh,
-        MeshIndex, Node, Primitive, SelectedCamera, VariantIndex,
+        Animation, AnimationIndex, AnimationTarget, CameraChanges, Channel, Interpolation, Keyframes,
+        Material, Mesh, MeshIndex, Node, NodeIndex, Primitive, SelectedCamera, VariantIndex,
     };
 
     /// A floor of a material that variant 1 replaces, and a ball below a hidden node, which a clip shows.
@@ -186,7 +167,9 @@ mod tests {
         assert!(unrendered(&["wood", "stone"], &each).is_empty());
         // A clip shows the ball.
         assert_eq!(unrendered(&["red", "ball", "elsewhere"], &[selection(&[0], None)]), ["elsewhere"]);
-        // The material of a node that catches shadows itself has another name there.
+        // A node that catches shadows itself has a copy of its material, and of no other.
         assert!(unrendered(&["floor", "wood"], &own).is_empty());
+        assert_eq!(unrendered(&["floor", "stone"], &own), ["stone"]);
+        assert_eq!(unrendered(&["floor", "#0", "wood", "stone"], &[selection(&[], Some(1))]), ["wood"]);
     }
 }

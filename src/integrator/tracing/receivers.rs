@@ -119,7 +119,8 @@ impl Tracer<'_, '_> {
             self.add_receiver(shadows, &receiver, |_| position);
             return true;
         }
-        let Some(hit) = first.filter(|hit| catches_shadows(self.context.view, hit)) else { return false };
+        let is_catcher = |hit: &Hit| state.kind.sees_catchers() && catches_shadows(self.context.view, hit);
+        let Some(hit) = first.filter(is_catcher) else { return false };
         let (receiver, point) = self.catcher_receiver(followed, &hit, 0);
         self.add_receiver(shadows, &receiver, |span| point.shadow_end_outside(span));
         true

@@ -97,11 +97,7 @@ impl Tracer<'_, '_> {
         let mut receivers = 0;
         let mut next = first;
         // Shadow rays pass the ground and shadow catchers, and so do the sampled rays that are weighed against them.
-        let ground = self.context.settings.ground.filter(|_| last.is_none());
-        let mut ground_hit = ground.and_then(|ground| {
-            let t = ground.hit(ray)?;
-            Some(GroundHit { ground, slot, ray, state, t, through: 1.0, shadow_share: 1.0 })
-        });
+        let mut ground_hit = if last.is_none() { self.ground_hit(slot, ray, state) } else { None };
         for _ in 0..TRANSPARENCY_LIMIT {
             let in_front = |ground: &mut GroundHit<'_>| next.is_none_or(|hit| ground.t < hit.t);
             if let Some(ground) = ground_hit.take_if(in_front) {
@@ -118,11 +114,14 @@ impl Tracer<'_, '_> {
             };
             let coverage = alpha_at(view, &hit);
             let alpha = if catches_shadows(view, &hit) {
-                ground_hit = ground_hit.and_then(|ground| ground.behind_catcher(coverage));
+                let occluders = self.context.occluders;
+                ground_hit =
+                    ground_hit.and_then(|ground| ground.behind_catcher((hit.t, coverage), occluders));
                 let number = receivers;
                 receivers += 1;
                 let mut caught = || self.caught_shadow(followed, &hit, received.take(), number);
-                if last.is_none() { coverage * caught() } else { 0.0 }
+                let is_caught = last.is_none() && state.kind.sees_catchers();
+                if is_caught { coverage * caught() } else { 0.0 }
             } else {
                 let alpha = self.covered_share(state, coverage, &mut passes);
                 let surface_hit = SurfaceHit { slot, hit, share: through * alpha, light_pass, replaced: 0 };

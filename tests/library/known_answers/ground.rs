@@ -4,7 +4,8 @@ use glam::{Vec3, Vec4};
 use rayframe::framing::ground_below;
 use rayframe::render::{EnvSamples, Integrator};
 use rayframe::scene::{
-    AnimationTarget, Environment, Ground, LightKind, Material, NodeIndex, Scene, SelectedCamera, ViewRequest,
+    AlphaMode, AnimationTarget, Environment, Ground, LightKind, Material, NodeIndex, Scene, SelectedCamera,
+    ViewRequest,
 };
 
 use crate::stage::{Stage, animate, assert_close, cuboid, lambert, rectangle, select_all, unlit};
@@ -125,6 +126,58 @@ fn mirror_images_lie_over_the_shadows_on_a_catcher() {
         assert_close(seen, color * reflectance, 1e-4);
         let alpha = 1.0 - (1.0 - shadow) * (1.0 - reflectance);
         assert!((seen.w - alpha).abs() < 1e-4, "{integrator:?} {shadow}: {seen}");
+    }
+}
+
+#[test]
+fn a_table_hides_the_mirror_images_of_the_ground() {
+    // A card above a table above the ground, whose mirror image of the card would be seen through the middle of the table.
+    let reflectance = 0.050_239_9;
+    let table = Material { is_shadow_catcher: true, double_sided: true, ..lambert(Vec3::ONE) };
+    let fading = |alpha| Material {
+        alpha_mode: AlphaMode::Blend,
+        base_color: Vec4::ONE.with_w(alpha),
+        ..table.clone()
+    };
+    for (height, catcher, share) in [
+        (0.5, table.clone(), 0.0),
+        (0.5, fading(0.25), 0.75),
+        (0.1, table.clone(), 0.0),
+        // A carpet
+        (0.001, table.clone(), 1.0),
+    ] {
+        for integrator in [Integrator::Whitted, Integrator::Path] {
+            let mut stage = Stage::new();
+            stage.settings.show_background = false;
+            stage.settings.integrator = integrator;
+            stage.settings.ground = Some(plane(0.0, true));
+            stage.add(rectangle(Vec3::Y, Vec3::X * 0.4, Vec3::Y * 0.4), unlit(Vec3::ONE));
+            stage.add(rectangle(Vec3::new(0.0, height, 2.0), Vec3::Z * 1.9, Vec3::X), catcher.clone());
+            let seen = stage.look(Vec3::new(0.0, 1.0, 2.0), Vec3::new(0.0, 0.0, 1.0));
+            let expected = Vec3::splat(reflectance * share);
+            assert_close(seen, expected, 1e-4);
+            assert!((seen.w - expected.x).abs() < 1e-4, "{height} {integrator:?}: {seen}");
+        }
+    }
+}
+
+#[test]
+fn mirror_images_hold_no_shadows_on_catchers() {
+    for integrator in [Integrator::Whitted, Integrator::Path] {
+        let mut stage = Stage::new();
+        stage.settings.show_background = false;
+        stage.settings.integrator = integrator;
+        stage.settings.ground = Some(plane(0.0, true));
+        stage.add(rectangle(Vec3::Y, Vec3::X * 0.4, Vec3::Y * 0.4), unlit(Vec3::ONE));
+        // A catcher in front of the card, in the shadow of another card behind the camera
+        let catcher = Material { is_shadow_catcher: true, double_sided: true, ..lambert(Vec3::ONE) };
+        stage.add(rectangle(Vec3::new(0.0, 0.8, 0.2), Vec3::X * 0.1, Vec3::Y * 0.1), catcher);
+        stage.add(rectangle(Vec3::new(0.0, 0.8, 3.0), Vec3::X * 0.4, Vec3::Y * 0.4), unlit(Vec3::ONE));
+        stage.add_light(LightKind::Directional, 1.0, Vec3::ZERO, Vec3::NEG_Z);
+        let seen = stage.look(Vec3::new(0.0, 1.0, 2.0), Vec3::new(0.0, 0.0, 1.0));
+        let reflectance = 0.050_239_9;
+        assert_close(seen, Vec3::splat(reflectance), 1e-4);
+        assert!((seen.w - reflectance).abs() < 1e-4, "{integrator:?}: {seen}");
     }
 }
 

@@ -59,6 +59,11 @@ impl EmissiveTriangles {
         self.parts.is_empty()
     }
 
+    /// The radiance that leaves a point of an emissive triangle, past what covers it.
+    pub(super) fn radiance(&self, view: SceneView<'_>, hit: &Hit) -> Vec3 {
+        emitted(view, hit) * self.covers.uncovered_share(view, hit)
+    }
+
     /// Samples a point on an emissive triangle for a surface at `position`. `normal` is that of a surface that scatters light of its own side
     /// alone.
     pub(super) fn sample_emitter(
@@ -77,7 +82,7 @@ impl EmissiveTriangles {
         let facing = if is_front { Facing::Front } else { Facing::Back };
         let Vec2 { x: u, y: v } = part.in_triangle(Vec2::from(sample.barycentrics));
         let hit = Hit { t: sample.distance, triangle, u, v, facing };
-        let radiance = emitted(view, &hit) * self.covers.uncovered_share(view, &hit);
+        let radiance = self.radiance(view, &hit);
         if radiance == Vec3::ZERO {
             return None;
         }

@@ -10,8 +10,7 @@ use crate::color::luminance;
 use crate::geometry::{Facing, Ray, Triangle};
 use crate::integrator::IntegratorContext;
 use crate::integrator::local_frame::local_frame;
-use crate::integrator::path::emitters::emitted;
-use crate::integrator::path::triangle_part::TrianglePart;
+use crate::integrator::path::emissive_triangles::EmissiveTriangles;
 use crate::integrator::path::visible_environment::random_point;
 use crate::interaction::SurfacePoint;
 use crate::scene::prefix_sums;
@@ -25,7 +24,7 @@ const DIRECTION: u32 = EMITTER + 2;
 /// What emissive triangles emit light in a frame, by power.
 pub(super) struct PhotonSources<'c, 'a> {
     view: SceneView<'a>,
-    parts: &'c [TrianglePart],
+    lights: &'c EmissiveTriangles,
     /// Prefix sums of the shares of the power, from 0 to 1.
     sums: Vec<f32>,
     /// Luminance of the power of all.
@@ -48,17 +47,18 @@ impl<'c, 'a> PhotonSources<'c, 'a> {
         let lights = context.emissive_triangles.as_ref().filter(|lights| !lights.is_empty())?;
         let mut sums = vec![0.0; lights.powers().len() + 1];
         let power = prefix_sums(lights.powers().iter().map(|&power| f64::from(power)), &mut sums) as f32;
-        Some(Self { view: context.view, parts: lights.parts(), sums, power })
+        Some(Self { view: context.view, lights, sums, power })
     }
 
     /// The photon of an index; `None` where the source is dark.
     pub(super) fn emit(&self, index: u32) -> Option<EmittedPhoton> {
         // A part of a triangle by its power, and a side
         let Vec2 { x: u_emitter, y: u_side } = random_point(index, EMITTER);
-        let last = self.parts.len() - 1;
+        let parts = self.lights.parts();
+        let last = parts.len() - 1;
         let emitter = self.sums[1..].partition_point(|&sum| sum <= u_emitter).min(last);
         let probability = self.sums[emitter + 1] - self.sums[emitter];
-        let part = self.parts[emitter];
+        let part = parts[emitter];
         let triangle = part.triangle;
         let is_two_sided = !self.view.frame.flags[triangle as usize].has(TriangleFlags::SINGLE_SIDED);
         let is_front = !is_two_sided || u_side < 0.5;
@@ -79,7 +79,7 @@ impl<'c, 'a> PhotonSources<'c, 'a> {
         let Vec2 { x: u, y: v } = part.in_triangle(Vec2::new(u, v));
         let hit = Hit { t: 1.0, triangle, u, v, facing };
         let point = SurfacePoint::flat(self.view, &Ray::new(position + direction, -direction), &hit);
-        let radiance = emitted(self.view, &hit);
+        let radiance = self.lights.radiance(self.view, &hit);
         let sides = if is_two_sided { 2.0 } else { 1.0 };
         let power = radiance * (0.5 * cross.length() * sides * PI / (probability * self.power));
         let brightness = luminance(power);

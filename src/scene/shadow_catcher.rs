@@ -86,26 +86,24 @@ fn animate_copy(
     copies: &BTreeMap<usize, MaterialIndex>,
 ) {
     let materials = &scene.materials;
-    let targets_of_copy = |target: AnimationTarget| -> Vec<AnimationTarget> {
-        match target {
-            AnimationTarget::MeshWeights(own) if own == mesh => vec![AnimationTarget::MeshWeights(copied)],
-            AnimationTarget::MeshWeight(own, weight) if own == mesh => {
-                vec![AnimationTarget::MeshWeight(copied, weight)]
-            }
-            AnimationTarget::Material(own, property) if decides_about_coverage(property) => {
-                let copy = copies.get(&own.index());
-                let fading = copy.filter(|copy| materials[copy.index()].alpha_mode != AlphaMode::Opaque);
-                fading.map(|&copy| AnimationTarget::Material(copy, property)).into_iter().collect()
-            }
-            _ => Vec::new(),
+    let target_of_copy = |target: AnimationTarget| match target {
+        AnimationTarget::MeshWeights(own) if own == mesh => Some(AnimationTarget::MeshWeights(copied)),
+        AnimationTarget::MeshWeight(own, weight) if own == mesh => {
+            Some(AnimationTarget::MeshWeight(copied, weight))
         }
+        AnimationTarget::Material(own, property) if decides_about_coverage(property) => {
+            let copy = copies.get(&own.index());
+            let fading = copy.filter(|copy| materials[copy.index()].alpha_mode != AlphaMode::Opaque);
+            fading.map(|&copy| AnimationTarget::Material(copy, property))
+        }
+        _ => None,
     };
     for clip in &mut scene.animations {
-        let channels_of_copy = |channel: &Channel| {
-            let channel_to = |target| Channel { target, keyframes: channel.keyframes.clone() };
-            targets_of_copy(channel.target).into_iter().map(channel_to).collect::<Vec<_>>()
+        let channel_of_copy = |channel: &Channel| {
+            let target = target_of_copy(channel.target)?;
+            Some(Channel { target, keyframes: channel.keyframes.clone() })
         };
-        let channels: Vec<Channel> = clip.channels.iter().flat_map(channels_of_copy).collect();
+        let channels: Vec<Channel> = clip.channels.iter().filter_map(channel_of_copy).collect();
         clip.channels.extend(channels);
     }
 }

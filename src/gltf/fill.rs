@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 /// Calls `fill` with each block of `values` and its index. All blocks but the last have `block` values, which is not 0.
 ///
-/// The function is not generic, as compilers spend much on every copy of a parallel loop.
+/// It is not generic over `fill`, as compilers spend much on every copy of a parallel loop.
 pub(super) fn fill_blocks<T: Send>(values: &mut [T], block: usize, fill: &(dyn Fn(usize, &mut [T]) + Sync)) {
     values.par_chunks_mut(block).enumerate().for_each(|(index, values)| fill(index, values));
 }

@@ -26,6 +26,7 @@ pub(super) const STORED: &[u8] = include_bytes!("lobe_albedo.bin");
 const ROUGH: f32 = 0.4;
 
 /// The albedos with F = 1 and with F = (1 − o·h)⁵; `exact` stays 0.
+#[inline(always)]
 pub(super) fn schlick_terms(cos_o: f32, roughness: f32) -> AlbedoTerms {
     let cos_o = cos_o.clamp(0.0, 1.0);
     if roughness < SMOOTH {

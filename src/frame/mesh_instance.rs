@@ -39,11 +39,13 @@ impl MeshInstance {
     }
 
     /// Texture coordinates of set `set` at three vertices; zero if the primitive has no such set.
+    #[inline(always)]
     pub fn uvs(&self, scene: &Scene, set: usize, corners: [u32; 3]) -> [Vec2; 3] {
         self.stored_uvs(scene, set, corners).unwrap_or_default()
     }
 
     /// Texture coordinates of set `set` at three vertices; `None` where there is no such set.
+    #[inline(always)]
     pub fn stored_uvs(&self, scene: &Scene, set: usize, corners: [u32; 3]) -> Option<[Vec2; 3]> {
         let sets = self.morphed.uvs.as_ref().unwrap_or(&self.primitive(scene).uvs);
         Some(gathered(sets.get(set)?, corners))
@@ -55,6 +57,7 @@ impl MeshInstance {
     }
 
     /// Linear vertex colours at three vertices, times the colour of the instance; `None` without either.
+    #[inline(always)]
     pub fn colors(&self, scene: &Scene, corners: [u32; 3]) -> Option<[Vec4; 3]> {
         let at_corners = self.vertex_colors(scene).map(|colors| gathered(colors, corners));
         match self.color {

@@ -21,6 +21,7 @@ pub(super) fn local_frame(normal: Vec3) -> Mat3 {
 }
 
 /// The frame in which the lobes of a surface are evaluated: along its anisotropy, where it has any.
+#[inline(always)]
 pub(super) fn shading_frame(normal: Vec3, anisotropy: Option<&AnisotropySample>) -> Mat3 {
     anisotropy.map_or_else(|| local_frame(normal), |anisotropy| frame_along(normal, anisotropy.direction))
 }

@@ -142,7 +142,7 @@ impl ShadowBatch {
     }
 
     /// The transmittance of a ray.
-    #[inline]
+    #[inline(always)]
     pub(super) fn transmittance(
         &self,
         context: &IntegratorContext<'_>,
@@ -156,7 +156,7 @@ impl ShadowBatch {
     }
 
     /// The transmittance of one of the rays whose surfaces were collected last.
-    #[inline]
+    #[inline(always)]
     fn collected_transmittance(
         &self,
         context: &IntegratorContext<'_>,
@@ -174,6 +174,7 @@ impl ShadowBatch {
     }
 
     /// The transmittance of a ray that hits nothing: that of the volume around it.
+    #[inline(always)]
     fn unhindered(&self, index: u32) -> Vec3 {
         self.passage.last_stretch(self.media[index as usize].stack(), &self.rays[index as usize], None)
     }
@@ -202,6 +203,7 @@ impl ShadowBatch {
     }
 
     /// The transmittance of a ray that hits transparent surfaces alone.
+    #[inline(never)]
     fn tinted_transmittance(
         &self,
         context: &IntegratorContext<'_>,

@@ -71,29 +71,29 @@ struct RayGroup {
 
 impl Wavefront {
     /// Adds a ray after all others.
-    #[inline]
-    pub(super) fn push(&mut self, signature: RaySignature, ray: Ray, state: RayState) -> RaySlot {
-        self.push_with(signature, ray, || state)
-    }
-
-    /// Adds a ray after all others, whose state `make_state` makes where it is kept: moving one costs more than making one.
     #[inline(always)]
-    pub(super) fn push_with(
-        &mut self,
-        signature: RaySignature,
-        ray: Ray,
-        make_state: impl FnOnce() -> RayState,
-    ) -> RaySlot {
-        let group = signature.index();
-        if group >= self.groups.len() {
-            self.groups.resize_with(group + 1, RayGroup::default);
-        }
-        let group = &mut self.groups[group];
+    pub(super) fn push(&mut self, signature: RaySignature, ray: Ray, state: RayState) -> RaySlot {
+        let group = group_mut(&mut self.groups, signature);
         let slot = RaySlot { signature, index: group.rays.len() as u32 };
         self.order.push(slot);
         group.rays.push(ray);
-        group.states.extend(std::iter::once_with(make_state));
+        group.states.push(state);
         slot
+    }
+
+    /// Adds rays of one signature after all others, with their states. These are made where they are kept: moving one costs more than making one.
+    #[inline(always)]
+    pub(super) fn extend(
+        &mut self,
+        signature: RaySignature,
+        rays: impl ExactSizeIterator<Item = Ray>,
+        states: impl ExactSizeIterator<Item = RayState>,
+    ) {
+        let group = group_mut(&mut self.groups, signature);
+        let first = group.rays.len() as u32;
+        self.order.extend((first..first + rays.len() as u32).map(|index| RaySlot { signature, index }));
+        group.rays.extend(rays);
+        group.states.extend(states);
     }
 
     /// Adds a ray of a path after all others, with the surface that sampled it.
@@ -163,6 +163,15 @@ impl Wavefront {
     pub(super) fn hit(&self, slot: RaySlot) -> Option<Hit> {
         self.groups[slot.signature.index()].hits[slot.index as usize]
     }
+}
+
+#[inline(always)]
+fn group_mut(groups: &mut Vec<RayGroup>, signature: RaySignature) -> &mut RayGroup {
+    let index = signature.index();
+    if index >= groups.len() {
+        groups.resize_with(index + 1, RayGroup::default);
+    }
+    &mut groups[index]
 }
 
 #[cfg(test)]

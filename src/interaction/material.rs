@@ -285,6 +285,7 @@ fn alpha_at_corners(
     material.base_color.w * texture * vertex_color(view, instance, corners, weights).w
 }
 
+#[inline(always)]
 fn vertex_color(view: SceneView<'_>, instance: &MeshInstance, corners: [u32; 3], weights: [f32; 3]) -> Vec4 {
     match instance.colors(view.scene, corners) {
         Some([a, b, c]) => a * weights[0] + b * weights[1] + c * weights[2],

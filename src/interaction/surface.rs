@@ -105,6 +105,7 @@ pub(super) fn position_of(corners: [Vec3; 3], [u, v]: [f32; 2]) -> Vec3 {
 }
 
 /// Vertex indices of a triangle in the order of its posed corners.
+#[inline(always)]
 pub(super) fn corner_indices(view: SceneView<'_>, instance: &MeshInstance, triangle: u32) -> [u32; 3] {
     let local = (triangle - instance.first_triangle) as usize;
     let [a, b, c] = instance.primitive(view.scene).triangles[local];

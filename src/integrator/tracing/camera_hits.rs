@@ -74,26 +74,28 @@ impl Tracer<'_, '_> {
                 directions.set(lane, rays[sample as usize].direction);
             }
             vectorized!(level, camera.differentials(&directions, &mut differentials));
-            for (lane, &sample) in followed.iter().enumerate() {
-                let ray = &rays[sample as usize];
-                let media = media.cloned().unwrap_or_else(|| self.context.media_around_start(ray));
-                let seed =
-                    if self.context.uses_seeds { samples.seed(camera, sample) } else { Seed::default() };
-                if let Some(points) = &self.context.sample_points {
+            if let Some(points) = &self.context.sample_points {
+                for &sample in followed {
                     self.sequences[sample as usize] = samples.sequence(points, sample);
                 }
-                let slot = wavefront.push_with(RaySignature::CAMERA, *ray, || {
-                    RayState::primary(differentials.get(lane), media, sample, seed)
-                });
-                if !self.context.has_receivers {
-                    let (ray, state) = wavefront.ray(slot);
-                    let followed = FollowedRay { ray, state, last: None };
-                    self.follow(slot, followed, self.camera_hits[sample as usize], None);
-                }
             }
+            let context = self.context;
+            let states = followed.iter().enumerate().map(|(lane, &sample)| {
+                let around_start = || context.media_around_start(&rays[sample as usize]);
+                let media = media.cloned().unwrap_or_else(around_start);
+                let seed = if context.uses_seeds { samples.seed(camera, sample) } else { Seed::default() };
+                RayState::primary(differentials.get(lane), media, sample, seed)
+            });
+            let rays = followed.iter().map(|&sample| rays[sample as usize]);
+            wavefront.extend(RaySignature::CAMERA, rays, states);
         }
         if self.context.has_receivers {
-            self.follow_all(wavefront, |tracer, _, state| tracer.camera_hits[state.sample as usize]);
+            return self.follow_all(wavefront, |tracer, _, state| tracer.camera_hits[state.sample as usize]);
+        }
+        for &slot in wavefront.in_order() {
+            let (ray, state) = wavefront.ray(slot);
+            let followed = FollowedRay { ray, state, last: None };
+            self.follow(slot, followed, self.camera_hits[state.sample as usize], None);
         }
     }
 

@@ -202,6 +202,7 @@ impl Tracer<'_, '_> {
     }
 
     /// Adds a reflected ray to the next wavefront.
+    #[inline(always)]
     pub(super) fn send_reflected(&mut self, arrival: &Arrival<'_, '_>, child: ChildRay) {
         let state = arrival.state;
         let differential = arrival.point.reflected_differential(self.context.view.frame, &state.differential);
@@ -210,6 +211,7 @@ impl Tracer<'_, '_> {
         self.push_child(arrival, child, differential, beyond);
     }
 
+    #[inline(always)]
     fn push_child(
         &mut self,
         arrival: &Arrival<'_, '_>,

@@ -8,8 +8,8 @@ use super::environment_lookup::EnvironmentLookup;
 use super::environment_shadows::on_side;
 use crate::bvh::Hit;
 use crate::geometry::{Facing, Ray};
-use crate::integrator::MediaStack;
 use crate::integrator::glass_passage::GlassPassage;
+use crate::integrator::media::{MediaStack, Medium};
 use crate::integrator::shadow::stops_light;
 use crate::integrator::tracing::{Tracer, seconds_since};
 use crate::interaction::SurfacePoint;
@@ -18,14 +18,26 @@ impl Tracer<'_, '_> {
     /// Transmittance of the innermost of `media`, which fill the side of a lookup, along the middle of its lobe: up to where that leaves the volume or
     /// hits an opaque surface. Where it does neither, the light is taken to come from outside, as that of shadow rays. Most lookups are outside
     /// of volumes and need no query.
+    #[inline(always)]
     pub(super) fn untraced_transmittance(
         &mut self,
         point: &SurfacePoint<'_>,
         lookup: &EnvironmentLookup,
         media: &MediaStack,
     ) -> Vec3 {
-        let medium = media.current().filter(|medium| medium.extinction != Vec3::ZERO);
-        let Some(medium) = medium.filter(|_| lookup.radiance != Vec3::ZERO) else { return Vec3::ONE };
+        let absorbing = media.current().filter(|medium| medium.extinction != Vec3::ZERO);
+        match absorbing.filter(|_| lookup.radiance != Vec3::ZERO) {
+            Some(medium) => self.transmittance_to_end(point, lookup, medium),
+            None => Vec3::ONE,
+        }
+    }
+
+    fn transmittance_to_end(
+        &mut self,
+        point: &SurfacePoint<'_>,
+        lookup: &EnvironmentLookup,
+        medium: &Medium,
+    ) -> Vec3 {
         let origin = if lookup.is_outside { point.origin_outside() } else { point.origin_inside() };
         let direction = on_side(lookup.lobe.middle(), point.geometric_normal, lookup.is_outside);
         let context = self.context;

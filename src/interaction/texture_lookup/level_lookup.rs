@@ -65,6 +65,7 @@ impl Axis {
 }
 
 impl LevelLookup {
+    #[inline(always)]
     pub(super) fn new([width, height]: [u32; 2], line: &ProbeLine, sampler: Sampler, filter: Filter) -> Self {
         let (start, step) = line.start_and_step();
         let is_linear = filter == Filter::Linear;
@@ -87,6 +88,7 @@ impl LevelLookup {
     }
 
     /// Writes the texels and weights of the first probes.
+    #[inline(always)]
     pub(super) fn fill(&self, probes: &mut [WeightedTexels]) {
         if !self.is_linear {
             self.fill_nearest(probes);

@@ -3,7 +3,7 @@
 use glam::{Mat3, Vec3};
 
 use super::smooth_lobes::SmoothLobes;
-use super::{Coat, ggx};
+use super::{Coat, bounded_reflection, ggx};
 use crate::geometry::normalized_or;
 
 /// A coat with its directions.
@@ -57,7 +57,14 @@ impl CoatLobe {
         }
         let half = normalized_or(*wo + wi, Vec3::Z);
         let lobe = ggx::distribution(half, coat.alpha) * ggx::visibility(wo.z, wi.z, coat.alpha);
-        let pdf = if is_smooth { 0.0 } else { ggx::reflection_pdf(wo.z, half, coat.alpha) };
+        let pdf = if is_smooth { 0.0 } else { self.reflected_pdf(half) };
         (scale * lobe * wi.z, pdf)
+    }
+
+    /// The density over solid angle of directions that the coat reflects, by their half vector.
+    fn reflected_pdf(&self, half: Vec3) -> f32 {
+        let (cosine, alpha) = (self.wo.z, self.coat.alpha);
+        let towards = (ggx::distribution(half, alpha), ggx::masking_root(cosine, alpha));
+        bounded_reflection::pdf(towards, cosine, alpha)
     }
 }

@@ -33,12 +33,6 @@ pub(super) fn visibility(cos_o: f32, cos_i: f32, alpha: f32) -> f32 {
     0.5 / (cos_i * masking_root(cos_o, alpha) + cos_o * masking_root(cos_i, alpha))
 }
 
-/// G2 / G1(θ_o): the weight of a direction that is reflected at a normal from [`visible_normal`]. `cos_i` is positive, `cos_o` may be 0.
-pub(super) fn shadowing_of_visible(cos_o: f32, cos_i: f32, alpha: f32) -> f32 {
-    let root_o = masking_root(cos_o, alpha);
-    cos_i * (cos_o + root_o) / (cos_i * root_o + cos_o * masking_root(cos_i, alpha))
-}
-
 /// The density over solid angle of reflected directions whose half vectors are sampled by [`visible_normal`].
 #[inline(always)]
 pub(super) fn reflection_pdf(cos_o: f32, half: Vec3, alpha: f32) -> f32 {
@@ -73,7 +67,7 @@ pub(super) fn visible_normal(wo: Vec3, alpha: f32, disk: Vec2) -> Vec3 {
     Vec3::new(alpha * normal.x, alpha * normal.y, positive(normal.z)).normalize_or(Vec3::Z)
 }
 
-fn positive(value: f32) -> f32 {
+pub(super) fn positive(value: f32) -> f32 {
     if value > 0.0 { value } else { 0.0 }
 }
 
@@ -106,8 +100,6 @@ mod tests {
         assert_eq!(visibility(0.3, 0.8, 0.4), visibility(0.8, 0.3, 0.4));
         // α = 1, cos = 0.5: Λ = (√(1 + tan²) − 1) / 2 = 1/2 each, G2 = 1 / (1 + 1/2 + 1/2) = 1/2, V = 0.5 / (4 · 0.25).
         assert!((visibility(0.5, 0.5, 1.0) - 0.5).abs() < 1e-6);
-        // G2 / G1 of the same: G1 = 1 / (1 + 1/2) = 2/3, so 3/4.
-        assert!((shadowing_of_visible(0.5, 0.5, 1.0) - 0.75).abs() < 1e-6);
     }
 
     #[test]

@@ -16,6 +16,7 @@ mod albedo_table;
 mod albedo_tables;
 mod albedos;
 mod anisotropic_albedo;
+mod bounded_reflection;
 mod coat;
 mod coat_lobe;
 mod cubic_table;

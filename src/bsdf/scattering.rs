@@ -292,10 +292,21 @@ impl Scattering {
             value += factor * (bsdf.lobe.eval(*wo, wi, half) * wi.z);
             if !is_smooth {
                 let reflects = self.reflection_probability(factor, facet_cosine);
-                pdf += probabilities.specular * reflects * bsdf.lobe.reflection_pdf(*wo, half);
+                pdf += probabilities.specular * reflects * self.specular_pdf(half);
             }
         }
         (value, pdf)
+    }
+
+    /// Density of the directions that sampled facets reflect, by their half vector.
+    #[inline(always)]
+    fn specular_pdf(&self, half: Vec3) -> f32 {
+        let lobe = &self.bsdf.lobe;
+        // Facets that may also refract are sampled by all visible normals.
+        match self.transmission {
+            TransmissionLobe::Refracted { .. } => lobe.reflection_pdf(self.wo, half),
+            _ => lobe.reflected_pdf(self.wo, half),
+        }
     }
 
     /// For light from the other side.
@@ -314,7 +325,7 @@ impl Scattering {
             TransmissionLobe::None | TransmissionLobe::Smooth { .. } => {}
             TransmissionLobe::Thin { scale } => {
                 value += scale * (lobe.eval(*wo, mirrored, half) * mirrored.z);
-                pdf += probabilities.transmission * lobe.reflection_pdf(*wo, half);
+                pdf += probabilities.transmission * lobe.reflected_pdf(*wo, half);
             }
             TransmissionLobe::Refracted { scale } => {
                 let relative_ior = bsdf.dielectric.relative_ior;

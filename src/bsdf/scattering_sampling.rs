@@ -1,7 +1,7 @@
 //! Sampling of the lobes of [`Scattering`].
 //!
-//! A lobe is chosen by the luminance of its albedo, then a direction by the lobe: visible normals of GGX (Heitz 2018) for reflection,
-//! thin walls and volumes, whose facets reflect or refract by chance; the cosine for diffuse light; uniform directions for sheen. Densities and
+//! A lobe is chosen by the luminance of its albedo, then a direction by the lobe: bounded visible normals of GGX for reflection and thin walls
+//! ([`super::bounded_reflection`]); all visible normals (Heitz 2018) for volumes, whose facets reflect or refract by chance; the cosine for diffuse light; uniform directions for sheen. Densities and
 //! weights are those of the whole mixture, as in multiple importance sampling with one sample (Veach, "Robust Monte Carlo Methods for
 //! Light Transport Simulation", 1997, section 9.2.4). Smooth lobes are weighted by the probability of their choice.
 
@@ -12,8 +12,7 @@ use glam::{Vec2, Vec3};
 use super::lobe_probabilities::LobeProbabilities;
 use super::rough_transmission::refracted_at;
 use super::scattering::{Scattering, TransmissionLobe};
-use super::specular_lobe::SpecularLobe;
-use super::{ggx, share_below};
+use super::{bounded_reflection, ggx, share_below};
 use crate::geometry::sin_cos_of_turn;
 
 /// The lobe that a direction was sampled by.
@@ -124,8 +123,9 @@ impl Scattering {
                     let weight = Vec3::splat(lobe.albedo / probability);
                     return smooth(wi, weight, ScatterLobe::SpecularReflection);
                 }
-                let half = ggx::visible_normal(lobe.wo, lobe.coat.alpha, ggx::disk_point(u));
-                (local_from_coat * reflected_at(half, lobe.wo)?, ScatterLobe::SpecularReflection)
+                let alpha = Vec2::splat(lobe.coat.alpha);
+                let wi = bounded_reflection::reflected(lobe.wo, alpha, ggx::disk_point(u))?;
+                (local_from_coat * wi, ScatterLobe::SpecularReflection)
             }
             LobeKind::Specular if self.bsdf.lobe.is_smooth() => {
                 let weight = self.albedos.specular / probability;
@@ -138,7 +138,7 @@ impl Scattering {
                     let sample = smooth_sample(wi, weight, ScatterLobe::Transmission);
                     return Some(LobeDirection::Smooth(ScatterSample { is_unbent, ..sample }));
                 }
-                let wi = self.sampled_reflection(&self.bsdf.transmission_lobe, u)?;
+                let wi = self.bsdf.transmission_lobe.reflected(self.wo, ggx::disk_point(u))?;
                 (Vec3::new(wi.x, wi.y, -wi.z), ScatterLobe::Transmission)
             }
             LobeKind::Diffuse => (cosine_direction(u), ScatterLobe::Diffuse),
@@ -178,6 +178,10 @@ impl Scattering {
     #[inline(always)]
     fn sample_facet(&self, u_facet: f32, u: Vec2) -> Option<(Vec3, ScatterLobe)> {
         let Self { bsdf, wo, .. } = self;
+        if !matches!(self.transmission, TransmissionLobe::Refracted { .. }) {
+            let wi = bsdf.lobe.reflected(*wo, ggx::disk_point(u))?;
+            return Some((wi, ScatterLobe::SpecularReflection));
+        }
         let half = bsdf.lobe.visible_normal(*wo, ggx::disk_point(u));
         let facet_cosine = wo.dot(half);
         if u_facet < self.reflection_probability(self.reflected_at(facet_cosine), facet_cosine) {
@@ -185,10 +189,6 @@ impl Scattering {
         }
         let wi = refracted_at(half, *wo, bsdf.dielectric.relative_ior)?;
         Some((wi, ScatterLobe::Transmission))
-    }
-
-    fn sampled_reflection(&self, lobe: &SpecularLobe, u: Vec2) -> Option<Vec3> {
-        reflected_at(lobe.visible_normal(self.wo, ggx::disk_point(u)), self.wo)
     }
 
     #[inline(always)]

@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
+use super::bounded_reflection;
 use super::ggx::{self, MIN_ALPHA};
 use super::ggx_anisotropic::AnisotropicGgx;
 
@@ -80,7 +81,23 @@ impl SpecularLobe {
         }
     }
 
-    /// The density of the reflected directions of these normals, with respect to solid angle.
+    /// Samples a direction that the lobe reflects; `None` below the surface. `disk` is a point of the unit disk.
+    pub(super) fn reflected(&self, wo: Vec3, disk: Vec2) -> Option<Vec3> {
+        let alpha = self.anisotropic.map_or(Vec2::splat(self.alpha), |anisotropic| anisotropic.alpha);
+        bounded_reflection::reflected(wo, alpha, disk)
+    }
+
+    /// The density of these directions, with respect to solid angle.
+    #[inline(always)]
+    pub(super) fn reflected_pdf(&self, wo: Vec3, half: Vec3) -> f32 {
+        let (towards, least_alpha) = match &self.anisotropic {
+            Some(ggx) => ((ggx.distribution(half), ggx.masking_root(wo)), ggx.alpha.min_element()),
+            None => ((ggx::distribution(half, self.alpha), ggx::masking_root(wo.z, self.alpha)), self.alpha),
+        };
+        bounded_reflection::pdf(towards, wo.z, least_alpha)
+    }
+
+    /// The density of directions reflected at normals from [`SpecularLobe::visible_normal`], with respect to solid angle.
     #[inline(always)]
     pub(super) fn reflection_pdf(&self, wo: Vec3, half: Vec3) -> f32 {
         match &self.anisotropic {

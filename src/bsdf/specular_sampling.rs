@@ -1,13 +1,14 @@
 //! Sampling of the specular lobes, for rays that follow rough mirrors and frosted glass.
 //!
-//! Source: Cook, Porter, Carpenter, "Distributed Ray Tracing", SIGGRAPH 1984. Directions are sampled by visible normals (Heitz,
-//! "Sampling the GGX Distribution of Visible Normals", JCGT 2018). The mean weight of the
-//! directions is the lobe's albedo. `u` is a point of the unit square.
+//! Source: Cook, Porter, Carpenter, "Distributed Ray Tracing", SIGGRAPH 1984. Directions are sampled by visible normals: bounded ones for
+//! reflection ([`super::bounded_reflection`]), and all of them for transmission (Heitz, "Sampling the GGX Distribution of Visible Normals", JCGT 2018). The mean
+//! weight of the directions is the lobe's albedo. `u` is a point of the unit square.
 
 use glam::{Vec2, Vec3};
 
 use super::ggx::MIN_ALPHA;
-use super::{AlbedoTerms, Bsdf, Coat, ggx};
+use super::{AlbedoTerms, Bsdf, Coat, bounded_reflection, ggx};
+use crate::geometry::normalized_or;
 
 impl Bsdf {
     /// Whether the reflection lobe is a mirror.
@@ -26,13 +27,10 @@ impl Bsdf {
         if wo.z <= 0.0 {
             return None;
         }
-        let half = self.lobe.visible_normal(wo, ggx::disk_point(u));
+        let wi = self.lobe.reflected(wo, ggx::disk_point(u))?;
+        let half = normalized_or(wo + wi, Vec3::Z);
         let facet_cosine = wo.dot(half).clamp(0.0, 1.0);
-        let wi = half * (2.0 * facet_cosine) - wo;
-        if wi.z <= 0.0 {
-            return None;
-        }
-        let pdf = self.lobe.reflection_pdf(wo, half);
+        let pdf = self.lobe.reflected_pdf(wo, half);
         let film = self.film_reflectances(wo.z);
         let scale = self.compensation(film.as_ref(), terms);
         let factor = self.specular_factor(self.reflectances(film.as_ref(), facet_cosine), &scale);
@@ -79,10 +77,8 @@ impl Coat {
         if wo.z <= 0.0 {
             return None;
         }
-        let half = ggx::visible_normal(wo, self.alpha, ggx::disk_point(u));
-        let wi = half * (2.0 * wo.dot(half).clamp(0.0, 1.0)) - wo;
-        let weight = || self.lobe_scale(wo.z) * ggx::shadowing_of_visible(wo.z, wi.z, self.alpha);
-        (wi.z > 0.0).then(|| (wi, weight()))
+        let wi = bounded_reflection::reflected(wo, Vec2::splat(self.alpha), ggx::disk_point(u))?;
+        Some((wi, self.lobe_scale(wo.z) * bounded_reflection::weight(wo.z, wi.z, self.alpha)))
     }
 }
 

@@ -143,9 +143,9 @@ impl Tracer<'_, '_> {
             self.add(state.sample, light_pass, radiance * (1.0 - share) * through);
         }
         let Some(first) = first else { return };
-        // What hides the environment reflects its light; a ray that arrives adds what is more, or takes away what is less. What tints the ray
-        // reflects nothing.
-        let reflected = albedo * context.mean_radiance * surrounding_light(color);
+        // What hides the environment reflects its light; a ray that arrives adds what the lookup has more. What tints the ray reflects nothing,
+        // and nothing reflects more than what it hides: surfaces that face the dark side of an environment would be brighter in shadow than beside it.
+        let reflected = (albedo * context.mean_radiance * surrounding_light(color)).min(radiance);
         if reflected != Vec3::ZERO {
             self.add(state.sample, light_pass, reflected * share);
         }

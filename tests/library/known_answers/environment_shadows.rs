@@ -322,6 +322,33 @@ fn the_back_of_single_sided_occluders_is_not_lit() {
     assert_eq!(seen(true), seen(false));
 }
 
+#[test]
+fn what_hides_the_dark_side_of_an_environment_does_not_light_it() {
+    // Red light comes from below, blue light from above, green light from everywhere.
+    let (width, height) = (256, 128);
+    let pixel = |index: u32| if index / width < height / 2 { [0.1, 1.0, 1.0] } else { [1.0, 1.0, 0.1] };
+    let pixels = (0..width * height).map(pixel).collect();
+    let image = EnvironmentImage { width, height, pixels, content_hash: [0; 32] };
+    let sides = Environment::Map(EnvironmentMap::new("sides.hdr".as_ref(), image, 0.0).unwrap());
+    let seen = |has_wall: bool| {
+        let mut stage = stage(1024);
+        stage.environment = sides.clone();
+        stage.settings.env_samples = EnvSamples::Fixed(1);
+        stage.add(floor(500.0), lambert(Vec3::splat(0.5)));
+        if has_wall {
+            // From its back it has the estimate alone.
+            let wall = rectangle(Vec3::new(0.0, 200.0, -0.5), Vec3::Y * 200.0, Vec3::X * 500.0);
+            stage.add(wall, lambert(Vec3::ONE));
+        }
+        middle(&stage).truncate()
+    };
+    let (open, hidden) = (seen(false), seen(true));
+    // The wall hides half of the sky and reflects a third of the mean radiance: 0.55 of red and blue light, 1 of green light.
+    assert!((hidden.x / open.x - 1.0).abs() < 0.01, "{hidden} {open}");
+    assert!((hidden.y / open.y - (0.5 + 0.5 / 3.0)).abs() < 0.01, "{hidden} {open}");
+    assert!((hidden.z / open.z - (0.5 + 0.5 * 0.55 / 3.0)).abs() < 0.01, "{hidden} {open}");
+}
+
 /// The direction to the sun of [`sunny`]: 10° above the horizon and 60° from the wall's normal.
 pub(super) const TO_SUN: Vec3 = Vec3::new(0.852_87, 0.173_65, 0.492_40);
 

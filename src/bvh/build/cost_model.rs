@@ -13,8 +13,8 @@ use super::clustering::Clustering;
 use crate::bvh::references::Measures;
 use crate::bvh::settings::BuilderKind;
 
-/// Nanoseconds per reference that clustering takes.
-const NS_PER_REFERENCE: f64 = 60.0;
+/// Nanoseconds per reference that clustering takes beyond the radix tree. Refitting saves them where the tree is clustered.
+pub(super) const CLUSTERING_NS_PER_REFERENCE: f64 = 60.0;
 /// Nanoseconds per expected ray that clustering saves where areas are uneven and where they are even: the lower half of what was measured, since
 /// a wrong choice for few rays costs more of the frame than one for many, and more rays are expected than pixels that see surfaces send.
 /// If an even mesh gains nothing, clustering takes at most 1 ns a ray longer, about a hundredth of tracing and shading it.
@@ -32,7 +32,7 @@ pub(crate) fn clustering(builder: BuilderKind) -> Clustering {
 
 /// Builder with the least expected time of build and trace together.
 pub(crate) fn choose(references: &Measures, expected_rays: u64) -> BuilderKind {
-    let cost = references.count as f64 * NS_PER_REFERENCE;
+    let cost = references.count as f64 * CLUSTERING_NS_PER_REFERENCE;
     let [uneven, even] = SAVED_NS_PER_RAY;
     let saved = if references.octave_variance() >= MIN_OCTAVE_VARIANCE { uneven } else { even };
     if references.count > 0 && cost < expected_rays as f64 * saved {

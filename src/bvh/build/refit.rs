@@ -7,7 +7,7 @@
 //!
 //! # When refitting pays
 //!
-//! Refitting saves [`SAVED_NS_PER_REFERENCE`], and more for trees that are slower to build. It costs every ray the loss of
+//! Refitting saves [`SAVED_NS_PER_REFERENCE`], and for clustered trees [`CLUSTERING_NS_PER_REFERENCE`] as well. It costs every ray the loss of
 //! quality. The SAH cost is the number of nodes and leaves that a long ray visits, at about [`NS_PER_VISIT`] each. A refitted
 //! tree of cost `C` over `n` references is therefore kept for `r` rays if `r (C − C_least) visit ≤ n saved`. Otherwise the tree is
 //! rebuilt and the time of the attempt is lost. The number of frames until the next attempt doubles with each failure, up to
@@ -22,6 +22,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use rayon::prelude::*;
 
 use self::parts::Part;
+use super::cost_model::CLUSTERING_NS_PER_REFERENCE;
 use crate::bvh::is_traced;
 use crate::bvh::references::{Input, padding as padding_of};
 use crate::bvh::settings::{BuildSettings, BuilderKind, Refit};
@@ -34,8 +35,6 @@ use glam::Vec3;
 
 /// Nanoseconds per reference that building the radix tree takes beyond refitting; measured, some 45 against 15.
 const SAVED_NS_PER_REFERENCE: f64 = 30.0;
-/// Nanoseconds per reference that clustering takes beyond the radix tree.
-const SAVED_CLUSTERING_NS_PER_REFERENCE: f64 = 30.0;
 /// Nanoseconds of a ray's visit of a node or leaf, its share of shading included.
 const NS_PER_VISIT: f64 = 12.0;
 /// Maximum of frames that are rebuilt without an attempt after failures.
@@ -355,7 +354,7 @@ fn max_cost(least_cost: f64, built: &BuildStatistics, settings: &BuildSettings) 
         Refit::UpTo(factor) => least_cost * f64::from(factor),
         Refit::Auto => {
             let is_clustered = built.builder == BuilderKind::Ploc;
-            let clustering = if is_clustered { SAVED_CLUSTERING_NS_PER_REFERENCE } else { 0.0 };
+            let clustering = if is_clustered { CLUSTERING_NS_PER_REFERENCE } else { 0.0 };
             let saved = built.references as f64 * (SAVED_NS_PER_REFERENCE + clustering);
             least_cost + saved / (settings.expected_rays.max(1) as f64 * NS_PER_VISIT)
         }

@@ -248,10 +248,10 @@ fn refitting_updates_flags() {
 fn max_cost_depends_on_the_number_of_rays() {
     // 1000 triangles save 30 µs; at 12 ns a step that is 2500 steps, 25 for each of 100 rays.
     let with_rays = |expected_rays| BuildSettings { expected_rays, ..settings(Refit::Auto) };
-    // Clustering saves twice that.
+    // Of a clustered tree they save 90 µs: 7500 steps, 75 for each.
     let of = |builder| BuildStatistics { builder, references: 1000, ..BuildStatistics::default() };
     assert_eq!(max_cost(10.0, &of(BuilderKind::Lbvh), &with_rays(100)), 35.0);
-    assert_eq!(max_cost(10.0, &of(BuilderKind::Ploc), &with_rays(100)), 60.0);
+    assert_eq!(max_cost(10.0, &of(BuilderKind::Ploc), &with_rays(100)), 85.0);
     let frames = [sheet(0.0), sheet(1.0)];
     assert!(matches!(build_kinds(&frames, &with_rays(1000))[1], BuildKind::Refitted { .. }));
     assert_eq!(

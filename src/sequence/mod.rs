@@ -1,4 +1,4 @@
-//! Rendering of frame sequences: frame ranges, file names, the frame loop, and files that exist already.
+//! Rendering of frame sequences: the frame loop, and files that exist already. Frame ranges and names of files are in [`crate::settings`].
 //!
 //! A [`SequenceJob`] holds all inputs. [`Plan::new`] checks everything that can be checked without rendering, and [`run`]
 //! renders. Progress leaves as [`SequenceEvent`]s; nothing is printed here.

@@ -15,7 +15,8 @@ use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::{Aabb, BOX_PADDING, Triangle};
 use crate::parallel_resize::resize_with;
 
-/// Range of area sums whose terms neither overflow nor underflow in single precision.
+/// Range of area sums that single precision suffices for: no term has overflowed, and those that underflow are too small to count in the sum.
+/// The latter have the octave of zero.
 const ORDINARY_AREAS: std::ops::Range<f64> = 1.0e-20..1.0e30;
 
 /// Triangles, or references, per task.

@@ -28,7 +28,7 @@ pub enum BuildKind {
 /// Why a hierarchy was built rather than refitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RebuildReason {
-    /// No previous hierarchy exists.
+    /// No previous hierarchy exists, or it is a single leaf.
     NoPreviousTree,
     /// Refitting is off.
     RefittingOff,
@@ -49,7 +49,7 @@ pub struct BuildStatistics {
     pub builder: BuilderKind,
     /// Built or refitted.
     pub kind: BuildKind,
-    /// Triangles that are not hidden.
+    /// Triangles that are neither hidden nor degenerate.
     pub triangles: usize,
     /// Boxes over which the hierarchy was built; `references / triangles` is R of Ernst and Greiner.
     pub references: usize,

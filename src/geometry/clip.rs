@@ -1,4 +1,5 @@
-//! Triangle clipping by axis-aligned planes, for early split clipping (see [`crate::bvh`]).
+//! Triangle clipping by axis-aligned planes, for the parts of split triangles that refitting follows. Early split clipping itself needs only the
+//! boxes of parts; this is the reference implementation of these.
 //!
 //! Source: Sutherland and Hodgman, "Reentrant Polygon Clipping", CACM 17(1), 1974, computed in `f64`. The box of a part is
 //! rounded outward to `f32`. Each cut moves corners by about 2⁻⁵³ of the triangle's largest coordinate, far less than

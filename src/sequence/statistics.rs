@@ -62,7 +62,7 @@ impl Phases {
 /// BVH of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct TreeReport {
-    /// Triangles that are not hidden.
+    /// Triangles that are neither hidden nor degenerate.
     pub triangles: usize,
     /// Triangle references after splitting.
     pub references: usize,
@@ -244,7 +244,7 @@ impl Phases {
 
 fn rebuild_reason_text(reason: RebuildReason) -> &'static str {
     match reason {
-        RebuildReason::NoPreviousTree => "no previous tree to refit",
+        RebuildReason::NoPreviousTree => "no previous tree with nodes to refit",
         RebuildReason::RefittingOff => "refitting is off",
         RebuildReason::OtherTriangles => "the set of triangles changed",
         RebuildReason::SplitTriangles => "split triangles are faster to build",

@@ -25,6 +25,9 @@ const MIN_TASK: u32 = 2048;
 /// Number of tasks for large inputs.
 const TASKS: u32 = 64;
 
+/// References per node of the binary tree that are assumed where its nodes are fetched. There are about four, since subtrees that become leaves
+/// have no nodes; an estimate too large leaves a few to be loaded later, one too small fetches those of other branches.
+const REFERENCES_PER_NODE: usize = 5;
 /// Leaves whose triangles are fetched together.
 const LEAVES_PER_BATCH: usize = 32;
 
@@ -185,11 +188,11 @@ fn grow_parts(
 
 impl CollapseInput<'_> {
     /// Prefetches the nodes below a branch in memory order, which is faster than loading them one by one on the way down.
-    /// [`super::hploc`] stores them before the branch's own node, one per four references or so.
+    /// [`super::hploc`] stores them before the branch's own node.
     fn fetch_nodes(&self, branch: &Branch) {
         if branch.child & LEAF_RANGE == 0 {
             let last = branch.child as usize;
-            let first = last.saturating_sub(branch.count as usize / 5);
+            let first = last.saturating_sub(branch.count as usize / REFERENCES_PER_NODE);
             let sum = self.tree.nodes[first..=last].iter().fold(0, |sum, pair| sum ^ pair[0]);
             black_box(sum);
         }

@@ -1,4 +1,4 @@
-//! Karras' radix tree with clustering (H-PLOC): the tree of every build.
+//! Karras' radix tree with clustering (H-PLOC): the tree of all builders but the reference implementation, [`crate::bvh::reference::karras`].
 //!
 //! Source: Benthin, Meister, Barczak, Mehalwal, Tsakok, Kensler, "H-PLOC: Hierarchical Parallel Locally-Ordered Clustering for
 //! Bounding Volume Hierarchy Construction", PACMCGIT 7(3), 2024. Every node of the radix tree over sorted Morton codes (Karras

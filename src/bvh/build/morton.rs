@@ -196,7 +196,8 @@ impl Grid {
         }
     }
 
-    /// Plane between `low` and `high` on an axis at which the grid is divided first, and its level in the grid.
+    /// Plane between `low` and `high` on an axis at which the grid is divided first, and its level in the grid. Codes are rounded, so they
+    /// change half a cell below the plane ([`Self::code`]).
     pub(crate) fn first_plane(&self, axis: usize, low: f32, high: f32) -> Option<(f32, u32)> {
         let origin = self.origin[axis];
         let cell = |x: f32| ((f64::from(x) - origin) * self.cells_per_metre) as i32;
@@ -206,7 +207,8 @@ impl Grid {
         Some((plane as f32, (BITS_PER_AXIS - 1).saturating_sub(bit)))
     }
 
-    /// Code of the cell that contains `point`: the bits of its three coordinates interleaved, x first.
+    /// Code of `point`: the bits of its three coordinates interleaved, x first. A coordinate is the number of cells from the grid's origin,
+    /// rounded to the nearest integer: `k` stands for `k` − ½ to `k` + ½ cells, not for one cell.
     #[inline(always)]
     pub(crate) fn code(&self, point: Vec3) -> u64 {
         // Adding this to a number from 0 to 2²¹ leaves the nearest integer in the lowest bits.
@@ -305,6 +307,18 @@ pub(crate) mod tests {
         // In a plane every third digit is zero.
         let codes = [[0, 0], [0, 1], [1, 0], [1, 1], [2, 3], [3, 2]].map(|[x, y]| code(x, y, 0));
         assert_eq!(codes, [0, 0b010, 0b100, 0b110, 0b110_010, 0b110_100]);
+    }
+
+    #[test]
+    fn codes_change_half_a_cell_below_the_planes() {
+        // A cell is a metre, and its first plane is at 1.
+        let cube = Aabb { min: Vec3::ZERO, max: Vec3::splat((1 << BITS_PER_AXIS) as f32) };
+        let grid = Grid::around(&cube);
+        // Codes are of the nearest whole number, of two the even one.
+        let codes = [0.4, 0.5, 0.6, 1.4, 1.5, 1.6].map(|z| grid.code(Vec3::Z * z));
+        assert_eq!(codes, [0, 0, 1, 1, 0b1000, 0b1000]);
+        assert_eq!(grid.first_plane(2, 0.4, 0.6), None);
+        assert_eq!(grid.first_plane(2, 0.6, 1.4), Some((1.0, BITS_PER_AXIS - 1)));
     }
 
     #[test]

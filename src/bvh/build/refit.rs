@@ -11,7 +11,8 @@
 //! quality. The SAH cost is the number of nodes and leaves that a long ray visits, at about [`NS_PER_VISIT`] each. A refitted
 //! tree of cost `C` over `n` references is therefore kept for `r` rays if `r (C − C_least) visit ≤ n saved`. Otherwise the tree is
 //! rebuilt and the time of the attempt is lost. The number of frames until the next attempt doubles with each failure, up to
-//! [`MAX_PAUSE`]; a success resets it. Trees of split triangles are always rebuilt: their parts take longer to follow than the references to sort.
+//! [`MAX_PAUSE`]; a success resets it. With [`Refit::Auto`], trees of split triangles are always rebuilt: their parts take longer to follow than
+//! the references to sort. [`Refit::UpTo`] refits them in parts.
 
 mod parts;
 #[cfg(test)]
@@ -119,6 +120,7 @@ impl Refitter {
         if settings.refit == Refit::Off {
             return Ok(Attempt::Rebuild(RebuildReason::RefittingOff));
         }
+        // A single leaf has no nodes either.
         if tree.nodes.is_empty() {
             return Ok(Attempt::Rebuild(RebuildReason::NoPreviousTree));
         }

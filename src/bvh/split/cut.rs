@@ -1,8 +1,8 @@
 //! Cuts of one triangle's box into parts.
 //!
 //! Source: Karras and Aila, HPG 2013, section 4 (see [`super::priority`]). Parts share a triangle's splits in proportion to their
-//! longest extents, and are cut at planes of the grid over the scene's box. The radix tree splits at those of a grid of the same
-//! kind over the boxes' centres, which is slightly smaller.
+//! longest extents, and are cut at planes of the grid over the scene's box. The radix tree splits half a cell below those of a
+//! grid of the same kind over the boxes' centres, which is slightly smaller.
 //!
 //! Departure: a box is cut only along its longest axis, at the coarsest plane of the grid within its middle 80 %, or in the
 //! middle if there is none. Planes of other axes, or near its ends, leave slivers.

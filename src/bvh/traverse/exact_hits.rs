@@ -10,7 +10,8 @@ use crate::bvh::hit::Hit;
 use crate::bvh::wide_tree::WideTree;
 use crate::geometry::Facing;
 
-/// A triangle that at least so many rays of a vector hit is intersected with all of them at once.
+/// Least number of rays of a vector that are intersected with one triangle at once. The first triangle that fewer rays share ends that: all rays
+/// that remain are intersected one per lane.
 const MIN_SHARED: u32 = 4;
 
 /// Three corners by axis, one number per ray.

@@ -125,7 +125,7 @@ impl Frustum {
     pub(super) fn enter_boxes<S: Simd>(&self, simd: S, planes: &Planes, upper: f32) -> EnteredBoxes {
         let kz = self.axes[2];
         let zero = f32x8::splat(simd, 0.0);
-        // Depths at which the boxes begin, from the farthest origin, and end, from the nearest.
+        // Depths at which the boxes begin, from the nearest origin, and end, from the farthest.
         let (begin, end) = if self.backward {
             let nearest = f32x8::splat(simd, self.origin[0][kz] - self.padding);
             let farthest = f32x8::splat(simd, self.origin[1][kz] + self.padding);

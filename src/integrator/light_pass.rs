@@ -1,18 +1,19 @@
 //! Light passes: the parts of a pixel's light by the way it took to the camera.
 
 /// A part of a pixel's light, by the first surface that the camera sees. Each contribution is in exactly one pass, so that
-/// the passes sum to the colour.
+/// the passes sum to the colour. With paths, the light of lamps, emissive surfaces and the environment that rough lobes of the first surface scatter
+/// is in the passes of these, whether a shadow ray or the path's own ray finds it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LightPass {
     /// Emitted by the first surface, unlit materials included.
     Emission,
-    /// From punctual lights and the environment's key light, scattered by the first surface.
+    /// From punctual lights, the environment's key light and, with paths, emissive surfaces, scattered by the first surface.
     Direct,
     /// From the environment, scattered by the first surface or seen directly as the background.
     Environment,
-    /// Found by mirror rays of the first surface, whatever they hit.
+    /// Found by mirror rays of the first surface, whatever they hit; with paths, by the rays that it reflects, diffuse ones included.
     Reflection,
-    /// Found by refraction rays of the first surface, whatever they hit.
+    /// Found by refraction rays of the first surface, whatever they hit; with paths, by the rays that it transmits.
     Refraction,
     /// From everything beyond a transparent first surface (by alpha, not by transmission).
     Transparency,

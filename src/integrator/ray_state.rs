@@ -14,7 +14,7 @@ use crate::bvh::Hit;
 use crate::geometry::Facing;
 use crate::interaction::RayDifferential;
 
-/// State of one ray of Whitted's tree. The direction of the ray has unit length, so that its `t` is in metres.
+/// State of one ray of Whitted's tree, of a path, or of a photon. The direction of the ray has unit length, so that its `t` is in metres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RayState {
     /// Differences to the rays of neighbouring samples.
@@ -31,29 +31,33 @@ pub struct RayState {
     pub channels: ColorChannels,
     /// The light pass that receives whatever the ray finds; `None` for camera rays, whose first surface decides.
     pub light_pass: Option<LightPass>,
-    /// Share of a path whose guide the ray finds; 0 where an earlier surface scattered light.
-    pub guide_share: f32,
-    /// The weight that the ray would have without guiding over its weight; 1 where it has more by guiding. Russian roulette follows that one.
-    pub unguided_ratio: f32,
-    /// Whether an earlier surface of a path has the light of lamps that rays cannot hit, straight through glass: glass that the ray finds does not scatter it once more.
-    pub has_lamps: bool,
-    /// Whether a ray of Whitted's tree sees the peaks of the environment: not where its last surface shows them as highlights.
-    pub sees_peaks: bool,
-    /// Whether an earlier surface of Whitted's tree sampled a rough lobe for the ray.
-    pub is_sampled: bool,
-    /// The lamps that an earlier surface of a ray of Whitted's tree showed. Their light passes glass straight, so frosted glass that the ray finds does not show them
-    /// once more.
-    pub(crate) shown_lamps: LightSet,
-    /// Sum of α² of the rough lobes that the ray stands for in Whitted's tree: they blur the environment that it sees.
-    pub blur: f32,
-    /// The prefiltered lobe that a ray of Whitted's tree finds where it reaches the environment, instead of its direction.
-    pub(crate) environment_lobe: Option<PrefilteredLobe>,
     /// Number of reflections and refractions before the ray.
     pub depth: u32,
     /// Index of the sample in its batch.
     pub sample: u32,
     /// Seed of the ray's random numbers.
     pub seed: Seed,
+
+    // Of paths.
+    /// Share of a path whose guide the ray finds; 0 where an earlier surface scattered light.
+    pub guide_share: f32,
+    /// The weight that the ray would have without guiding over its weight; 1 where it has more by guiding. Russian roulette follows that one.
+    pub unguided_ratio: f32,
+    /// Whether an earlier surface of a path has the light of lamps that rays cannot hit, straight through glass: glass that the ray finds does not scatter it once more.
+    pub has_lamps: bool,
+
+    // Of Whitted's tree.
+    /// Whether the ray sees the peaks of the environment: not where its last surface shows them as highlights.
+    pub sees_peaks: bool,
+    /// Whether an earlier surface sampled a rough lobe for the ray.
+    pub is_sampled: bool,
+    /// The lamps that an earlier surface of the ray showed. Their light passes glass straight, so frosted glass that the ray finds does not show them
+    /// once more.
+    pub(crate) shown_lamps: LightSet,
+    /// Sum of α² of the rough lobes that the ray stands for: they blur the environment that it sees.
+    pub blur: f32,
+    /// The prefiltered lobe that the ray finds where it reaches the environment, instead of its direction.
+    pub(crate) environment_lobe: Option<PrefilteredLobe>,
 }
 
 /// A surface that touches the one that a ray passed, and bounds no volume.

@@ -9,9 +9,9 @@ pub struct IntegratorStatistics {
     pub camera_rays: u64,
     /// Camera rays that hit anything.
     pub camera_hits: u64,
-    /// Mirror rays.
+    /// Mirror rays; of paths, all reflected rays.
     pub reflection_rays: u64,
-    /// Refraction rays.
+    /// Refraction rays; of paths, all transmitted rays.
     pub refraction_rays: u64,
     /// Shadow rays, and rays that find what stopped those to the environment.
     pub shadow_rays: u64,

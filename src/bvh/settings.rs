@@ -26,7 +26,7 @@ pub enum Split {
     Off,
     /// Where boxes overlap heavily and the frame's rays save the time: those whose boxes waste most area (Karras and Aila 2013).
     Auto,
-    /// Those whose box has a surface area above this many square metres (SA_max of Ernst and Greiner 2007).
+    /// Those whose box has a surface area above this many square metres (SA_max of Ernst and Greiner 2007). Below zero is zero.
     Area(f32),
 }
 

@@ -80,7 +80,8 @@ pub(crate) fn gather(
     let limit = ((whole.count as f64 * budget) as u64).min(MAX_TRIANGLES as u64);
     match settings.split {
         Split::Area(sa_max) if sa_max < f32::INFINITY => {
-            let threshold = area::gather(input, f64::from(sa_max), limit, &mut scratch.area, references)?;
+            let sa_max = f64::from(sa_max).max(0.0);
+            let threshold = area::gather(input, sa_max, limit, &mut scratch.area, references)?;
             (gathered.sa_max, gathered.budget_reached) = (threshold.sa_max, threshold.budget_reached);
         }
         Split::Auto => {
@@ -259,9 +260,20 @@ mod tests {
     }
 
     #[test]
-    fn no_triangles_need_no_threshold() {
-        for split in [Split::Off, Split::Auto, Split::Area(0.0)] {
-            assert_eq!(chosen(&[], split, 4.0).1, 0);
+    fn areas_below_zero_are_zero() {
+        for area in [-0.0, -1.0e-30, -1.0, f32::MIN, f32::NEG_INFINITY] {
+            assert_eq!(chosen(&[], Split::Area(area), 4.0), chosen(&[], Split::Area(0.0), 4.0));
+            let one = bars(1);
+            assert_eq!(chosen(&one, Split::Area(area), 4.0), chosen(&one, Split::Area(0.0), 4.0));
+        }
+    }
+
+    #[test]
+    fn no_triangles_make_no_references() {
+        for split in [Split::Off, Split::Auto, Split::Area(0.0), Split::Area(1.0)] {
+            let (found, count) = chosen(&[], split, 4.0);
+            assert_eq!((found.measures, found.triangles, count), (Measures::NONE, 0, 0));
+            assert!(!found.budget_reached);
         }
     }
 }

@@ -12,7 +12,7 @@ use std::path::Path;
 
 use glam::Vec3;
 
-use crate::bvh::MAX_TRIANGLES;
+use crate::bvh::{BuildSettings, MAX_TRIANGLES, Refit, Split};
 use crate::error::{Error, Result, over_limit};
 use crate::film::{PixelWindow, SumFlags};
 use crate::framing::kept_bytes;
@@ -105,7 +105,12 @@ fn sum_flags(job: &SequenceJob) -> Option<SumFlags> {
 
 /// What poses the surfaces of a job anew.
 fn motion(job: &SequenceJob) -> Motion {
-    Motion { moves: job.poses_again(), is_recorded: job.exr.aov_flags().centers }
+    let BuildSettings { refit, split, .. } = job.build;
+    Motion {
+        moves: job.poses_again(),
+        is_recorded: job.exr.aov_flags().centers,
+        follows_parts: matches!(refit, Refit::UpTo(_)) && split != Split::Off,
+    }
 }
 
 /// Bytes of the tiles that are traced at a time, of a scene with so many punctual lights.

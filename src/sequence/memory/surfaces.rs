@@ -22,6 +22,8 @@ const BYTES_A_RADIX_NODE: u128 = 127;
 const BYTES_A_PART: u128 = 64;
 /// A leaf's data for refitting, for each reference.
 const BYTES_A_REFITTED_REFERENCE: u128 = 30;
+/// The part of a split triangle that refitting follows (12), and its share of the list of leaves from which the parts are found (6).
+const BYTES_A_FOLLOWED_PART: u128 = 18;
 
 /// Numbers of what is posed, each instance counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -41,12 +43,15 @@ pub(super) struct Motion {
     pub(super) moves: bool,
     /// The frames before and after are posed, for motion vectors.
     pub(super) is_recorded: bool,
+    /// Trees of split triangles are refitted.
+    pub(super) follows_parts: bool,
 }
 
 /// Bytes of a reference in the build of a tree, and in the data for refitting where that is kept.
 fn bytes_a_reference(builder: BuilderKind, motion: Motion) -> u128 {
     let radix_tree = if builder == BuilderKind::Karras { BYTES_A_RADIX_NODE } else { 0 };
-    let refitting = if motion.moves { BYTES_A_REFITTED_REFERENCE } else { 0 };
+    let part = if motion.follows_parts { BYTES_A_FOLLOWED_PART } else { 0 };
+    let refitting = if motion.moves { BYTES_A_REFITTED_REFERENCE + part } else { 0 };
     BYTES_A_REFERENCE + radix_tree + refitting
 }
 
@@ -98,14 +103,27 @@ mod tests {
         let pose = 10 * (36 + 1 + 4) + 7 * 40;
         assert_eq!(counts.pose_bytes(), pose);
         let builder = BuilderKind::Auto;
-        let bytes = |moves, is_recorded| counts.frame_bytes(builder, Motion { moves, is_recorded });
+        let bytes = |moves, is_recorded| {
+            counts.frame_bytes(builder, Motion { moves, is_recorded, ..Motion::default() })
+        };
         assert_eq!(bytes(false, false), pose + 10 * 164);
         assert_eq!(bytes(true, false), 2 * pose + 10 * 194);
         assert_eq!(bytes(true, true), 4 * pose + 10 * 194);
         assert_eq!(counts.frame_bytes(BuilderKind::Karras, Motion::default()), pose + 10 * 291);
         let nodes = PosedCounts { nodes: 3, ..PosedCounts::default() };
         assert_eq!(nodes.frame_bytes(builder, Motion::default()), 3 * BYTES_A_NODE);
-        let moves = Motion { moves: true, is_recorded: false };
+        let moves = Motion { moves: true, ..Motion::default() };
         assert_eq!(nodes.frame_bytes(builder, moves), 2 * 2 * 3 * BYTES_A_NODE);
+    }
+
+    #[test]
+    fn refitting_split_triangles_keeps_their_parts() {
+        let builder = BuilderKind::Auto;
+        let bytes = |moves, follows_parts| {
+            bytes_a_part(builder, Motion { moves, follows_parts, ..Motion::default() })
+        };
+        assert_eq!([bytes(true, false), bytes(true, true)], [258, 276]);
+        // Trees of resting surfaces are not refitted.
+        assert_eq!([bytes(false, false), bytes(false, true)], [228; 2]);
     }
 }

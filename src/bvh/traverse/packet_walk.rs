@@ -329,3 +329,63 @@ fn edge_functions<S: Simd>(
 pub(super) fn lane_mask<S: Simd>(simd: S, bits: u32) -> mask32x16<S> {
     mask32x16::from_bitmask(simd, u64::from(bits & ((1 << LANES) - 1)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entered(distances: [f32; WIDTH], mask: u32) -> EnteredBoxes {
+        EnteredBoxes { mask, distances }
+    }
+
+    fn pop(stack: &mut Stack) -> Option<(f32, u32, u32)> {
+        stack.pop().map(|pending| (pending.distance, pending.child, pending.vectors))
+    }
+
+    #[test]
+    fn children_of_a_node_are_popped_nearest_first() {
+        let mut stack = Stack::new();
+        stack.push_all(3, &entered([5.0; WIDTH], 0b1), 0b1);
+        stack.push_all(9, &entered([4.0, 2.0, 8.0, 1.0, 0.0, 6.0, 7.0, 3.0], 0b1110_1111), 0b101);
+        let nearest_first = [(1.0, 3), (2.0, 1), (3.0, 7), (4.0, 0), (6.0, 5), (7.0, 6), (8.0, 2)];
+        for (distance, lane) in nearest_first {
+            assert_eq!(pop(&mut stack), Some((distance, 9 << 3 | lane, 0b101)));
+        }
+        assert_eq!(pop(&mut stack), Some((5.0, 3 << 3, 0b1)));
+        assert_eq!(pop(&mut stack), None);
+    }
+
+    #[test]
+    fn no_child_beyond_the_fixed_array_is_lost() {
+        // Six children a node, so that the array ends among those of one.
+        const MASK: u32 = 0b0111_1110;
+        const NODES: u32 = 40;
+        let distances = |node: u32| std::array::from_fn(|lane| ((lane as u32 * 5 + node) % 8) as f32);
+        let mut stack = Stack::new();
+        for node in 0..NODES {
+            stack.push_all(node, &entered(distances(node), MASK), 1 << (node % 4));
+        }
+        assert_eq!((stack.len, stack.deep.len()), (SHALLOW, 6 * NODES as usize - SHALLOW));
+
+        let mut last = (u32::MAX, f32::INFINITY);
+        for node in (0..NODES).rev() {
+            let mut lanes = 0;
+            for _ in 0..6 {
+                let (distance, child, vectors) = pop(&mut stack).unwrap();
+                let lane = child & 7;
+                assert_eq!((child >> 3, vectors), (node, 1 << (node % 4)));
+                assert_eq!(distance, distances(node)[lane as usize]);
+                lanes |= 1 << lane;
+                // Nodes that fit the array have their nearest child on top.
+                let is_ordered = node < SHALLOW as u32 / 6;
+                assert!(!is_ordered || last.0 != node || distance >= last.1);
+                last = (node, distance);
+            }
+            assert_eq!(lanes, MASK);
+        }
+        assert_eq!(pop(&mut stack), None);
+        // The array is used again.
+        stack.push_all(0, &entered(distances(0), MASK), 1);
+        assert_eq!((stack.len, stack.deep.len()), (6, 0));
+    }
+}

@@ -143,4 +143,49 @@ mod tests {
         }
         assert!(stack.pop().is_none());
     }
+
+    /// Pushes the eight children of nodes, whose words are `first` and following ones; the nearest is pushed last.
+    fn push_node(stack: &mut Stack, is_ordered: bool, first: u32) {
+        let node = WideNode { children: std::array::from_fn(|lane| first + lane as u32), ..WideNode::EMPTY };
+        let distances = std::array::from_fn(|lane| ((lane * 5 + 3) % WIDTH) as f32);
+        let entered = Entered { mask: (1 << WIDTH) - 1, distances };
+        let nearest = stack.push_all(is_ordered, &node, &entered).unwrap();
+        assert!(!is_ordered || nearest.distance() == 0.0);
+        stack.push(nearest);
+    }
+
+    #[test]
+    fn children_of_a_node_are_popped_nearest_first() {
+        let mut stack = Stack::new();
+        push_node(&mut stack, true, 16);
+        for distance in 0..WIDTH {
+            let pending = stack.pop().unwrap();
+            // 5 is its own inverse modulo 8.
+            assert_eq!(pending.child() as usize, 16 + (distance * 5 + 1) % WIDTH);
+            assert_eq!(pending.distance(), distance as f32);
+        }
+        assert!(stack.pop().is_none());
+    }
+
+    #[test]
+    fn no_child_beyond_the_fixed_array_is_lost() {
+        for is_ordered in [false, true] {
+            let mut stack = Stack::new();
+            // The array ends among the children of a node.
+            stack.push(Pending::new(0.0, 0));
+            for node in 0..20 {
+                push_node(&mut stack, is_ordered, 1 + node * WIDTH as u32);
+            }
+            let count = 1 + 20 * WIDTH;
+            assert_eq!((stack.shallow.len(), stack.deep.len()), (SHALLOW, count - SHALLOW));
+            for node in (0..20).rev() {
+                let first = 1 + node * WIDTH as u32;
+                let mut children: Vec<u32> = (0..WIDTH).map(|_| stack.pop().unwrap().child()).collect();
+                children.sort_unstable();
+                assert!(children.into_iter().eq(first..first + WIDTH as u32));
+            }
+            assert_eq!(stack.pop().map(Pending::child), Some(0));
+            assert!(stack.pop().is_none());
+        }
+    }
 }

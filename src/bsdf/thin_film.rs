@@ -11,6 +11,7 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3, Vec3};
 
+use crate::geometry::smoothstep_f64;
 use crate::interaction::IridescenceSample;
 
 /// Rec. 709 from CIE XYZ; columns.
@@ -56,7 +57,7 @@ impl ThinFilm {
     /// those of the bare surface: Schlick's curve reflects at both boundaries, however near they are, and the series of orders ends.
     pub(super) fn new(film: &IridescenceSample, ior_outside: f32) -> Option<Self> {
         let &IridescenceSample { factor, ior, thickness_nm } = film;
-        let factor = factor * smoothstep(f64::from(thickness_nm) / FADE_NM) as f32;
+        let factor = factor * smoothstep_f64([0.0, FADE_NM], f64::from(thickness_nm)) as f32;
         (factor > 0.0).then_some(Self { factor, ior, thickness_nm, ior_outside })
     }
 
@@ -175,11 +176,6 @@ fn f0_between(beyond: f64, before: f64) -> f64 {
 fn ior_of_f0(f0: f64) -> f64 {
     let root = f0.sqrt();
     (1.0 + root) / (1.0 - root)
-}
-
-fn smoothstep(x: f64) -> f64 {
-    let s = x.clamp(0.0, 1.0);
-    s * s * (3.0 - 2.0 * s)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use super::walls::is_wall;
 use crate::bvh::{Hit, TraversalCounters};
-use crate::geometry::{Ray, spiral_direction};
+use crate::geometry::{Ray, smoothstep, spiral_direction};
 use crate::scene_view::SceneView;
 
 /// Shadows of the environment begin where a camera sees it in this share of all directions, and are full at the second share.
@@ -36,10 +36,8 @@ impl EnvironmentShares {
     /// half transparent.
     pub fn seen_from(view: SceneView<'_>, position: Vec3) -> Self {
         let open_share = open_share(view, position);
-        let [occluded, bounced] = [OPEN_SHARES, BOUNCE_SHARES].map(|[closed, open]| {
-            let share = ((open_share - closed) / (open - closed)).clamp(0.0, 1.0);
-            share * share * (3.0 - 2.0 * share)
-        });
+        let [occluded, bounced] =
+            [OPEN_SHARES, BOUNCE_SHARES].map(|closed_and_open| smoothstep(closed_and_open, open_share));
         Self { occluded, bounced }
     }
 

@@ -4,6 +4,7 @@ use crate::bvh::TriangleFlags;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::{AovFlags, Film, PixelWindow};
 use crate::frame::Frame;
+use crate::geometry::smoothstep_f64;
 use crate::integrator::Integrator;
 use crate::output::{auto_exposure_ev, covers_enough, emission_ev, measured_light_stops};
 use crate::render::{PathSettings, RenderSettings, render_frame};
@@ -74,12 +75,11 @@ fn blended(
     scattered: f32,
     emitted: impl FnOnce() -> Result<f32, Cancelled>,
 ) -> Result<f32, Cancelled> {
-    let [least, most] = EMITTED_SHARES;
-    let blend = ((share - least) / (most - least)).clamp(0.0, 1.0);
+    let blend = smoothstep_f64(EMITTED_SHARES, share) as f32;
     if blend == 0.0 {
         return Ok(scattered);
     }
-    let ev = scattered + (emitted()? - scattered) * (blend * blend * (3.0 - 2.0 * blend)) as f32;
+    let ev = scattered + (emitted()? - scattered) * blend;
     Ok((ev * 100.0).round() / 100.0 + 0.0)
 }
 

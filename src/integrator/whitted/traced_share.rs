@@ -1,5 +1,7 @@
 //! Split of a rough lobe between traced rays and lookups of the prefiltered environment.
 
+use crate::geometry::smoothstep;
+
 /// Lobes of a lower roughness are traced.
 const TRACED_ROUGHNESS: f32 = 0.1;
 /// Lobes of a higher roughness look up the prefiltered environment.
@@ -9,10 +11,4 @@ pub(super) const PREFILTERED_ROUGHNESS: f32 = 0.4;
 #[inline(always)]
 pub(super) fn traced_share(roughness: f32) -> f32 {
     1.0 - smoothstep([TRACED_ROUGHNESS, PREFILTERED_ROUGHNESS], roughness)
-}
-
-#[inline(always)]
-pub(super) fn smoothstep([low, high]: [f32; 2], x: f32) -> f32 {
-    let s = ((x - low) / (high - low)).clamp(0.0, 1.0);
-    s * s * (3.0 - 2.0 * s)
 }

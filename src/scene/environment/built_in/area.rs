@@ -6,6 +6,8 @@
 
 use glam::Vec3;
 
+use crate::geometry::smoothstep;
+
 /// A rectangle as it is stated: angles in degrees, azimuth and elevation as of `orbit` (0, 0 is +Z; azimuth 90 is +X).
 pub(super) struct AreaDesign {
     pub(super) azimuth: f32,
@@ -143,12 +145,6 @@ pub(super) fn direction(azimuth: f32, elevation: f32) -> Vec3 {
 /// Share of an interval from −`half` to `half` with edges `edge` wide. Its integral is 2 `half` for any edge.
 #[inline]
 fn cover(position: f32, half: f32, edge: f32) -> f32 {
-    smooth_step((position + half) / edge + 0.5) - smooth_step((position - half) / edge + 0.5)
-}
-
-/// Hermite smoothstep from 0 at 0 to 1 at 1.
-#[inline(always)]
-pub(super) fn smooth_step(value: f32) -> f32 {
-    let t = value.clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
+    let rise = |from_middle: f32| smoothstep([0.0, 1.0], from_middle / edge + 0.5);
+    rise(position + half) - rise(position - half)
 }

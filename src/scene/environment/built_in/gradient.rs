@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::area::smooth_step;
+use crate::geometry::smoothstep;
 
 /// Radiance that depends on the height of a direction alone.
 #[derive(Debug)]
@@ -19,7 +19,8 @@ impl Gradient {
     pub(super) fn radiance(&self, direction: Vec3) -> Vec3 {
         let height = direction.y;
         let is_below = height < 0.0;
-        let (below, above) = (smooth_step(height / self.floor_height), smooth_step(height));
+        let rise = |height: f32| smoothstep([0.0, 1.0], height);
+        let (below, above) = (rise(height / self.floor_height), rise(height));
         let share = if is_below { below } else { above };
         let end = if is_below { self.floor } else { self.ceiling };
         self.horizon + (end - self.horizon) * share

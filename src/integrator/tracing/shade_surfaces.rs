@@ -63,11 +63,11 @@ impl<'a> Tracer<'_, 'a> {
         order.sort(&self.surface_hits, |surface_hit| {
             let material = frame.instance(surface_hit.hit.triangle).material.index();
             let in_vacuum = wavefront.ray(surface_hit.slot).1.is_in_vacuum();
-            let is_layered = !opaque[material] || !in_vacuum || traces_lobes || is_path;
-            RunKey { is_layered, material: material as u32 }
+            let needs_points = !opaque[material] || !in_vacuum || traces_lobes || is_path;
+            RunKey { needs_points, material: material as u32 }
         });
         self.surface_hits.clear();
-        for (RunKey { is_layered, material }, hits) in order.runs() {
+        for (RunKey { needs_points, material }, hits) in order.runs() {
             let material = &frame.materials[material as usize];
             // Guides of denoising need points.
             if material.unlit && material.texture_refs().next().is_none() && !self.aovs.has_guides() {
@@ -75,8 +75,8 @@ impl<'a> Tracer<'_, 'a> {
                 continue;
             }
             for hits in hits.chunks(LANES) {
-                if is_layered {
-                    self.shade_one_by_one(wavefront, material, hits);
+                if needs_points {
+                    self.shade_block_points(wavefront, material, hits);
                 } else {
                     self.shade_opaque_block(wavefront, material, hits);
                 }
@@ -95,8 +95,8 @@ impl<'a> Tracer<'_, 'a> {
         }
     }
 
-    /// Shades up to [`LANES`] hits on one material, after their points were computed together.
-    fn shade_one_by_one(&mut self, wavefront: &Wavefront, material: &Material, hits: &[SurfaceHit]) {
+    /// Shades up to [`LANES`] hits on one material by their points, which are computed together.
+    fn shade_block_points(&mut self, wavefront: &Wavefront, material: &Material, hits: &[SurfaceHit]) {
         let Some(mut block) = self.surface_block.take() else { return };
         let view = self.context.view;
         block.fill(view, material, hits.iter().map(|hit| hit.ray_hit(wavefront)));

@@ -20,19 +20,20 @@ pub(super) struct ShadingOrder {
 /// What the hits of a run have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct RunKey {
-    /// Whether the whole shading is left to each hit.
-    pub(super) is_layered: bool,
+    /// Whether the hits are shaded by their points, which a block computes: those of paths and of glossy samples, and of Whitted's tree all but those
+    /// on a plain material in vacuum.
+    pub(super) needs_points: bool,
     /// Index of the material.
     pub(super) material: u32,
 }
 
 impl RunKey {
     fn bits(self) -> u64 {
-        u64::from(self.is_layered) << 63 | u64::from(self.material) << INDEX_BITS
+        u64::from(self.needs_points) << 63 | u64::from(self.material) << INDEX_BITS
     }
 
     fn of_bits(bits: u64) -> Self {
-        Self { is_layered: bits >> 63 == 1, material: (bits >> INDEX_BITS) as u32 & MAX_MATERIAL }
+        Self { needs_points: bits >> 63 == 1, material: (bits >> INDEX_BITS) as u32 & MAX_MATERIAL }
     }
 }
 

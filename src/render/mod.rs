@@ -40,4 +40,4 @@ pub use pixel_centers::{AdjacentFrames, render_pixel_centers};
 pub use settings::RenderSettings;
 pub use shutter_sample::ShutterSample;
 pub use statistics::RenderStatistics;
-pub(crate) use tile_grid::tile_count;
+pub(crate) use tile_grid::{TILE_SIZE, tile_count};

@@ -2,8 +2,8 @@
 
 use crate::film::PixelWindow;
 
-/// Side of a tile in pixels, a power of two.
-pub(super) const TILE_SIZE: u32 = 32;
+/// Side of a tile in pixels, a power of two. Tiles are aligned to its multiples in the whole image.
+pub(crate) const TILE_SIZE: u32 = 32;
 
 /// Cuts a window into tiles, row by row. The grid is fixed in the whole image.
 pub(super) fn tiles(window: PixelWindow) -> Vec<PixelWindow> {

@@ -5,11 +5,9 @@
 
 use crate::film::PixelWindow;
 use crate::output::{ExrBandFiles, ExrOutput};
+use crate::render::TILE_SIZE;
 
 use super::{OutputFormat, SequenceJob};
-
-/// Rows that tiles are aligned to.
-const ROWS_OF_TILES: u32 = 32;
 
 /// What rules out bands in `job`, to be read after "without"; `None` where its frames can be rendered in bands.
 pub(super) fn whole_frame_setting(job: &SequenceJob) -> Option<&'static str> {
@@ -36,7 +34,7 @@ pub fn lowest_band(window: PixelWindow, exr: &ExrOutput) -> PixelWindow {
 
 /// Rows of the lowest band: whole tiles, and whole chunks of all files.
 pub(super) fn least_rows(exr: &ExrOutput) -> u32 {
-    ExrBandFiles::rows_of_chunks(exr).max(ROWS_OF_TILES)
+    ExrBandFiles::rows_of_chunks(exr).max(TILE_SIZE)
 }
 
 /// The first `rows` of a window.

@@ -62,24 +62,25 @@ impl Pair {
         }
     }
 
-    /// The node as words.
+    /// The node as words: the lower corners of both boxes, the upper ones, children, counts.
     #[inline(always)]
     pub(crate) fn packed(&self) -> PackedPair {
-        let [[a, b, c], [d, e, f]] = self.bounds.map(|bounds| bounds.min.to_array());
-        let [[g, h, i], [j, k, l]] = self.bounds.map(|bounds| bounds.max.to_array());
-        let [a, b, c, d, e, f] = [a, b, c, d, e, f].map(f32::to_bits);
-        let [g, h, i, j, k, l] = [g, h, i, j, k, l].map(f32::to_bits);
-        let ([m, n], [o, p]) = (self.children, self.counts);
-        [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p]
+        let [left, right] = &self.bounds;
+        let corners = [left.min, right.min, left.max, right.max];
+        let mut words = [0; 16];
+        words[..12].copy_from_slice(corners.map(|corner| corner.to_array().map(f32::to_bits)).as_flattened());
+        words[12..14].copy_from_slice(&self.children);
+        words[14..].copy_from_slice(&self.counts);
+        words
     }
 
     /// The node of these words.
     #[inline(always)]
-    pub(crate) fn unpacked(&[a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p]: &PackedPair) -> Self {
-        let point = |x, y, z| Vec3::new(f32::from_bits(x), f32::from_bits(y), f32::from_bits(z));
-        let left = Aabb { min: point(a, b, c), max: point(g, h, i) };
-        let right = Aabb { min: point(d, e, f), max: point(j, k, l) };
-        Self { bounds: [left, right], children: [m, n], counts: [o, p] }
+    pub(crate) fn unpacked(words: &PackedPair) -> Self {
+        let corner =
+            |first: usize| Vec3::from_array([0, 1, 2].map(|axis| f32::from_bits(words[first + axis])));
+        let bounds = [0, 3].map(|first| Aabb { min: corner(first), max: corner(6 + first) });
+        Self { bounds, children: [words[12], words[13]], counts: [words[14], words[15]] }
     }
 }
 
@@ -132,5 +133,21 @@ impl BinaryTree {
         } else {
             (2 * measures.count).saturating_sub(1) as f32
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_are_packed_by_corner() {
+        let point = |x: f32| Vec3::new(x, x + 1.0, x + 2.0);
+        let bounds = [0.0, 3.0].map(|x| Aabb { min: point(x), max: point(x + 6.0) });
+        let pair = Pair { bounds, children: [12, LEAF_RANGE + 13], counts: [14, 15] };
+        let words = pair.packed();
+        assert!(words[..12].iter().map(|&word| f32::from_bits(word)).eq((0..12_u8).map(f32::from)));
+        assert_eq!(words[12..], [12, LEAF_RANGE + 13, 14, 15]);
+        assert_eq!(Pair::unpacked(&words), pair);
     }
 }

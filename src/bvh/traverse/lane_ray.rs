@@ -23,8 +23,8 @@ use crate::geometry::{BOX_PADDING, Ray, dominant_axes};
 
 /// Relative shortening of entry distances and lengthening of exit distances.
 const SLACK: f32 = 1.0 / (1 << 20) as f32;
-/// Smallest direction component, in units of the largest.
-const MIN_COMPONENT: f32 = 1.0 / (1 << 30) as f32;
+/// Smallest direction component of box tests, in units of the largest, which is along the depth axis.
+pub(super) const MIN_COMPONENT: f32 = 1.0 / (1 << 30) as f32;
 /// Limit of origin coordinates whose products with the reciprocals of a normal direction are finite.
 const MAX_ORIGIN: f32 = (1_u128 << 96) as f32;
 

@@ -2,6 +2,7 @@
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 
+use super::lane_ray::MIN_COMPONENT;
 use super::visitor::{TriangleSlot, lower_or_zero};
 use crate::bvh::wide_tree::Leaf;
 use crate::geometry::{Ray, dominant_axes};
@@ -16,8 +17,6 @@ pub(super) const PACKET_SIZE: usize = LANES * VECTORS;
 /// Fewer rays than this are traced one by one.
 pub(super) const MIN_PACKET: usize = 8;
 
-/// Smallest direction component, in units of the one along the depth axis.
-const MIN_COMPONENT: f32 = 1.0 / (1 << 30) as f32;
 /// Upper limit of origin coordinates. Their products with reciprocals are finite.
 const MAX_ORIGIN: f32 = 1.0e18;
 /// Limits of the direction component along the depth axis.
@@ -146,6 +145,7 @@ impl Packet {
                 let component = f32x16::load_array_ref(simd, &self.direction[axis][v]);
                 (component / z).store_array(&mut self.shear[lateral][v]);
                 let size = component.abs();
+                // Ties go to the higher axis, as in `dominant_axes`.
                 fit &= if axis < kz { size.simd_le(along) } else { size.simd_lt(along) };
                 let clamped = size.max(along * MIN_COMPONENT).copysign(component);
                 (f32x16::splat(simd, 1.0) / clamped).store_array(&mut self.reciprocal[axis][v]);
@@ -158,5 +158,39 @@ impl Packet {
             }
         }
         fits
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::SimdLevel;
+    use crate::bvh::simd::dispatch_lanes;
+    use glam::Vec3;
+
+    /// Depth axis of a packet of two rays, if they share one and its sense.
+    fn depth_axis(directions: [Vec3; 2], level: SimdLevel) -> Option<usize> {
+        let rays = directions.map(|direction| Ray::new(Vec3::ONE, direction));
+        let mut packet = Packet::EMPTY;
+        let level = level.level();
+        let fits = dispatch_lanes!(level, simd => packet.fill(simd, &rays));
+        fits.then_some(packet.axes[2])
+    }
+
+    #[test]
+    fn ties_of_components_go_to_the_higher_axis() {
+        let along = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| axis * 2.0 + Vec3::splat(0.5));
+        let ties = [([1.0, 1.0, 0.0], 1), ([0.0, 1.0, 1.0], 2), ([1.0, 0.0, 1.0], 2), ([1.0, 1.0, 1.0], 2)];
+        for level in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
+            for (tie, axis) in ties.map(|(tie, axis)| (Vec3::from_array(tie), axis)) {
+                assert_eq!(dominant_axes(tie)[2], axis);
+                for (other, ordinary) in along.into_iter().enumerate() {
+                    let expected = (axis == other).then_some(axis);
+                    assert_eq!(depth_axis([tie, ordinary], level), expected, "{tie} {other} {level:?}");
+                    assert_eq!(depth_axis([ordinary, tie], level), expected, "{tie} {other} {level:?}");
+                }
+                assert_eq!(depth_axis([tie, -along[axis]], level), None);
+            }
+        }
     }
 }

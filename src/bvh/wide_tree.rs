@@ -229,12 +229,17 @@ pub(super) fn write_leaf(words: &mut [f32], triangles: impl ExactSizeIterator<It
 #[inline(always)]
 fn write_rows<const N: usize>(words: &mut [f32], triangles: impl Iterator<Item = ([Vec3; 3], Tag)>) {
     let Some(rows) = words.as_chunks_mut::<N>().0.first_chunk_mut::<WORDS_PER_SLOT>() else { return };
-    for (lane, ([a, b, c], tag)) in (0..N).zip(triangles) {
-        let values = [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, tag.word()];
-        for (row, value) in rows.iter_mut().zip(values) {
+    for (lane, (corners, tag)) in (0..N).zip(triangles) {
+        for (row, value) in rows.iter_mut().zip(slot_words(corners, tag)) {
             row[lane] = value;
         }
     }
+}
+
+/// Words of a triangle, in the order of the components of a leaf.
+#[inline(always)]
+pub(super) fn slot_words([a, b, c]: [Vec3; 3], tag: Tag) -> [f32; WORDS_PER_SLOT] {
+    [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, tag.word()]
 }
 
 impl WideNode {

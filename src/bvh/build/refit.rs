@@ -29,7 +29,7 @@ use crate::bvh::references::{Input, padding as padding_of};
 use crate::bvh::settings::{BuildSettings, BuilderKind, Refit};
 use crate::bvh::statistics::{BuildStatistics, RebuildReason};
 use crate::bvh::triangle_flags::TriangleFlags;
-use crate::bvh::wide_tree::{Leaf, NO_CHILD, Tag, WIDTH, WORDS_PER_SLOT, WideNode, WideTree};
+use crate::bvh::wide_tree::{Leaf, NO_CHILD, Tag, WIDTH, WORDS_PER_SLOT, WideNode, WideTree, slot_words};
 use crate::cancel::Cancelled;
 use crate::geometry::{Aabb, Triangle};
 use glam::Vec3;
@@ -374,10 +374,8 @@ fn move_leaf(words: &mut [f32], count: usize, parts: &[Part], input: Input) -> O
         if !is_traced(triangle, flags) {
             return None;
         }
-        let [a, b, c] = triangle.vertices;
-        let tag = Tag::new(triangle_id, flags).word();
-        let components = [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, tag];
-        for (row, value) in words.chunks_exact_mut(count).zip(components) {
+        let new_words = slot_words(triangle.vertices, Tag::new(triangle_id, flags));
+        for (row, value) in words.chunks_exact_mut(count).zip(new_words) {
             row[lane] = value;
         }
         let part = parts.get(lane).map_or_else(|| triangle.bounds(), |part| part.bounds(triangle));

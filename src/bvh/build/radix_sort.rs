@@ -36,13 +36,14 @@ pub(crate) struct Scratch {
     histograms: Vec<Histogram>,
 }
 
-/// Sorts `keys` by their `bits`, stably.
+/// Sorts `keys` by their `bits`, stably. These are whole digits of [`DIGIT_BITS`].
 pub(crate) fn sort(
     keys: &mut Vec<Key>,
     bits: Range<u32>,
     scratch: &mut Scratch,
     cancel: &CancelFlag,
 ) -> Result<(), Cancelled> {
+    debug_assert!((bits.end - bits.start).is_multiple_of(DIGIT_BITS), "a pass sorts by a whole digit");
     cancel.check()?;
     if keys.len() < SMALL {
         let mask = u64::MAX >> (u64::BITS - (bits.end - bits.start)) << bits.start;

@@ -156,9 +156,10 @@ impl Film {
     }
 }
 
-/// A mean of weighted samples without the negative light, and the coverage outside 0 to 1, that negative lobes of a filter leave.
+/// A mean of weighted samples without the negative light, and the coverage outside 0 to 1, that negative lobes of a filter leave. NaN stays.
 pub fn clamp_lobes([red, green, blue, coverage]: [f32; 4]) -> [f32; 4] {
-    let positive = |x: f32| if x < 0.0 { 0.0 } else { x };
+    // Negative zero is zero.
+    let positive = |x: f32| if x <= 0.0 { 0.0 } else { x };
     [positive(red), positive(green), positive(blue), if coverage > 1.0 { 1.0 } else { positive(coverage) }]
 }
 
@@ -183,6 +184,17 @@ mod tests {
         film.write_tile(PixelWindow { x0: 4, y0: 1, x1: 5, y1: 3 }, &[[1.0; 4], [2.0; 4]]);
         let reds: Vec<f32> = film.pixels.iter().map(|pixel| pixel[0]).collect();
         assert_eq!(reds, [0.0, 0.0, 1.0, 0.0, 0.0, 2.0]);
+    }
+
+    #[test]
+    fn light_below_zero_and_coverage_beyond_one_are_clamped() {
+        assert_eq!(clamp_lobes([-0.5, 0.25, 7.0, 1.5]), [0.0, 0.25, 7.0, 1.0]);
+        assert_eq!(
+            clamp_lobes([-0.0, f32::INFINITY, f32::NEG_INFINITY, -0.25]),
+            [0.0, f32::INFINITY, 0.0, 0.0]
+        );
+        let [zero, nan, ..] = clamp_lobes([-0.0, f32::NAN, 1.0, 1.0]);
+        assert!(zero.is_sign_positive() && nan.is_nan());
     }
 
     #[test]

@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use super::Film;
 use super::aovs::{CoverageSample, FilmAovs, GuideSample, LightPasses, NoiseSample, add_share, clamp_shares};
 use super::exact_sum::ExactSum;
 use super::sample_sums::{GuideSums, LightSums, PixelMoments, PixelSums, SampleSums};
+use super::{Film, clamp_lobes};
 
 impl SampleSums {
     /// Writes the means into the pixels of `film`, and into those of its AOVs that are recorded here. Both have the same window.
@@ -42,10 +42,7 @@ impl SampleSums {
 impl PixelSums {
     fn mean(&self) -> [f32; 4] {
         let scale = scale(self.weight);
-        let [red, green, blue, coverage] = self.light.map(|sum| (sum.to_f64() * scale) as f32);
-        let positive = |x: f32| if x > 0.0 { x } else { 0.0 };
-        let coverage = positive(coverage);
-        [positive(red), positive(green), positive(blue), if coverage > 1.0 { 1.0 } else { coverage }]
+        clamp_lobes(self.light.map(|sum| (sum.to_f64() * scale) as f32))
     }
 
     /// The noise of the mean, whose samples have the filter's weights.

@@ -229,7 +229,7 @@ fn parts_of(triangle: &Triangle, bounds: &Aabb) -> Option<[Option<Aabb>; 2]> {
 mod tests {
     use super::*;
     use crate::bvh::TriangleFlags;
-    use crate::bvh::split::priority::tests::bars;
+    use crate::bvh::split::priority::tests::mixed_bars;
     use crate::cancel::CancelFlag;
     use glam::Vec3;
 
@@ -307,7 +307,7 @@ mod tests {
 
     #[test]
     fn a_smaller_area_never_makes_fewer_references() {
-        let triangles = bars(3000);
+        let triangles = mixed_bars(3000);
         let mut last = 0;
         for exponent in 0..60 {
             let sa_max = f64::from(libm::exp2f(4.0 - exponent as f32 * 0.5));
@@ -325,7 +325,7 @@ mod tests {
 
     #[test]
     fn references_keep_the_order_of_triangles_for_any_number_of_threads() {
-        let triangles = bars(10_000);
+        let triangles = mixed_bars(10_000);
         for (sa_max, limit) in [(0.05, u64::MAX), (1.0e-9, 20_000)] {
             let results = [1, 2, 3, 8].map(|threads| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

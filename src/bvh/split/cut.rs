@@ -121,7 +121,7 @@ fn share(splits: u32, low: &Aabb, high: &Aabb) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bvh::split::priority::tests::bars;
+    use crate::bvh::split::priority::tests::mixed_bars;
     use crate::geometry::TrianglePart;
     use glam::Vec3;
 
@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn halves_contain_the_exact_parts() {
-        for triangle in bars(500) {
+        for triangle in mixed_bars(500) {
             let mut part = TrianglePart::whole(&triangle);
             let mut bounds = triangle.bounds();
             for step in 0..6 {

@@ -220,7 +220,7 @@ pub(crate) mod tests {
     use glam::Vec3;
 
     /// Long thin diagonal triangles through a unit cube, among small ones.
-    pub(crate) fn bars(n: usize) -> Vec<Triangle> {
+    pub(crate) fn mixed_bars(n: usize) -> Vec<Triangle> {
         let mut state = 3_u32;
         let mut random = || {
             state = state.wrapping_mul(747796405).wrapping_add(2891336453);
@@ -247,7 +247,7 @@ pub(crate) mod tests {
 
     #[test]
     fn parts_approach_the_aim_and_cover_every_triangle() {
-        let triangles = bars(20_000);
+        let triangles = mixed_bars(20_000);
         for aim in [20_000, 21_000, 40_000, 80_000] {
             let references = parts_of(&triangles, aim);
             assert!(references.len() <= aim && references.len() * 100 > aim * 94, "{}", references.len());
@@ -264,7 +264,7 @@ pub(crate) mod tests {
 
     #[test]
     fn results_do_not_depend_on_the_number_of_threads() {
-        let triangles = bars(10_000);
+        let triangles = mixed_bars(10_000);
         let results = [1, 2, 3, 8].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| parts_of(&triangles, 25_000))

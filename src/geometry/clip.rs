@@ -13,7 +13,7 @@ const MAX_CORNERS: usize = 16;
 
 /// Part of a triangle that remains after cuts.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct TrianglePart {
+pub(crate) struct ClippedTriangle {
     polygon: Polygon,
     bounds: Aabb,
 }
@@ -24,7 +24,7 @@ struct Polygon {
     len: usize,
 }
 
-impl TrianglePart {
+impl ClippedTriangle {
     /// The whole triangle.
     pub(crate) fn whole(triangle: &Triangle) -> Self {
         let mut polygon = Polygon::EMPTY;
@@ -95,7 +95,7 @@ impl Polygon {
     }
 
     /// The part with its box, rounded outward but clamped to `region`; `None` for an empty part.
-    fn within(self, region: &Aabb) -> Option<TrianglePart> {
+    fn within(self, region: &Aabb) -> Option<ClippedTriangle> {
         let (first, rest) = self.corners[..self.len].split_first()?;
         let (mut min, mut max) = (*first, *first);
         for corner in rest {
@@ -109,7 +109,7 @@ impl Polygon {
             bounds.min[axis] = bounds.min[axis].max(rounded_down(min[axis]));
             bounds.max[axis] = bounds.max[axis].min(rounded_up(max[axis]));
         }
-        (!bounds.is_empty()).then_some(TrianglePart { polygon: self, bounds })
+        (!bounds.is_empty()).then_some(ClippedTriangle { polygon: self, bounds })
     }
 }
 
@@ -134,7 +134,7 @@ mod tests {
     fn half_of_a_right_triangle() {
         // The hypotenuse of (0,0) (4,0) (0,4) is at height 3 where x = 1.
         let triangle = Triangle { vertices: [Vec3::ZERO, Vec3::X * 4.0, Vec3::Y * 4.0] };
-        let [left, right] = TrianglePart::whole(&triangle).cut(0, 1.0).map(Option::unwrap);
+        let [left, right] = ClippedTriangle::whole(&triangle).cut(0, 1.0).map(Option::unwrap);
         assert_eq!(left.bounds().min, Vec3::ZERO);
         assert_eq!(left.bounds().max, Vec3::new(1.0, 4.0, 0.0));
         assert_eq!(right.bounds().min, Vec3::new(1.0, 0.0, 0.0));
@@ -157,7 +157,7 @@ mod tests {
             let vertices = [0; 3].map(|_| Vec3::new(random(), random(), random()) * scale);
             let triangle = Triangle { vertices };
             // Cut all parts four times, at the centre and off it.
-            let mut parts = vec![TrianglePart::whole(&triangle)];
+            let mut parts = vec![ClippedTriangle::whole(&triangle)];
             for round in 0..4 {
                 let axis = (i + round) % 3;
                 let s = if round == 1 { 0.9 } else { 0.5 };

@@ -20,7 +20,7 @@ mod watertight;
 
 pub use aabb::Aabb;
 pub(crate) use active_lanes::ActiveLanes;
-pub(crate) use clip::{TrianglePart, rounded_down, rounded_up};
+pub(crate) use clip::{ClippedTriangle, rounded_down, rounded_up};
 pub(crate) use direction_sample::DirectionSample;
 pub(crate) use disk::concentric_disk_point;
 pub use hit::{Facing, TriangleHit};

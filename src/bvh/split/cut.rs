@@ -122,7 +122,7 @@ fn share(splits: u32, low: &Aabb, high: &Aabb) -> u32 {
 mod tests {
     use super::*;
     use crate::bvh::split::priority::tests::mixed_bars;
-    use crate::geometry::TrianglePart;
+    use crate::geometry::ClippedTriangle;
     use glam::Vec3;
 
     #[test]
@@ -139,7 +139,7 @@ mod tests {
     #[test]
     fn halves_contain_the_exact_parts() {
         for triangle in mixed_bars(500) {
-            let mut part = TrianglePart::whole(&triangle);
+            let mut part = ClippedTriangle::whole(&triangle);
             let mut bounds = triangle.bounds();
             for step in 0..6 {
                 let (axis, plane) = (step % 3, bounds.center()[step % 3]);

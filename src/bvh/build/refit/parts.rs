@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use crate::geometry::{Aabb, Triangle, TrianglePart, rounded_down, rounded_up};
+use crate::geometry::{Aabb, ClippedTriangle, Triangle, rounded_down, rounded_up};
 
 /// Steps of a barycentric coordinate.
 const STEPS: f64 = 65_535.0;
@@ -35,7 +35,7 @@ impl Part {
     }
 
     /// Ranges of the coordinates of a part's corners.
-    fn around(triangle: &Triangle, part: &TrianglePart) -> Option<Self> {
+    fn around(triangle: &Triangle, part: &ClippedTriangle) -> Option<Self> {
         let [a, b, c] = triangle.vertices.map(glam::Vec3::as_dvec3);
         let normal = (b - a).cross(c - a);
         let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
@@ -95,8 +95,8 @@ impl Part {
 }
 
 /// Part of a triangle inside a box.
-fn clipped(triangle: &Triangle, bounds: &Aabb) -> Option<TrianglePart> {
-    let mut part = TrianglePart::whole(triangle);
+fn clipped(triangle: &Triangle, bounds: &Aabb) -> Option<ClippedTriangle> {
+    let mut part = ClippedTriangle::whole(triangle);
     for axis in 0..3 {
         let (low, high) = (bounds.min[axis], bounds.max[axis]);
         if part.bounds().min[axis] < low && low < part.bounds().max[axis] {

@@ -12,7 +12,7 @@ use super::media::{MediaCache, SurfaceMedia};
 use super::transparent_hits::{TRANSPARENCY_LIMIT, TransparentHits};
 use super::{GlassShadows, IntegratorContext, MediaStack, Medium};
 use crate::bsdf::{Bsdf, Coat};
-use crate::bvh::{Hit, HitOrder, TraversalCounters};
+use crate::bvh::{Hit, HitOrder, TraversalCounters, TriangleFlags};
 use crate::geometry::{Facing, Ray};
 use crate::interaction::{
     MaterialSample, SurfacePoint, TextureProbes, alpha_at, catches_shadows, material_values, transmits_at,
@@ -244,7 +244,19 @@ fn occlusion(context: &IntegratorContext<'_>, hit: &Hit, passage: GlassPassage) 
     let material = &context.view.frame.materials[instance.material.index()];
     let clear_glass =
         material.transmits() && passage.passes(context, material) && transmits_at(context.view, hit);
-    if alpha < 1.0 || clear_glass { Occlusion::Transparent } else { Occlusion::Opaque }
+    if clear_glass && passage == GlassPassage::ThinWalls && is_unseen_back(context, hit) {
+        Occlusion::Absent
+    } else if alpha < 1.0 || clear_glass {
+        Occlusion::Transparent
+    } else {
+        Occlusion::Opaque
+    }
+}
+
+/// Whether a hit is on the back of a single-sided surface, which sampled rays pass as if nothing were there.
+fn is_unseen_back(context: &IntegratorContext<'_>, hit: &Hit) -> bool {
+    let flags = context.view.frame.flags[hit.triangle as usize];
+    hit.facing == Facing::Back && flags.has(TriangleFlags::SINGLE_SIDED)
 }
 
 /// The next surface of a shadow ray, by a query of its own. Reference implementation of the collected hits, and the fallback

@@ -1,7 +1,7 @@
 //! Light of emissive surfaces through clear thin walls, by the path integrator: shadow rays and sampled rays decide alike which walls are clear.
 
 use glam::Vec3;
-use rayframe::scene::{Anisotropy, Material, Volume};
+use rayframe::scene::{Anisotropy, Environment, Material, Volume};
 
 use super::glass::glass;
 use super::path::{floor, middle, stage};
@@ -55,5 +55,18 @@ fn walls_of_nearly_the_index_around_them_let_nearly_all_light_pass_once() {
         let (open, walled) =
             (floor_below(None, medium), floor_below(Some(pane(ior, roughness, strength)), medium));
         assert!(walled.x > 0.93 * open.x && walled.x < 1.03 * open.x, "{ior} in {medium:?}: {walled} {open}");
+    }
+}
+
+#[test]
+fn closed_shells_of_white_glass_return_what_they_receive() {
+    // What the near wall lets through comes from inside: rays pass the backs of single-sided walls, and those of double-sided ones scatter it.
+    for (roughness, double_sided) in [(0.0, false), (0.3, false), (0.5, false), (1.0, false), (0.5, true)] {
+        let mut stage = stage(4096);
+        stage.environment = Environment::Constant(Vec3::ONE);
+        let shell = Material { double_sided, ..pane(1.5, roughness, 0.0) };
+        stage.add(cuboid(Vec3::ZERO, Vec3::ONE), shell);
+        let seen = middle(&stage).truncate();
+        assert!((seen.x - 1.0).abs() < 0.03, "{roughness} {double_sided}: {seen}");
     }
 }

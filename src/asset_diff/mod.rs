@@ -22,6 +22,6 @@ pub use difference::{AssetDifference, Change, ChangeKind, PropertyChange};
 pub use facts::AssetFacts;
 pub use group_kind::GroupKind;
 pub use item::{Group, Item, Property};
-pub use pair::AssetPair;
+pub use pair::{AssetPair, MaterialNames};
 pub use value::Value;
 pub use views::View;

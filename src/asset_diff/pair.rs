@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::difference::AssetDifference;
 use super::facts::AssetFacts;
 use super::group_kind::GroupKind;
-use super::same_ids::{FIRST_NEW_ID, replace_ids};
+use super::same_ids::{FIRST_NEW_ID, RenamedIds, replace_ids};
 use super::views::{PairedIndex, Sides, View, views};
 use crate::cancel::CancelFlag;
 use crate::error::{Result, Warning};
@@ -113,12 +113,16 @@ impl AssetPair {
         &self.views
     }
 
-    /// Renders both assets in each frame of `view`, and calls `on_frame` with the frame number and the actual and the reference
-    /// image. Ids of meshes and materials are those of the reference.
+    /// Renders both assets in each frame of `view`, and calls `on_frame` with the frame number, the actual and the reference image, and the
+    /// names of their materials. Ids of meshes and materials are those of the reference, also of renamed ones.
     ///
     /// # Errors
     /// Those of rendering, and those of `on_frame`.
-    pub fn render(&self, view: &View, mut on_frame: impl FnMut(i64, [Image; 2]) -> Result<()>) -> Result<()> {
+    pub fn render(
+        &self,
+        view: &View,
+        mut on_frame: impl FnMut(i64, [Image; 2], &MaterialNames<'_>) -> Result<()>,
+    ) -> Result<()> {
         let reference = self.reference.job(|pair| pair.reference, view)?;
         let mut actual = self.actual.job(|pair| pair.actual, view)?;
         if !matches!(view.camera, DefaultCamera::OfFile(_)) {
@@ -130,25 +134,39 @@ impl AssetPair {
             let image = |job| RenderedFrame::render(Arc::clone(job), frame, &self.cancel)?.image();
             let (mut ours, theirs) =
                 (image(&actual)?.rounded_to_halves(), image(&reference)?.rounded_to_halves());
-            self.replace_ids(&mut ours);
-            on_frame(frame, [ours, theirs])?;
+            let names = self.replace_ids(&mut ours, &theirs);
+            on_frame(frame, [ours, theirs], &names)?;
         }
         Ok(())
     }
 
-    /// Name of a material in quotes, or its number without one, for an id of the AOV `material_id` of a rendered image.
-    pub fn material_of_id(&self, id: u32) -> Option<String> {
-        match id.checked_sub(FIRST_NEW_ID) {
-            Some(index) => self.actual.scene.material_of_id(index + 1),
-            None => self.reference.scene.material_of_id(id),
-        }
+    fn replace_ids(&self, actual: &mut Image, reference: &Image) -> MaterialNames<'_> {
+        let mut replaced = |group, layer| match self.difference.matchings.get(&group) {
+            Some(matching) => replace_ids(actual, reference, layer, matching),
+            None => RenamedIds::new(),
+        };
+        replaced(GroupKind::Meshes, "object_id");
+        let renamed = replaced(GroupKind::Materials, "material_id");
+        MaterialNames { actual: &self.actual.scene, reference: &self.reference.scene, renamed }
     }
+}
 
-    fn replace_ids(&self, image: &mut Image) {
-        for (group, layer) in [(GroupKind::Meshes, "object_id"), (GroupKind::Materials, "material_id")] {
-            if let Some(matching) = self.difference.matchings.get(&group) {
-                replace_ids(image, layer, matching);
-            }
+/// Names of the materials of two images that [`AssetPair::render`] rendered.
+#[derive(Clone, Debug)]
+pub struct MaterialNames<'a> {
+    actual: &'a Scene,
+    reference: &'a Scene,
+    renamed: RenamedIds,
+}
+
+impl MaterialNames<'_> {
+    /// The name of a material in quotes, or its number without one, for an id of the AOV `material_id` of the actual image. A renamed
+    /// material has its new name.
+    pub fn of_id(&self, id: u32) -> Option<String> {
+        let id = self.renamed.get(&id).copied().unwrap_or(id);
+        match id.checked_sub(FIRST_NEW_ID) {
+            Some(index) => self.actual.material_of_id(index + 1),
+            None => self.reference.material_of_id(id),
         }
     }
 }

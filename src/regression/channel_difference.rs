@@ -99,7 +99,7 @@ pub fn channel_difference(
         _ => Pair::Mixed,
     };
     let renumbered = match values {
-        Pair::Ids(actual, reference) => renumbering(actual, reference),
+        Pair::Ids(actual, reference) => renumbering(reference.iter().copied().zip(actual.iter().copied())),
         Pair::Floats(..) | Pair::Counts(..) | Pair::Words(..) | Pair::Mixed => HashMap::new(),
     };
     for (at, is_beyond) in is_beyond.iter_mut().enumerate() {
@@ -154,12 +154,12 @@ fn difference(values: Pair<'_>, at: usize, renumbered: &HashMap<u32, u32>) -> Op
     }
 }
 
-/// The id that each id of the reference has in the other image: ids are indices in the file, and a file that lists its
-/// meshes in another order shows the same. Each id has at most one other: the pair with the most pixels comes first, of equal ones the
-/// pair with the smallest ids. No id, 0, stays so.
-fn renumbering(actual: &[u32], reference: &[u32]) -> HashMap<u32, u32> {
+/// The id that each id of the reference has in the other image, from both ids of each pixel, the reference's first: ids are indices in the
+/// file, and a file that lists its meshes in another order shows the same. Each id has at most one other: the pair with the most pixels
+/// comes first, of equal ones the pair with the smallest ids. No id, 0, stays so.
+pub(crate) fn renumbering(ids: impl Iterator<Item = (u32, u32)>) -> HashMap<u32, u32> {
     let mut pixels: HashMap<(u32, u32), usize> = HashMap::new();
-    for pair in reference.iter().copied().zip(actual.iter().copied()) {
+    for pair in ids {
         *pixels.entry(pair).or_default() += 1;
     }
     let mut pairs: Vec<_> = pixels.into_iter().collect();

@@ -38,6 +38,7 @@ mod verdict;
 
 pub use crate::image::{BEAUTY, Channel, ColorEncoding, Image, Samples, layer_of};
 pub use cause::{Cause, likely_cause};
+pub(crate) use channel_difference::renumbering;
 pub use channel_difference::{ChannelDifference, LayerDifference, ValueLimits, channel_difference};
 pub use compare::{compare, compare_with_each};
 pub use comparison::{Check, Comparison, Mismatch};

@@ -1,6 +1,6 @@
 //! Comparison of two versions of an asset: their contents, and renders of both.
 
-use rayframe::asset_diff::{AssetPair, View};
+use rayframe::asset_diff::{AssetPair, MaterialNames, View};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Provenance, Result};
 use rayframe::regression::{
@@ -33,8 +33,8 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     let mut frames = Vec::new();
     for view in pair.views() {
         let mut shot = page.is_some().then(|| shot(args, view));
-        pair.render(view, |frame, images| {
-            let (report, comparison) = compared(args, &pair, (view, frame), &images);
+        pair.render(view, |frame, images, names| {
+            let (report, comparison) = compared(args, names, (view, frame), &images);
             if let (Some(page), Some(shot)) = (&page, &mut shot) {
                 shot.frames.push(page.frame(view, frame, &images, comparison));
             }
@@ -66,13 +66,13 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
 
 fn compared(
     args: &DiffArgs,
-    assets: &AssetPair,
+    names: &MaterialNames<'_>,
     (view, frame): (&View, i64),
     images: &[Image; 2],
 ) -> (FrameReport, Comparison) {
     let [actual, reference] = images;
     let mut comparison = comparison(actual, reference, args);
-    comparison.name_materials(actual, reference, &|id| assets.material_of_id(id));
+    comparison.name_materials(actual, reference, &|id| names.of_id(id));
     let pair = FilePair {
         frame: (view.frames.len() > 1).then_some(frame),
         actual: args.actual.clone(),

@@ -158,6 +158,17 @@ fn a_renamed_node_with_a_mesh_is_lost_and_found() {
 }
 
 #[test]
+fn renamed_materials_and_meshes_leave_images_identical() {
+    let rename = |scene: &mut Value| {
+        scene["materials"][0]["name"] = "renamed".into();
+        scene["meshes"][1]["name"] = "renamed".into();
+    };
+    let (report, code) = Stage::new().compared(BALLS, rename, &["--preset", "exact", "--fail-on", "changed"]);
+    assert_eq!(code, Some(0), "{report:#}");
+    assert!(report["frames"].as_array().unwrap().iter().all(|frame| frame["identical"] == true));
+}
+
+#[test]
 fn limits_replace_those_of_the_preset() {
     let stage = Stage::new();
     let a = stage.square("a.exr", (40, 24), 4);

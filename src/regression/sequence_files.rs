@@ -60,10 +60,16 @@ fn pattern_of(path: &Path) -> Result<Option<SequencePattern>> {
 ///
 /// # Errors
 /// [`Error::Usage`] for a sequence beside a file, for names with placeholders that are not valid, and for two files of one frame number; [`Error::Missing`] when a folder cannot be read,
-/// [`Error::NoImages`] when one holds no frame.
+/// or one of a sequence and a file does not exist, [`Error::NoImages`] when a folder holds no frame.
 pub fn pair_files(actual: &Path, reference: &Path) -> Result<PairedFiles> {
     let are_sequences = is_sequence(actual)?;
     if are_sequences != is_sequence(reference)? {
+        // A path to nothing is no file.
+        for path in [actual, reference] {
+            if pattern_of(path)?.is_none() {
+                std::fs::metadata(path).map_err(Error::missing(path))?;
+            }
+        }
         return Err(Error::usage(format!(
             "{} and {}: one is a sequence and the other a file; name two of a kind",
             actual.display(),

@@ -189,6 +189,19 @@ fn a_file_beside_a_sequence_and_empty_folders_are_errors() {
     assert_eq!(pair_files(&pattern, &pattern).unwrap_err().exit_code(), 66);
 }
 
+#[test]
+fn a_folder_that_does_not_exist_is_missing() {
+    let files = folder(&["a.0001.exr"]);
+    let [gone, pattern, file] = ["gone", "a.####.exr", "a.0001.exr"].map(|name| files.path().join(name));
+    for sequence in [files.path(), &pattern] {
+        for error in [pair_files(sequence, &gone), pair_files(&gone, sequence)] {
+            let error = error.unwrap_err();
+            assert!(error.exit_code() == 66 && error.to_string().contains("gone"), "{error}");
+        }
+        assert_eq!(pair_files(sequence, &file).unwrap_err().exit_code(), 2);
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn names_that_are_not_utf8_are_other_ones() {

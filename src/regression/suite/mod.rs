@@ -51,6 +51,7 @@ mod run;
 mod run_options;
 mod shard;
 mod shell;
+mod stored_reference;
 mod suite_file;
 mod test_shot;
 mod unchanged;

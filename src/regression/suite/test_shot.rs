@@ -13,11 +13,12 @@ use super::orphans::add_reference;
 use super::pending::{discard_image, discard_removal, store_image};
 use super::render::render_shot;
 use super::rendered_images::{file_hash, store_rendered};
+use super::stored_reference::read_stored;
 use super::verdict_cache::{CachedShot, TestedInputs, VerdictCache};
 use super::{Suite, SuiteShot};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
-use crate::image_file::{is_lfs_pointer, read_regular_file};
+use crate::image_file::is_lfs_pointer;
 use crate::regression::compare::{are_identical_and_finite, compare};
 use crate::regression::comparison::Comparison;
 use crate::regression::encoded_image::EncodedImage;
@@ -288,18 +289,21 @@ pub(super) fn test_frame(
     let bytes = std::fs::read(file).map_err(Error::missing(file))?;
     let mut actual = Image::decode(file, &bytes)?;
     let content = actual.scene.content.take_if(|_| !id.tells_content);
-    let stored = reference.exists().then(|| read_regular_file(&reference, u64::MAX)).transpose()?;
+    let stored = read_stored(&reference);
     let mut result = match &stored {
-        Some(stored) => match Image::decode(&reference, stored) {
+        Ok(Some(stored)) => match Image::decode(&reference, stored) {
             Ok(expected) => compare_frame(id, &actual, &expected, limits),
             // The image cannot replace what was not fetched.
             Err(error) if is_lfs_pointer(stored) => id.result(FrameStatus::Broken).because(error.to_string()),
             Err(error) => id.result(FrameStatus::Different).because(error.to_string()),
         },
-        None => {
+        Ok(None) => {
             id.result(FrameStatus::Missing).because(format!("there is no reference {}", reference.display()))
         }
+        // Nor what cannot be read.
+        Err(error) => id.result(FrameStatus::Broken).because(error.to_string()),
     };
+    let stored = stored.ok().flatten();
     result.reference_hash = stored.as_deref().map(file_hash);
     let size = stored.filter(|_| result.passes()).map_or(bytes.len(), |stored| stored.len());
     if let Some(message) = suite.too_large(size as u64) {

@@ -170,6 +170,20 @@ fn sizes_frames_and_broken_files_fail() {
 }
 
 #[test]
+fn a_reference_that_cannot_be_read_is_the_failure_of_its_frame_alone() {
+    let frames = SUITE.replace("frames = 0", "frames = [0, 12]");
+    let stage = Stage::accepted(&frames, &[POINT]);
+    let reference = stage.path("references/light/point.0012.exr");
+    std::fs::remove_file(&reference).unwrap();
+    std::fs::create_dir(&reference).unwrap();
+    let told =
+        ["FAIL light/point.0012\n     references/light/point.0012.exr: is a folder", "1 image identical"];
+    stage.run(&["test"]).ends(1, &told);
+    // No image replaces it.
+    stage.run(&["accept"]).ends(0, &["no pending images"]);
+}
+
+#[test]
 fn an_image_too_large_for_a_reference_fails_and_is_not_kept() {
     let stage = Stage::new(&format!("max_reference_kib = 1\n{SUITE}"));
     stage.scene(POINT.0, POINT.1, "", "");

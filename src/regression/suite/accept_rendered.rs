@@ -10,6 +10,7 @@ use super::orphans::OrphanedReferences;
 use super::pending::{discard_image, discard_removal};
 use super::render::reference_job;
 use super::rendered_images::{RenderedImage, reference_hash};
+use super::stored_reference::{check_link, check_replaceable, is_there};
 use super::{Approval, PendingKind, RenderedReport, Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::image_file::{ExrHeader, probe_folder, write_atomically};
@@ -73,18 +74,19 @@ impl<'a> RenderedChecks<'a> {
     /// The change that makes `image` the reference; `None` where it is the reference already.
     ///
     /// # Errors
-    /// [`Error::Different`] where the image, its reference or its shot is not that of the list, and errors of opening the shot that
-    /// renders it.
+    /// [`Error::Different`] where the image, its reference or its shot is not that of the list, [`Error::CannotCreate`] where the reference
+    /// is a link, and errors of opening the shot that renders it.
     pub fn change(&mut self, image: &RenderedImage) -> Result<Option<RenderedChange>> {
         let RenderedImage { name, hash, .. } = image;
         let refused = |why: &str| Err(Error::Different { message: format!("{name}: {why}") });
         if (Approval { name: name.clone(), hash: hash.clone() }).is_applied(self.suite) {
             return Ok(None);
         }
+        let reference = reference_path(&self.suite.references, name);
+        check_link(&reference)?;
         if reference_hash(self.suite, name) != image.reference {
             return refused("its reference is not the one that it was compared with; test again");
         }
-        let reference = reference_path(&self.suite.references, name);
         let Some(hash) = hash else {
             if !self.is_orphaned(name)? {
                 return refused("a shot renders this reference now; test again");
@@ -92,6 +94,7 @@ impl<'a> RenderedChecks<'a> {
             let kind = PendingKind::of_removal(&reference);
             return Ok(Some(RenderedChange { reference, kind, name: name.clone(), bytes: None }));
         };
+        check_replaceable(&reference)?;
         let (file, bytes) = self.report.image(name, self.suite.max_reference_bytes)?;
         let size = bytes.len() as u64;
         if let Some(message) = self.suite.too_large(size) {
@@ -113,7 +116,7 @@ impl<'a> RenderedChecks<'a> {
                 "its shot, scene or version of rayframe is not the one that rendered it; test again",
             );
         }
-        let kind = if reference.exists() { PendingKind::Replace } else { PendingKind::Add };
+        let kind = if is_there(&reference) { PendingKind::Replace } else { PendingKind::Add };
         Ok(Some(RenderedChange { reference, kind, name: name.clone(), bytes: Some(bytes) }))
     }
 

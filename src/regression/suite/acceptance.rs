@@ -10,6 +10,7 @@ use super::covered_jobs::ShotImages;
 use super::names::compared_path;
 use super::pending::{owner_text, remove_file};
 use super::rendered_images::reference_hash;
+use super::stored_reference::{check_link, check_replaceable, is_there};
 use super::{Pending, PendingKind, Suite, SuiteShot, is_ci, name_and_options, shell_word};
 use crate::error::{Error, Result};
 use crate::image_file::{ExrIntegrity, MAX_LFS_POINTER_BYTES, check_fetched, read_regular_file, verify_exr};
@@ -93,8 +94,8 @@ impl<'a> Acceptance<'a> {
     ///
     /// # Errors
     /// [`Error::Usage`] where `CI` is set; [`Error::Different`] when the reference or the shots have changed since the image was
-    /// rendered; [`Error::Invalid`] when Git LFS has not fetched the reference, or the image cannot be decoded; [`Error::Refused`] when it is
-    /// larger than the suite allows; errors of opening its shot.
+    /// rendered; [`Error::Invalid`] when the reference was not fetched, or the image cannot be decoded; [`Error::CannotCreate`] when the
+    /// reference is a link; [`Error::Refused`] when the image is larger than the suite allows; errors of opening its shot.
     pub fn check(&mut self, pending: &Pending) -> Result<()> {
         if is_ci() {
             return Err(Error::usage(
@@ -104,6 +105,11 @@ impl<'a> Acceptance<'a> {
         // References are not read for their first bytes.
         if let Ok(bytes) = read_regular_file(&pending.reference, MAX_LFS_POINTER_BYTES) {
             check_fetched(&pending.reference, "", &bytes)?;
+        }
+        if pending.kind.is_removal() {
+            check_link(&pending.reference)?;
+        } else {
+            check_replaceable(&pending.reference)?;
         }
         let file = pending.file.display();
         if let Some(why) = self.outdated(pending)? {
@@ -135,7 +141,7 @@ impl<'a> Acceptance<'a> {
     fn outdated(&mut self, pending: &Pending) -> Result<Option<&'static str>> {
         let Pending { name, kind, shot, .. } = pending;
         // A run that was killed has removed it.
-        if kind.is_removal() && !pending.reference.exists() {
+        if kind.is_removal() && !is_there(&pending.reference) {
             return Ok(None);
         }
         let (compared, has_same_shots) = if kind.is_removal() {

@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::names::reference_path;
+use super::stored_reference::is_there;
 use super::{Pending, PendingKind, Suite};
 use crate::error::{Error, Result, json_error_text};
 use crate::image_file::read_regular_file;
@@ -40,7 +41,7 @@ impl Approval {
         let reference = reference_path(&suite.references, &self.name);
         match &self.hash {
             Some(hash) => Image::read(&reference).is_ok_and(|image| pixel_hash(&image) == *hash),
-            None => !reference.exists(),
+            None => !is_there(&reference),
         }
     }
 

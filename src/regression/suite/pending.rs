@@ -8,6 +8,7 @@ use super::names::{
 };
 use super::referenced_inputs::ReferencedInputs;
 use super::rendered_images::reference_hash;
+use super::stored_reference::is_there;
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::image_file::{is_own_exr, probe_folder, write_atomically};
@@ -50,7 +51,7 @@ impl PendingKind {
     /// The kind of a pending removal of the file `reference`.
     pub(super) fn of_removal(reference: &Path) -> Self {
         // A run that was killed has removed it.
-        if is_own_exr(reference) || !reference.exists() { Self::Remove } else { Self::Keep }
+        if is_own_exr(reference) || !is_there(reference) { Self::Remove } else { Self::Keep }
     }
 
     /// Whether no image becomes the reference.
@@ -88,7 +89,7 @@ pub fn pending(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<Pendi
         let name = file.name().to_owned();
         let reference = reference_path(&suite.references, &name);
         let (kind, file): (_, fn(&Path, &str) -> PathBuf) = match file {
-            ReferenceFile::Pending(_) if reference.exists() => (PendingKind::Replace, pending_path),
+            ReferenceFile::Pending(_) if is_there(&reference) => (PendingKind::Replace, pending_path),
             ReferenceFile::Pending(_) => (PendingKind::Add, pending_path),
             ReferenceFile::Changed(_) => (PendingKind::ReplaceWithinLimits, changed_path),
             ReferenceFile::Removal(_) if inputs.contains(&name) => continue,

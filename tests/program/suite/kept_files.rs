@@ -71,6 +71,39 @@ fn references_that_were_not_fetched_are_not_replaced() {
     assert_eq!(std::fs::read_to_string(stage.path("references/a/point.exr")).unwrap(), POINTER);
 }
 
+#[cfg(unix)]
+#[test]
+fn references_that_are_links_are_read_and_not_replaced() {
+    let stage = Stage::accepted(SUITE, &[POINT]);
+    let (reference, stored) = (stage.path("references/a/point.exr"), stage.path("stored"));
+    std::fs::rename(&reference, &stored).unwrap();
+    std::os::unix::fs::symlink(&stored, &reference).unwrap();
+    stage.run(&["test"]).ends(0, &["1 image identical"]);
+    stage.scene(POINT.0, POINT.1, "\"intensity\": ", "\"intensity\": 9");
+    stage.run(&["test"]).ends(1, &["FAIL a/point"]);
+    let before = std::fs::read(&stored).unwrap();
+    let refused = "references/a/point.exr: is a link, which no image replaces; make it a file";
+    stage.run(&["accept"]).ends(73, &[refused, "not accepted: references/a/point.exr.new"]);
+    stage.run_with(&["review"], "a\n", None).ends(73, &[refused]);
+    stage.run_with(&["test"], "", Some("true")).ends(1, &["FAIL a/point"]);
+    stage.run(&["accept", "--from", "report"]).ends(73, &[refused]);
+    assert!(reference.is_symlink() && std::fs::read(&stored).unwrap() == before);
+
+    // A link to nothing, as git-annex leaves it in place of a file that it has not fetched.
+    std::fs::rename(&stored, stage.path("kept")).unwrap();
+    let lost = "references/a/point.exr: is a link to nothing; fetch its file";
+    stage.run(&["accept", "--from", "report"]).ends(65, &[lost]);
+    stage.run(&["accept"]).ends(65, &[lost]);
+    stage.run(&["test"]).ends(1, &["FAIL a/point", lost]);
+    stage.run(&["accept"]).ends(0, &["no pending images"]);
+    std::fs::rename(stage.path("kept"), &stored).unwrap();
+    // Unlocked, it is a file of the same bytes.
+    stage.run(&["test"]).ends(1, &["FAIL a/point"]);
+    std::fs::rename(&stored, &reference).unwrap();
+    stage.run(&["accept"]).ends(0, &["replaced references/a/point.exr"]);
+    stage.run(&["test"]).ends(0, &["1 image identical"]);
+}
+
 #[test]
 fn images_of_reports_are_no_references() {
     for (suite, arguments) in [

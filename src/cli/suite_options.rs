@@ -51,10 +51,18 @@ impl SuiteOption {
         })
     }
 
-    /// ` --suite DIR` as it was typed; nothing where it was not.
+    /// ` --suite DIR --allow-dir DIR` as it was typed; nothing where it was not.
     pub(super) fn shown(&self) -> String {
-        let path = self.suite.as_ref().map(|path| shell_word(&path.display().to_string()));
-        path.map(|path| format!(" --suite {path}")).unwrap_or_default()
+        let suite = self.suite.iter().map(|path| ("--suite", path));
+        let options = suite.chain(self.allow_dir.iter().map(|path| ("--allow-dir", path)));
+        options.fold(String::new(), |text, (option, path)| {
+            format!("{text} {option} {}", shell_word(&path.display().to_string()))
+        })
+    }
+
+    /// The folders of `--allow-dir`.
+    pub(super) fn allowed(&self) -> &[PathBuf] {
+        &self.allow_dir
     }
 
     /// The given folder, or the current one.

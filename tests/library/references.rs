@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use rayframe::cancel::CancelFlag;
 use rayframe::error::Result;
-use rayframe::regression::suite::{RunOptions, Suite, is_ci, report_page, run};
+use rayframe::regression::suite::{PageCommands, RunOptions, Suite, is_ci, report_page, run};
 use rayframe::regression::write_report;
 
 #[test]
@@ -25,7 +25,12 @@ fn failures() -> Result<Vec<String>> {
     let mut failures = result.failures();
     failures.extend(result.not_kept().map(ToString::to_string));
     let page: PathBuf = suite.report.join("index.html");
-    write_report(&report_page(&suite, result, "cargo test --test library references", !is_ci()), &page)?;
+    let commands = PageCommands {
+        test: "cargo test --test library references",
+        allowed: &[".".into()],
+        keeps_pending: !is_ci(),
+    };
+    write_report(&report_page(&suite, result, &commands), &page)?;
     if !failures.is_empty() {
         failures.push(format!("report: {}", page.display()));
         failures.push(

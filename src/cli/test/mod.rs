@@ -11,7 +11,7 @@ mod selection;
 mod text;
 
 use std::io::IsTerminal as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -26,7 +26,7 @@ use crate::progress::{
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Result};
 use rayframe::image_file::write_single_file;
-use rayframe::regression::suite::{self, RunOptions, Suite};
+use rayframe::regression::suite::{self, PageCommands, RunOptions, Suite};
 use rayframe::regression::{SuiteResult, Verdict, check_report_place, write_report};
 use rayframe::settings::parse as options;
 
@@ -172,13 +172,22 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
             print_output(&text);
         }
     }
-    write_report(&suite::report_page(&suite, result, &command(args, &suite), !suite::is_ci()), &page)?;
+    write_page(args, &suite, result, &page)?;
     write_single_file(&folder.join(suite::RESULT_FILE), json.as_bytes())?;
     files_written?;
     if args.open && differs {
         open_in_browser(&page);
     }
     Ok(passes)
+}
+
+fn write_page(args: &TestArgs, suite: &Suite, result: SuiteResult, page: &Path) -> Result<()> {
+    let commands = PageCommands {
+        test: &command(args, suite),
+        allowed: args.suite.allowed(),
+        keeps_pending: !suite::is_ci(),
+    };
+    write_report(&suite::report_page(suite, result, &commands), page)
 }
 
 /// Warns of paths of `exclude` that do not exist: a misspelled one excludes nothing.
@@ -207,6 +216,9 @@ fn tested(args: &TestArgs, suite: &Suite, cancel: &CancelFlag) -> Result<SuiteRe
 /// The command line, quoted for a shell.
 fn command(args: &TestArgs, suite: &Suite) -> String {
     let mut words = vec!["--suite".to_owned(), suite.file.display().to_string()];
+    for folder in args.suite.allowed() {
+        words.extend(["--allow-dir".to_owned(), folder.display().to_string()]);
+    }
     words.extend(args.selection.words());
     if let Some(folder) = &args.report {
         words.extend(["--report".to_owned(), folder.display().to_string()]);

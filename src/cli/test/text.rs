@@ -26,7 +26,7 @@ pub(super) struct TextStyle {
     pub(super) slowest: usize,
 }
 
-/// The whole text. `suite` is the option `--suite` as typed.
+/// The whole text. `suite` are the options that name the suite, as typed.
 pub(super) fn text(result: &SuiteResult, page: &Path, suite: &str, style: TextStyle) -> String {
     let mut text = String::new();
     if !style.is_quiet {

@@ -66,7 +66,7 @@ pub use discover::{SuiteShot, discover};
 pub use input_files::{input_files, is_report_image, report_files};
 pub use merge_reports::{RESULT_FILE, check_result_place, merge_reports};
 pub use orphans::finish;
-pub use page::{folders, report_page, suite_title};
+pub use page::{PageCommands, folders, report_page, suite_title};
 pub use pending::{
     Pending, PendingKind, PendingSelection, compare_pending, discard_stray_comparisons, is_ci, pending,
     reject,

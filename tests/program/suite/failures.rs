@@ -65,6 +65,35 @@ fn commands_of_the_report_run_for_names_that_look_like_options() {
 }
 
 #[test]
+fn commands_permit_the_folders_that_were_permitted() {
+    let stage = Stage::new("");
+    stage.write("suite/suite.toml", &format!("references = '../my refs'\n{SUITE}"));
+    stage.scene("suite/point.gltf", POINT.1, "", "");
+    let options = ["--suite", "suite", "--allow-dir", "my refs"];
+    let ran = stage.run(&[&["test"], &options[..]].concat());
+    let typed = "--suite suite --allow-dir 'my refs'";
+    let next = format!("rayframe review {typed}, or rayframe accept|reject [NAME] {typed}");
+    ran.ends(1, &["FAIL point", &next]);
+    let page = std::fs::read_to_string(stage.path("suite/report/index.html")).unwrap();
+    let page = page.replace("&#39;", "'");
+    let of_suite = "--suite suite/suite.toml --allow-dir 'my refs'";
+    for command in ["test", "test point", "accept point", "reject point"] {
+        let command = format!("rayframe {command} {of_suite}");
+        assert!(page.contains(&command), "{command}");
+    }
+    let folder = stage.0.path().canonicalize().unwrap();
+    let [suite, references] = ["suite/suite.toml", "my refs"].map(|name| folder.join(name));
+    let approvals = format!(
+        "--approvals approvals.json --suite {} --allow-dir '{}'",
+        suite.display(),
+        references.display()
+    );
+    assert!(page.contains(&approvals), "{approvals}");
+    let accepted = stage.run(&[&["accept", "point"], &options[..]].concat());
+    accepted.ends(0, &["added my refs/point.exr"]);
+}
+
+#[test]
 fn shots_that_make_several_sequences_name_the_list_that_tests_them() {
     let stage = Stage::new(SUITE);
     stage.scene("point.gltf", POINT.1, "", "");

@@ -20,7 +20,7 @@ pub(super) fn accept_rendered(args: &AcceptArgs, report: &Path) -> Result<()> {
     let images = report.images()?;
     let chosen = match &args.approvals {
         Some(file) => approved(&suite, images, file)?,
-        None => chosen(args, images, &shots)?,
+        None => chosen(args, images, (&suite, &shots))?,
     };
     let mut checks = RenderedChecks::new(&suite, &shots, &report);
     let checked: Vec<_> = chosen.iter().map(|image| checks.change(image)).collect();
@@ -51,9 +51,13 @@ fn all_or_none<T>(checked: Vec<Result<T>>) -> Result<Vec<T>> {
 }
 
 /// The images that the options select. Only `--changed` or an exact name selects changes within the limits.
-fn chosen(args: &AcceptArgs, images: Vec<RenderedImage>, shots: &[SuiteShot]) -> Result<Vec<RenderedImage>> {
+fn chosen(
+    args: &AcceptArgs,
+    images: Vec<RenderedImage>,
+    (suite, shots): (&Suite, &[SuiteShot]),
+) -> Result<Vec<RenderedImage>> {
     let word = &args.which.filter;
-    let (mut images, is_by_name) = select_rendered(images, shots, word)?;
+    let (mut images, is_by_name) = select_rendered(suite, images, shots, word)?;
     if args.changed {
         images.retain(|image| image.verdict == Verdict::Changed);
     } else if !is_by_name {

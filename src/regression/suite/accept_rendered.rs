@@ -49,12 +49,13 @@ pub struct RenderedChecks<'a> {
 /// # Errors
 /// [`Error::Usage`] for a filter that selects neither an image nor a shot.
 pub fn select_rendered(
+    suite: &Suite,
     images: Vec<RenderedImage>,
     shots: &[SuiteShot],
     filter: &str,
 ) -> Result<(Vec<RenderedImage>, bool)> {
     let names: Vec<String> = images.iter().map(|image| image.name.clone()).collect();
-    let selection = Filter::new(filter, shots, names.iter().map(String::as_str));
+    let selection = Filter::new(suite, filter, shots, names.iter().map(String::as_str));
     let selected: Vec<_> = images.into_iter().filter(|image| selection.matches_image(&image.name)).collect();
     let is_known = filter.is_empty() || shots.iter().any(|shot| selection.matches_shot(&shot.name));
     if selected.is_empty() && !is_known {
@@ -130,7 +131,7 @@ impl<'a> RenderedChecks<'a> {
 
     /// The render hash that the image has here. `None` where no shot renders it.
     fn render_hash(&mut self, name: &str) -> Result<Option<String>> {
-        let filter = Filter::new("", self.shots, std::iter::empty());
+        let filter = Filter::all(self.shots);
         let owner = filter.owner(name).and_then(|owner| self.shots.iter().find(|shot| shot.name == owner));
         let Some(shot) = owner else { return Ok(None) };
         if !self.render_hashes.contains_key(&shot.name) {

@@ -26,7 +26,7 @@ pub(super) fn changed_shots(suite: &Suite, shots: Vec<SuiteShot>, revision: &str
     let is_changed = |name: &str| changes.contains(&reference_path(&suite.references, name));
     let (changed, unchanged): (BTreeSet<_>, BTreeSet<_>) =
         references.map(ReferenceFile::name).partition(|name| is_changed(name));
-    let filter = Filter::new("", &shots, std::iter::empty());
+    let filter = Filter::all(&shots);
     // Also those of a shot that does not render them any more.
     let with_changes: BTreeSet<&str> = changed.iter().filter_map(|name| filter.owner(name)).collect();
     let has_changed = |shot: &SuiteShot| {

@@ -137,7 +137,8 @@ pub(super) fn reference_files(suite: &Suite) -> Result<Vec<ReferenceFile>> {
     Ok(files.iter().filter_map(|file| kind_of(&name_below(references, file)?)).collect())
 }
 
-fn kind_of(name: &str) -> Option<ReferenceFile> {
+/// The file that has this path below the folder of references.
+pub(super) fn kind_of(name: &str) -> Option<ReferenceFile> {
     let named = |ending: &str| name.strip_suffix(ending)?.strip_suffix(REFERENCE).map(str::to_owned);
     let reference = || name.strip_suffix(REFERENCE).map(str::to_owned);
     named(REMOVAL)

@@ -51,7 +51,7 @@ impl<'a> OrphanedReferences<'a> {
         let inputs = ReferencedInputs::new(suite, shots);
         let is_orphaned = |name: &String| !rendered.contains(name) && !inputs.contains(name);
         let names = references.map(|file| file.name().to_owned()).filter(is_orphaned).collect();
-        Ok(Self { filter: Filter::new("", shots, std::iter::empty()), names, unopened })
+        Ok(Self { filter: Filter::all(shots), names, unopened })
     }
 
     /// Whether no shot renders the reference `name`.
@@ -94,7 +94,7 @@ pub fn finish(
         files.retain(|file| !path(file).starts_with(&images));
     }
     let keeps_pending = options.keeps_pending;
-    let filter = Filter::new(&options.filter, shots, files.iter().map(ReferenceFile::name));
+    let filter = Filter::new(suite, &options.filter, shots, files.iter().map(ReferenceFile::name));
     let rendered: BTreeSet<&str> =
         results.iter().flat_map(|shot| &shot.frames).map(|frame| frame.name.as_str()).collect();
     // A shot that was not tested, or could not be opened, may render any frame.

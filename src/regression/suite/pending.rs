@@ -82,7 +82,7 @@ pub struct PendingSelection {
 pub fn pending(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<PendingSelection> {
     let files = reference_files(suite)?;
     let names = files.iter().map(ReferenceFile::name);
-    let selection = Filter::new(filter, shots, names);
+    let selection = Filter::new(suite, filter, shots, names);
     let inputs = ReferencedInputs::new(suite, shots);
     let mut all = Vec::new();
     for file in files.iter().filter(|file| selection.matches_image(file.name())) {
@@ -134,7 +134,7 @@ pub fn reject(suite: &Suite, pending: &Pending) -> Result<()> {
 /// [`Error::Missing`] when the references cannot be read, [`Error::WriteFailed`] when a file cannot be removed.
 pub fn discard_stray_comparisons(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<()> {
     let files = reference_files(suite)?;
-    let selection = Filter::new(filter, shots, files.iter().map(ReferenceFile::name));
+    let selection = Filter::new(suite, filter, shots, files.iter().map(ReferenceFile::name));
     let selected = files.iter().filter(|file| selection.matches_image(file.name()));
     let compared = selected.filter(|file| matches!(file, ReferenceFile::Compared(_)));
     compared.map(ReferenceFile::name).try_for_each(|name| discard_stray_comparison(suite, name))

@@ -53,7 +53,7 @@ fn of_shard(suite: &Suite, shots: &[SuiteShot], options: &RunOptions) -> Result<
 
 fn filtered(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<Vec<SuiteShot>> {
     let files = reference_files(suite)?;
-    let selection = Filter::new(filter, shots, files.iter().map(ReferenceFile::name));
+    let selection = Filter::new(suite, filter, shots, files.iter().map(ReferenceFile::name));
     let chosen: Vec<_> = shots.iter().filter(|shot| selection.matches_shot(&shot.name)).cloned().collect();
     let is_reference = |file: &ReferenceFile| {
         matches!(file, ReferenceFile::Reference(_)) && selection.matches_image(file.name())

@@ -305,3 +305,31 @@ fn review_continues_after_a_damaged_reference() {
     stage.run(&["test"]).ends(1, &["is neither an OpenEXR"]);
     stage.run_with(&["review"], "r\n", None).ends(0, &["is neither an OpenEXR", "rejected point"]);
 }
+
+#[test]
+fn paths_of_files_select_what_their_names_do() {
+    let stage = Stage::accepted(
+        &format!("scenes = 'sub'\nreferences = 'refs'\n{SUITE}"),
+        &[("sub/chars/Fox.gltf", "light/point.gltf"), ("sub/walk.gltf", "light/spot.gltf")],
+    );
+    for path in ["sub/walk.gltf", "./sub/walk.gltf", "refs/walk.exr", "walk.gltf", "walk.exr"] {
+        stage.run(&["test", path]).ends(0, &["1 image identical"]);
+        assert_eq!(stage.run(&["test", path, "--list"]).stdout, "walk\n", "{path}");
+    }
+    stage.scene("sub/walk.gltf", "light/spot.gltf", "\"intensity\": ", "\"intensity\": 9");
+    stage.run(&["test"]).ends(1, &["FAIL walk"]);
+    stage.run(&["accept", "refs/chars/Fox.exr"]).ends(0, &["no pending images of refs/chars/Fox.exr"]);
+    stage.run(&["reject", "refs/walk.exr.new"]).ends(0, &["rejected walk"]);
+    stage.run(&["test", "refs/run.exr"]).ends(2, &["no shot's name contains \"refs/run.exr\""]);
+    let below = |path: &str| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rayframe"));
+        let output = command.args(["test", path, "--list"]).current_dir(stage.path("sub/chars")).output();
+        String::from_utf8(output.unwrap().stdout).unwrap()
+    };
+    for path in ["Fox.gltf", "../chars/Fox.gltf", "../../refs/chars/Fox.exr"] {
+        assert_eq!(below(path), "chars/Fox\n", "{path}");
+    }
+    // The name of another shot wins over a path.
+    stage.scene("sub/Fox.gltf", "light/spot.gltf", "", "");
+    assert_eq!(below("Fox.gltf"), "Fox\n");
+}

@@ -145,7 +145,8 @@ impl Tracer<'_, '_> {
         let Some(first) = first else { return };
         // What hides the environment reflects its light; a ray that arrives adds what the lookup has more. What tints the ray reflects nothing,
         // and nothing reflects more than what it hides: surfaces that face the dark side of an environment would be brighter in shadow than beside it.
-        let reflected = (albedo * context.mean_radiance * surrounding_light(color)).min(radiance);
+        let estimated = albedo * context.mean_radiance * surrounding_light(color);
+        let reflected = estimated.min(radiance);
         if reflected != Vec3::ZERO {
             self.add(state.sample, light_pass, reflected * share);
         }
@@ -189,6 +190,7 @@ impl Tracer<'_, '_> {
                     ray,
                     albedo: albedo * share,
                     reflected: reflected * share,
+                    estimated: estimated * share,
                 });
             }
         }

@@ -2,7 +2,7 @@
 //!
 //! The closest opaque surface along a stopped ray is taken to be flat and diffuse, of its base colour. It receives the environment's irradiance and its own
 //! lights, as far as two shadow rays let them through: one to one of these lights, one along a direction from which the rest comes. Where
-//! the latter is stopped, too, it receives what was estimated for an unknown occluder of the looked-up light. What transparent surfaces before it
+//! the latter is stopped, too, it receives what was estimated for an unknown occluder of the looked-up light, but no more than where it is not. What transparent surfaces before it
 //! absorb is lost.
 
 use std::f32::consts::FRAC_1_PI;
@@ -159,9 +159,15 @@ impl Tracer<'_, '_> {
 
         let directions = context.environment_directions.as_ref();
         let sampled = directions.map_or(normal, |directions| directions.diffuse(normal, *direction));
-        let open = scattered * context.view.environment.irradiance(normal) - task.reflected;
-        let shadowed = task.reflected * transmittance * color - task.reflected;
-        let by_most = LitOccluder { sample, light_pass, open, shadowed };
+        let open = scattered * context.view.environment.irradiance(normal);
+        // In shadow, it is not brighter than in the open, either.
+        let shadowed = (task.estimated * transmittance * color).min(open);
+        let by_most = LitOccluder {
+            sample,
+            light_pass,
+            open: open - task.reflected,
+            shadowed: shadowed - task.reflected,
+        };
         let by_key = KeyIrradiance::new(context, (point.position, normal), *light).map(|key| {
             let open = scattered * key.irradiance;
             (LitOccluder { sample, light_pass, open, shadowed: Vec3::ZERO }, Ray::new(end, key.wi))

@@ -13,6 +13,9 @@ use super::root_mean_square::RootMeanSquare;
 use super::verdict::Verdict;
 use crate::image::content_text;
 
+/// Most lines on the content of a scene that a change within the limits tells in its line.
+const MAX_CONTENT_LINES: usize = 4;
+
 /// A difference that no limit allows.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -148,16 +151,24 @@ impl Comparison {
         }
     }
 
-    /// The measure that comes closest to its limit, or exceeds it by most, in one line. Where no measure with a limit shows a
-    /// difference, the largest difference of a value. `None` where none differs but for numbers of ids and signs of zeros.
+    /// The measure that comes closest to its limit, or exceeds it by most, and what differs of the scene's content, in one line. Where no
+    /// measure with a limit shows a difference, the largest difference of a value. `None` where none differs but for numbers of ids and
+    /// signs of zeros.
     pub fn largest_measure(&self) -> Option<String> {
+        self.largest_measure_with(&self.content_lines())
+    }
+
+    /// [`Comparison::largest_measure`] with other lines on the content.
+    pub(super) fn largest_measure_with(&self, content: &[String]) -> Option<String> {
         let share = |check: &Check| check.measured / check.limit;
         let shown = self.checks.iter().filter(|check| check.measured > 0.0 && check.limit.is_finite());
-        if let Some(check) = shown.max_by(|a, b| share(a).total_cmp(&share(b))) {
-            return Some(check.to_string());
-        }
-        if let Some(content) = self.new_content.first() {
-            return Some(content.clone());
+        let check = shown.max_by(|a, b| share(a).total_cmp(&share(b))).map(ToString::to_string);
+        let lines = content.iter().take(MAX_CONTENT_LINES).cloned();
+        let more = content.len().saturating_sub(MAX_CONTENT_LINES);
+        let more = (more > 0).then(|| format!("and {more} more"));
+        let told: Vec<_> = check.into_iter().chain(lines).chain(more).collect();
+        if !told.is_empty() {
+            return Some(told.join("; "));
         }
         let channels = self.layers.iter().flat_map(|layer| &layer.channels);
         let channel = channels.filter(|channel| channel.largest > 0.0);
@@ -166,6 +177,11 @@ impl Comparison {
             let largest = short(channel.largest);
             format!("largest difference of {}: {largest}, at column {x}, row {y}", channel.channel)
         })
+    }
+
+    /// What an image within the limits tells of the scene's content.
+    pub(super) fn content_lines(&self) -> Vec<String> {
+        self.new_content.clone()
     }
 
     /// The comparison of windows that begin at a column and row: positions in them become positions in the whole image. Those of

@@ -10,7 +10,8 @@ use super::names::reference_path;
 use super::orphans::{Orphans, add_reference};
 use super::renamed::name_renamed;
 use super::rendered_images::{check_names, image_path, reference_hash, remove_rendered, write_list};
-use super::test_shot::{FrameId, TestedFrame, keep_rendered, test_frame, was_compared};
+use super::test_shot::{FrameId, TestedFrame, keep_rendered, test_frame};
+use super::told_content::ToldContent;
 use super::{RunOptions, Shard, Suite, discover};
 use crate::error::{Error, Result, json_error_text};
 use crate::image_file::{OutputKind, check_output};
@@ -214,9 +215,9 @@ impl Merging<'_> {
         let limits = self.suite.limits_of(&path).unwrap_or(self.suite.limits);
         let mut not_kept = Vec::new();
         let mut frames = Vec::new();
+        let mut told = ToldContent::default();
         for frame in shot.frames {
-            let tells_content = !frames.iter().any(was_compared);
-            let mut tested = self.frame(folder, frame, (&limits.limits, tells_content))?;
+            let mut tested = self.frame(folder, frame, &limits.limits, &mut told)?;
             if self.reports_passing && tested.result.verdict() == Verdict::Identical {
                 add_reference(self.suite, &mut tested.result);
             }
@@ -244,7 +245,8 @@ impl Merging<'_> {
         &self,
         folder: &Path,
         frame: ReportedFrame,
-        (limits, tells_content): (&Limits, bool),
+        limits: &Limits,
+        told: &mut ToldContent,
     ) -> Result<TestedFrame> {
         let ReportedFrame { name, frame, status, verdict, messages, hash, reference, cause } = frame;
         let file = image_path(folder, &name);
@@ -265,10 +267,11 @@ impl Merging<'_> {
         }
         // Broken frames have no image.
         if verdict == Verdict::Identical || (status == FrameStatus::Broken && !file.exists()) {
+            told.keep(&name, &reported.messages);
             return Ok(TestedFrame { result: reported, file: None, was_rendered: true });
         }
-        let id = FrameId { name, frame, tells_content, scene: None };
-        let mut tested = test_frame(self.suite, limits, id, &file)?;
+        let id = FrameId { name, frame, scene: None };
+        let mut tested = test_frame(self.suite, limits, id, &file, told)?;
         if (tested.result.status, &tested.result.actual_hash) != (status, &reported.actual_hash) {
             let message = format!("{}: is not the image that was tested; test again", file.display());
             return Err(Error::Different { message });

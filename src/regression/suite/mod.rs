@@ -54,6 +54,7 @@ mod shell;
 mod stored_reference;
 mod suite_file;
 mod test_shot;
+mod told_content;
 mod unchanged;
 mod verdict_cache;
 mod views;

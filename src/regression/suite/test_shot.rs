@@ -14,6 +14,7 @@ use super::pending::{discard_image, discard_removal, store_image};
 use super::render::render_shot;
 use super::rendered_images::{file_hash, store_rendered};
 use super::stored_reference::read_stored;
+use super::told_content::ToldContent;
 use super::verdict_cache::{CachedShot, TestedInputs, VerdictCache};
 use super::{Suite, SuiteShot};
 use crate::cancel::CancelFlag;
@@ -181,8 +182,9 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
     let CoveredShot { jobs, lost, warning } =
         jobs_of(context.suite, shot, context.overrides, context.shots_at_once)?;
     warnings.extend(warning);
+    let mut told = ToldContent::default();
     for covered in jobs {
-        tested_view(context, shot, &limits.limits, (&covered, &mut frames))?;
+        tested_view(context, (shot, &covered), &limits.limits, (&mut frames, &mut told))?;
         let ShotJob { sequence, warnings: of_view, inputs: files } = covered.job;
         warnings.extend(of_view.iter().map(ToString::to_string));
         // The library of a denoiser is no input file.
@@ -226,9 +228,9 @@ fn lost_frame(context: &TestContext<'_>, name: String, error: &Error) -> TestedF
 /// Renders and compares the frames of one view, and adds them to those of the shot.
 fn tested_view(
     context: &TestContext<'_>,
-    shot: &SuiteShot,
+    (shot, covered): (&SuiteShot, &CoveredJob),
     limits: &Limits,
-    (covered, tested): (&CoveredJob, &mut Vec<TestedFrame>),
+    (tested, told): (&mut Vec<TestedFrame>, &mut ToldContent),
 ) -> Result<()> {
     let mut rendered = render_shot(covered.job.sequence.clone(), context.cancel)?;
     let is_refused = |(_, file): &(i64, Result<PathBuf>)| matches!(file, Err(Error::Refused { .. }));
@@ -239,11 +241,10 @@ fn tested_view(
         let id = FrameId {
             name: covered.image_name(&shot.name, *frame),
             frame: covered.frame_number(*frame),
-            tells_content: !tested.iter().any(|frame| was_compared(&frame.result)),
             scene: Some(&covered.job.sequence.scene),
         };
         let mut frame = match file {
-            Ok(file) => test_frame(context.suite, limits, id, file)?,
+            Ok(file) => test_frame(context.suite, limits, id, file, told)?,
             Err(error) => {
                 let result = id.result(FrameStatus::Broken).because(error.to_string());
                 TestedFrame { result, file: None, was_rendered: true }
@@ -255,19 +256,10 @@ fn tested_view(
     Ok(())
 }
 
-/// Whether an image was compared with its reference. One that cannot become a reference counts as well: the report of a shard does not
-/// tell whether it was.
-pub(super) fn was_compared(result: &FrameResult) -> bool {
-    let is_refused = result.status == FrameStatus::Broken && result.reference_hash.is_some();
-    result.comparison.is_some() || is_refused
-}
-
 /// The name of a frame's reference, and the frame number in shots of several frames.
 pub(super) struct FrameId<'a> {
     pub(super) name: String,
     pub(super) frame: Option<i64>,
-    /// Whether it is the first image of its shot that is compared. Lost content is told once, with it.
-    pub(super) tells_content: bool,
     /// The rendered scene, where it is at hand, for names of its materials.
     pub(super) scene: Option<&'a Scene>,
 }
@@ -278,21 +270,21 @@ impl FrameId<'_> {
     }
 }
 
-/// Compares the image in `file` with its reference.
+/// Compares the image in `file` with its reference. What `told` has of the shot's content is not told again.
 pub(super) fn test_frame(
     suite: &Suite,
     limits: &Limits,
     id: FrameId<'_>,
     file: &Path,
+    told: &mut ToldContent,
 ) -> Result<TestedFrame> {
     let reference = reference_path(&suite.references, &id.name);
     let bytes = std::fs::read(file).map_err(Error::missing(file))?;
-    let mut actual = Image::decode(file, &bytes)?;
-    let content = actual.scene.content.take_if(|_| !id.tells_content);
+    let actual = Image::decode(file, &bytes)?;
     let stored = read_stored(&reference);
     let mut result = match &stored {
         Ok(Some(stored)) => match Image::decode(&reference, stored) {
-            Ok(expected) => compare_frame(id, &actual, &expected, limits),
+            Ok(expected) => compare_frame(id, [&actual, &expected], limits, told),
             // The image cannot replace what was not fetched.
             Err(error) if is_lfs_pointer(stored) => id.result(FrameStatus::Broken).because(error.to_string()),
             Err(error) => id.result(FrameStatus::Different).because(error.to_string()),
@@ -310,8 +302,6 @@ pub(super) fn test_frame(
         result.status = FrameStatus::Broken;
         result.messages.insert(0, message);
     }
-    // Hashes of images cover the list.
-    actual.scene.content = actual.scene.content.or(content);
     if result.verdict() != Verdict::Identical {
         let errors = result.comparison.as_mut().and_then(|comparison| comparison.flip_map.take());
         result.actual = EncodedImage::new(&actual).map(|packed| match &errors {
@@ -323,7 +313,12 @@ pub(super) fn test_frame(
     Ok(TestedFrame { result, file: Some(bytes), was_rendered: true })
 }
 
-fn compare_frame(id: FrameId<'_>, actual: &Image, expected: &Image, limits: &Limits) -> FrameResult {
+fn compare_frame(
+    id: FrameId<'_>,
+    [actual, expected]: [&Image; 2],
+    limits: &Limits,
+    told: &mut ToldContent,
+) -> FrameResult {
     let mut comparison = if are_identical_and_finite(actual, expected) {
         Comparison::identical()
     } else {
@@ -335,12 +330,10 @@ fn compare_frame(id: FrameId<'_>, actual: &Image, expected: &Image, limits: &Lim
     let mut result = id.result(FrameStatus::Passed);
     match comparison.verdict() {
         Verdict::Identical => comparison.flip_map = None,
-        Verdict::Changed => result.messages = comparison.largest_measure().into_iter().collect(),
-        Verdict::Failed => {
-            result.status = FrameStatus::Different;
-            result.messages = comparison.failures();
-        }
+        Verdict::Changed => {}
+        Verdict::Failed => result.status = FrameStatus::Different,
     }
+    result.messages = told.messages(&result.name, &comparison);
     if comparison.verdict() != Verdict::Identical {
         result.expected = EncodedImage::new(expected);
     }

@@ -54,3 +54,30 @@ fn frozen_clips_fail_though_the_tested_frame_is_the_same() {
     assert!(allowed.text.contains("nothing lost"), "{}", allowed.text);
     stage.run(&["diff", "was.gltf", "robot.gltf", "--allow-lost", "clips"]).ends(0, &[]);
 }
+
+#[test]
+fn every_reference_guards_the_content_that_it_lists() {
+    let shot = |frames: &str| format!("scene = 'robot.gltf'\nframes = {frames}\n");
+    let stage = Stage::new(SUITE);
+    let with_hat = scene(0);
+    let mut without = with_hat.clone();
+    without["nodes"][1].as_object_mut().unwrap().remove("name");
+    stage.write("robot.gltf", &with_hat.to_string());
+    stage.write("walk.toml", &shot("[0, 12]"));
+    accepted(&stage);
+    // All references are replaced, so that none is stale when the frames of the shot change.
+    stage.write("robot.gltf", &without.to_string());
+    let ran = stage.run(&["test"]);
+    ran.ends(1, &["lost: node \"hat\"", "content differs as told with walk.0000", "2 failed"]);
+    assert_eq!(ran.text.matches("lost: ").count(), 1, "{}", ran.text);
+    stage.run(&["accept"]).ends(0, &["replaced references/walk.0012.exr"]);
+    stage.write("walk.toml", &shot("[12, 24]"));
+    stage.run(&["test"]).ends(1, &["walk.0024.exr", "no shot renders this reference", "1 image identical"]);
+    stage.run(&["accept"]).ends(0, &[]);
+    // A reference that is not the first one alone lists the hat.
+    stage.write("robot.gltf", &with_hat.to_string());
+    stage.run(&["test"]).ends(0, &["new: node \"hat\"", "2 changed within limits"]);
+    stage.run(&["accept", "walk.0024.exr"]).ends(0, &["replaced"]);
+    stage.write("robot.gltf", &without.to_string());
+    stage.run(&["test"]).ends(1, &["FAIL walk.0024", "lost: node \"hat\"", "1 image identical"]);
+}

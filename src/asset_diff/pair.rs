@@ -12,10 +12,12 @@ use crate::cancel::CancelFlag;
 use crate::error::{Result, Warning};
 use crate::framing::{NamedView, is_interior};
 use crate::gltf::ImageLoading;
-use crate::image::Image;
+use crate::image::{Image, content_text, quoted};
 use crate::renderer::RenderedFrame;
-use crate::scene::{CameraRequest, ClipSelection, Environment, NameOrIndex, Scene, VariantRequest};
-use crate::sequence::SequenceJob;
+use crate::scene::{
+    AnimationIndex, CameraRequest, ClipSelection, Environment, NameOrIndex, Scene, VariantRequest,
+};
+use crate::sequence::{SequenceJob, clip_checksum};
 use crate::settings::Settings;
 use crate::shot::default_views::DefaultCamera;
 use crate::shot::environment::environment_request;
@@ -111,6 +113,17 @@ impl AssetPair {
     /// The views in which [`AssetPair::render`] renders both.
     pub fn views(&self) -> &[View] {
         &self.views
+    }
+
+    /// What changed of the motion of the clip of a view, between the frames that are rendered or in them; `None` where nothing did.
+    pub fn motion_change(&self, view: &View) -> Option<String> {
+        let pair = view.clip?;
+        let motion = |asset: &Asset, index: usize| {
+            asset.scene.animations.get(index).map(|clip| clip_checksum(&asset.scene, clip))
+        };
+        let [ours, theirs] = [motion(&self.actual, pair.actual), motion(&self.reference, pair.reference)];
+        let name = self.reference.scene.clip_label(AnimationIndex(pair.reference as u32));
+        (ours != theirs).then(|| format!("{} changed", content_text("motion", &quoted(&name), 1)))
     }
 
     /// Renders both assets in each frame of `view`, and calls `on_frame` with the frame number, the actual and the reference image, and the

@@ -20,8 +20,8 @@ pub use channel::{
 };
 pub use plate::{Plate, PlateFit, over, resample};
 pub use rendered_scene::{PartHashes, RenderedScene};
-pub(crate) use scene_content::content_text;
 pub use scene_content::{ContentChange, ContentNames, SceneContent};
+pub(crate) use scene_content::{content_text, quoted};
 pub use window::PixelWindow;
 
 /// Meaning of the values of an image's colour channels.

@@ -32,16 +32,22 @@ pub struct PartHashes {
     pub assignments: String,
     /// Lights and the environment.
     pub lights: String,
+    /// Number of the rules by which the hashes were made, [`PartHashes::RULES`] then; `None` in files of earlier versions. Hashes of other
+    /// rules may differ where the scene does not.
+    pub rules: Option<u32>,
 }
 
 impl PartHashes {
     /// Name of the text attribute in EXR files.
     pub const ATTRIBUTE: &'static str = "sceneParts";
+    /// Number of the present rules. It grows when the hash of any scene changes.
+    pub const RULES: u32 = 1;
 
     /// The value of the attribute.
     pub fn text(&self) -> String {
-        let Self { geometry, materials, assignments, lights } = self;
-        format!("geometry={geometry} materials={materials} assignments={assignments} lights={lights}")
+        let Self { geometry, materials, assignments, lights, rules } = self;
+        let rules = rules.map(|rules| format!(" rules={rules}")).unwrap_or_default();
+        format!("geometry={geometry} materials={materials} assignments={assignments} lights={lights}{rules}")
     }
 
     /// The hashes of a value of the attribute; `None` for any other text.
@@ -55,6 +61,7 @@ impl PartHashes {
             materials: value("materials")?,
             assignments: value("assignments")?,
             lights: value("lights")?,
+            rules: value("rules").and_then(|rules| rules.parse().ok()),
         })
     }
 }
@@ -66,8 +73,12 @@ mod tests {
     #[test]
     fn hashes_are_read_as_they_are_written() {
         let [geometry, materials, assignments, lights] = ["a1", "b2", "d4", "c3"].map(str::to_owned);
-        let parts = PartHashes { geometry, materials, assignments, lights };
-        assert_eq!(PartHashes::parse(&parts.text()), Some(parts));
+        let parts = PartHashes { geometry, materials, assignments, lights, rules: Some(7) };
+        assert_eq!(PartHashes::parse(&parts.text()), Some(parts.clone()));
+        // Earlier versions wrote no rules.
+        let earlier = PartHashes { rules: None, ..parts };
+        assert_eq!(earlier.text(), "geometry=a1 materials=b2 assignments=d4 lights=c3");
+        assert_eq!(PartHashes::parse(&earlier.text()), Some(earlier));
         assert_eq!(PartHashes::parse("geometry=a1 lights=c3"), None);
     }
 }

@@ -31,6 +31,13 @@ pub struct SceneContent {
     /// Animation clips that change anything over time; `None` in references of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub moving_clips: Option<ContentNames>,
+    /// Lights that stand in a scene of the file; `None` in references of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lights: Option<ContentNames>,
+    /// Checksums of the keyframes of clips by their names: of those that play, or of all where none does. `None` in references of earlier
+    /// versions, and of many.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motions: Option<BTreeMap<String, String>>,
 }
 
 /// Names of one kind of content.
@@ -46,7 +53,7 @@ pub enum ContentNames {
 /// Content that only one of two scenes has.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ContentChange {
-    /// What it is: `node`, `clip`, `camera`, `variant`, `morph_target` or `motion`.
+    /// What it is: `node`, `clip`, `camera`, `variant`, `light`, `morph_target` or `motion`.
     pub kind: &'static str,
     /// Its name in quotes, for morph targets that of the node and for motion that of the clip, or a number where names are not listed.
     pub name: String,
@@ -79,6 +86,9 @@ impl SceneContent {
             for ((kind, names), (_, others)) in more.kinds().into_iter().zip(less.kinds()) {
                 changes.extend(names.without(others).into_iter().map(|name| change(kind, name, 1)));
             }
+            if let (Some(lights), Some(others)) = (&more.lights, &less.lights) {
+                changes.extend(lights.without(others).into_iter().map(|name| change("light", name, 1)));
+            }
             // Of what is lost or new as a whole, nothing more is told.
             if let (Some(more_counts), Some(counts)) = (&more.morph_targets, &less.morph_targets) {
                 let nodes = more.nodes.without(&less.nodes);
@@ -98,6 +108,19 @@ impl SceneContent {
         changes
     }
 
+    /// What both have and is another, one line each.
+    pub fn alterations_since(&self, reference: &Self) -> Vec<String> {
+        let (Some(ours), Some(theirs)) = (&self.motions, &reference.motions) else { return Vec::new() };
+        let is_other =
+            |(clip, motion): &(&String, &String)| theirs.get(*clip).is_some_and(|other| other != *motion);
+        // One that came to rest is told as lost.
+        let lost: Vec<_> =
+            self.changes_since(reference).into_iter().filter(|change| change.kind == MOTION).collect();
+        let names = ours.iter().filter(is_other).map(|(clip, _)| quoted(clip));
+        let altered = names.filter(|name| lost.iter().all(|change| change.name != *name));
+        altered.map(|name| format!("{} changed", content_text(MOTION, &name, 1))).collect()
+    }
+
     fn kinds(&self) -> [(&'static str, &ContentNames); 4] {
         let Self { nodes, clips, cameras, variants, .. } = self;
         [("node", nodes), ("clip", clips), ("camera", cameras), ("variant", variants)]
@@ -112,6 +135,19 @@ impl SceneContent {
             *counts.entry(node).or_default() += count;
         }
         (counts.keys().map(String::len).sum::<usize>() <= MAX_LISTED_BYTES).then_some(counts)
+    }
+
+    /// Values by the names of clips, unless the names are too many. Clips of one name are numbered.
+    pub fn listed_by_clip<T>(values: impl Iterator<Item = (String, T)>) -> Option<BTreeMap<String, T>> {
+        let mut listed = BTreeMap::new();
+        for (name, value) in values {
+            let numbered = (2..).map(|number| format!("{name} ({number})"));
+            let mut free =
+                std::iter::once(name.clone()).chain(numbered).filter(|name| !listed.contains_key(name));
+            let free = free.next();
+            listed.extend(free.map(|name| (name, value)));
+        }
+        (listed.keys().map(String::len).sum::<usize>() <= MAX_LISTED_BYTES).then_some(listed)
     }
 }
 
@@ -166,7 +202,8 @@ impl std::fmt::Display for ContentChange {
     }
 }
 
-fn quoted(name: &str) -> String {
+/// A name in quotes, as changes of content have it.
+pub(crate) fn quoted(name: &str) -> String {
     format!("\"{}\"", name.escape_debug())
 }
 
@@ -243,6 +280,29 @@ mod tests {
         assert_eq!(told(&earlier(), &with(&["wave"])), [""; 0]);
         let nothing = SceneContent { clips: listed(&[]), ..with(&[]) };
         assert_eq!(told(&nothing, &with(&["wave"])), ["lost: clip \"wave\""]);
+    }
+
+    #[test]
+    fn lost_lights_and_other_keyframes_are_told() {
+        let with = |lights: &[&str], motion: &str| SceneContent {
+            lights: Some(listed(lights)),
+            motions: SceneContent::listed_by_clip([("wave".to_owned(), motion.to_owned())].into_iter()),
+            ..earlier()
+        };
+        let altered = |actual: &SceneContent, reference: &SceneContent| actual.alterations_since(reference);
+        assert_eq!(told(&with(&["lamp"], "a"), &with(&["lamp", "sun"], "a")), ["lost: light \"sun\""]);
+        assert_eq!(altered(&with(&[], "a"), &with(&[], "a")), [""; 0]);
+        assert_eq!(altered(&with(&[], "b"), &with(&[], "a")), ["motion of clip \"wave\" changed"]);
+        for (actual, reference) in [(with(&[], "a"), earlier()), (earlier(), with(&["sun"], "a"))] {
+            assert_eq!((told(&actual, &reference), altered(&actual, &reference)), (vec![], vec![]));
+        }
+        let frozen = SceneContent { moving_clips: Some(listed(&[])), ..with(&[], "b") };
+        let moving = SceneContent { moving_clips: Some(listed(&["wave"])), ..with(&[], "a") };
+        assert_eq!(altered(&frozen, &moving), [""; 0]);
+        assert_eq!(SceneContent::parse(&moving.text()), Some(moving));
+        let twice = [("wave".to_owned(), 1), ("wave".to_owned(), 2)].into_iter();
+        let names: Vec<_> = SceneContent::listed_by_clip(twice).unwrap().into_keys().collect();
+        assert_eq!(names, ["wave", "wave (2)"]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What changed between the scenes of two images, as their files tell.
 
-use crate::image::RenderedScene;
+use crate::image::{PartHashes, RenderedScene};
 
 /// Largest difference of a number of a camera's matrices that rounding explains, as a share of the number or of 1.
 const ROUNDING: f32 = 1e-5;
@@ -22,8 +22,17 @@ pub(super) enum Part {
 pub(super) fn changed_parts(actual: &RenderedScene, reference: &RenderedScene) -> Option<Vec<Part>> {
     let is_moved = has_moved(actual.camera.as_ref()?, reference.camera.as_ref()?);
     let (ours, theirs) = (actual.parts.as_ref()?, reference.parts.as_ref()?);
+    // Hashes of other rules differ in equal scenes. Those of earlier versions have no number.
+    if ours.rules.zip(theirs.rules).is_some_and(|(ours, theirs)| ours != theirs) {
+        return None;
+    }
+    let camera = Some(Part::Camera).filter(|_| is_moved);
+    Some(camera.into_iter().chain(different_parts(ours, theirs)).collect())
+}
+
+/// The parts whose hashes differ.
+fn different_parts(ours: &PartHashes, theirs: &PartHashes) -> impl Iterator<Item = Part> {
     let parts = [
-        (Part::Camera, is_moved),
         (Part::Geometry, ours.geometry != theirs.geometry),
         // Other geometry has other assignments.
         (
@@ -33,7 +42,38 @@ pub(super) fn changed_parts(actual: &RenderedScene, reference: &RenderedScene) -
         ),
         (Part::Lights, ours.lights != theirs.lights),
     ];
-    Some(parts.into_iter().filter(|(_, differs)| *differs).map(|(part, _)| part).collect())
+    parts.into_iter().filter(|(_, differs)| *differs).map(|(part, _)| part)
+}
+
+/// What changed of the scene of an image of equal pixels, one line each. Empty unless both files tell their parts by the same rules.
+pub(super) fn hidden_changes(actual: &RenderedScene, reference: &RenderedScene) -> Vec<String> {
+    let Some((ours, theirs)) = actual.parts.as_ref().zip(reference.parts.as_ref()) else { return Vec::new() };
+    if ours.rules.is_none() || ours.rules != theirs.rules {
+        return Vec::new();
+    }
+    let name = |part| match part {
+        Part::Camera => "the camera",
+        Part::Geometry => "geometry",
+        Part::Materials => "materials or textures",
+        Part::Lights => "lights or the environment",
+    };
+    different_parts(ours, theirs)
+        .map(|part| format!("{} changed where this image does not show it", name(part)))
+        .collect()
+}
+
+/// What changed of a scene that pixels need not show, one line each. Empty unless both files list their content, as references do.
+pub(super) fn scene_changes(
+    actual: &RenderedScene,
+    reference: &RenderedScene,
+    is_identical: bool,
+) -> Vec<String> {
+    let Some((ours, theirs)) = actual.content.as_ref().zip(reference.content.as_ref()) else {
+        return Vec::new();
+    };
+    let mut lines = if is_identical { hidden_changes(actual, reference) } else { Vec::new() };
+    lines.extend(ours.alterations_since(theirs));
+    lines
 }
 
 /// Whether the matrices of two cameras differ by more than rounding. The row of depth in the second, to the display window, does not

@@ -1,6 +1,7 @@
 //! Compares two images: every measure with its value and its limit.
 
 use super::cause::likely_cause;
+use super::changes::scene_changes;
 use super::channel_difference::{LayerDifference, ValueLimits, channel_difference};
 use super::color_checks::{ColorMeasure, measure_colors};
 use super::common_form::{in_form_of, is_light, is_statistic};
@@ -41,6 +42,7 @@ pub fn compare_with_each<const N: usize>(
         return limits.map(|_| measured.clone());
     }
     measured.is_identical = are_identical(actual, reference);
+    measured.scene_changes = scene_changes(&actual.scene, &reference.scene, measured.is_identical);
     let colors = measure_colors(&mut measured, [actual, reference]);
     limits.map(|limits| limited(&measured, &colors, [actual, reference], limits))
 }
@@ -67,10 +69,11 @@ fn limited(
     comparison.of_window_at((window.x0, window.y0))
 }
 
-/// Whether all values have the same bits, all are finite, and the scenes have the same content.
+/// Whether all values have the same bits, all are finite, and the files tell the same of their scenes.
 pub(super) fn are_identical_and_finite(actual: &Image, reference: &Image) -> bool {
     are_identical(actual, reference)
         && actual.scene.content_changes(&reference.scene).is_empty()
+        && scene_changes(&actual.scene, &reference.scene, true).is_empty()
         && mismatches(actual, reference).is_empty()
 }
 

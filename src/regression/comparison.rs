@@ -4,7 +4,9 @@
 
 use serde::{Serialize, Serializer};
 
+use super::Image;
 use super::cause::Cause;
+use super::changes::hidden_changes;
 use super::channel_difference::LayerDifference;
 use super::flip::{Exposures, FlipMap};
 use super::non_finite::NonFinite;
@@ -51,7 +53,7 @@ pub enum Mismatch {
     },
     /// Content that only the reference's scene has.
     Lost {
-        /// What it is: `node`, `clip`, `camera`, `variant`, `morph_target` or `motion`.
+        /// What it is: `node`, `clip`, `camera`, `variant`, `light`, `morph_target` or `motion`.
         content: &'static str,
         /// See [`ContentChange::name`](crate::image::ContentChange::name).
         name: String,
@@ -92,6 +94,8 @@ pub struct Comparison {
     pub mismatches: Vec<Mismatch>,
     /// Content that the reference's scene does not have, one line each.
     pub new_content: Vec<String>,
+    /// Changes of the scene that pixels need not show, one line each: parts where the pixels are equal, and clips.
+    pub scene_changes: Vec<String>,
     /// Measures with limits.
     pub checks: Vec<Check>,
     /// Differences by EXR layer.
@@ -144,7 +148,7 @@ impl Comparison {
 
     /// Whether the image is identical, changed within the limits, or failed.
     pub fn verdict(&self) -> Verdict {
-        match (self.passes(), self.is_identical && self.new_content.is_empty()) {
+        match (self.passes(), self.is_identical && self.content_lines().is_empty()) {
             (false, _) => Verdict::Failed,
             (true, false) => Verdict::Changed,
             (true, true) => Verdict::Identical,
@@ -181,7 +185,15 @@ impl Comparison {
 
     /// What an image within the limits tells of the scene's content.
     pub(super) fn content_lines(&self) -> Vec<String> {
-        self.new_content.clone()
+        self.new_content.iter().chain(&self.scene_changes).cloned().collect()
+    }
+
+    /// Adds what changed of the scene of an image of equal pixels, whatever its files list.
+    pub fn tell_hidden_changes(&mut self, actual: &Image, reference: &Image) {
+        if self.is_identical {
+            let hidden = hidden_changes(&actual.scene, &reference.scene);
+            self.scene_changes.extend(hidden);
+        }
     }
 
     /// The comparison of windows that begin at a column and row: positions in them become positions in the whole image. Those of

@@ -8,8 +8,9 @@ use std::fmt::Write as _;
 use sha2::{Digest as _, Sha256};
 
 use super::{Image, Samples};
+use crate::image::PartHashes;
 
-/// SHA-256 over windows, names and bits of all values, and the content that the file lists, as hexadecimal digits.
+/// SHA-256 over windows, names and bits of all values, and what a file that lists its content tells of the scene, as hexadecimal digits.
 pub fn pixel_hash(image: &Image) -> String {
     let mut hash = Sha256::new();
     let (whole, first, size) = (image.display_window.size(), image.position(), image.size());
@@ -35,6 +36,8 @@ pub fn pixel_hash(image: &Image) -> String {
     }
     if let Some(content) = &image.scene.content {
         hash.update(content.text().as_bytes());
+        let parts = image.scene.parts.as_ref().map(PartHashes::text);
+        hash.update(parts.unwrap_or_default().as_bytes());
     }
     hash.finalize().iter().fold(String::new(), |mut text, byte| {
         let _ = write!(text, "{byte:02x}");

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// No value's bits differ. Attributes of the files do not count.
+    /// No value's bits differ. Of the files' attributes only what they tell of the scene counts.
     Identical,
-    /// Values differ, and every measure is within its limit.
+    /// Values differ, or the scene where no value shows it, and every measure is within its limit.
     Changed,
     /// A measure is beyond its limit, or there is nothing to compare.
     Failed,

@@ -345,7 +345,8 @@ impl<'a> FrameTracer<'a> {
         );
         attributes.texts.push((PartHashes::ATTRIBUTE.to_owned(), self.parts_text(frame)));
         if self.job.exr.lists_content {
-            let content = self.content.get_or_init(|| scene_content(&self.job.scene).text());
+            let content =
+                self.content.get_or_init(|| scene_content(&self.job.scene, &self.job.selection.clips).text());
             attributes.texts.push((SceneContent::ATTRIBUTE.to_owned(), content.clone()));
         }
         let range = self.job.render.sample_range_text();

@@ -1,13 +1,15 @@
 //! The names of what a scene holds, for the attribute `sceneContent` of references.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::image::{ContentNames, SceneContent};
-use crate::scene::{AnimationIndex, Scene};
+use crate::scene::{AnimationIndex, LightIndex, Scene};
 
-/// Names of the nodes with a mesh and of their morph targets, of the cameras that stand in a scene of the file, of its clips and which of these
-/// move, and of its variants.
-pub(super) fn scene_content(scene: &Scene) -> SceneContent {
+use super::clip_checksum;
+
+/// Names of the nodes with a mesh and of their morph targets, of the cameras and lights that stand in a scene of the file, of its clips and
+/// which of these move, and of its variants. `playing` are the clips of the image.
+pub(super) fn scene_content(scene: &Scene, playing: &[AnimationIndex]) -> SceneContent {
     let standing = scene.nodes_of_scenes();
     let nodes: Vec<_> = standing.iter().filter_map(|node| scene.nodes.get(node.index())).collect();
     let with_mesh: Vec<_> = nodes.iter().filter(|node| node.mesh.is_some()).collect();
@@ -23,6 +25,11 @@ pub(super) fn scene_content(scene: &Scene) -> SceneContent {
     let moving_clips = moving.map(|(index, _)| clip_label(index)).collect();
     let cameras: BTreeSet<_> = nodes.iter().filter_map(|node| node.camera).collect();
     let cameras = cameras.into_iter().map(|camera| scene.camera_label(camera));
+    let lights: BTreeSet<_> = nodes.iter().filter_map(|node| node.light).collect();
+    let light_label = |light: LightIndex| {
+        scene.light_name(light).map_or_else(|| format!("light{}", light.index()), str::to_owned)
+    };
+    let lights = lights.into_iter().map(light_label).collect();
     let variants = scene.variants.iter().map(|variant| variant.name.clone());
     SceneContent {
         nodes: ContentNames::new(with_mesh.iter().filter_map(|node| node.name.clone()).collect()),
@@ -31,5 +38,15 @@ pub(super) fn scene_content(scene: &Scene) -> SceneContent {
         variants: ContentNames::new(variants.collect()),
         morph_targets,
         moving_clips: Some(ContentNames::new(moving_clips)),
+        lights: Some(ContentNames::new(lights)),
+        motions: motions(scene, playing),
     }
+}
+
+/// Checksums of the clips that play, or of all where none does: other clips have images of their own.
+fn motions(scene: &Scene, playing: &[AnimationIndex]) -> Option<BTreeMap<String, String>> {
+    let all = scene.animations.iter().enumerate().map(|(index, clip)| (AnimationIndex(index as u32), clip));
+    let clips = all.filter(|(index, _)| playing.is_empty() || playing.contains(index));
+    let motions = clips.map(|(index, clip)| (scene.clip_label(index), clip_checksum(scene, clip)));
+    SceneContent::listed_by_clip(motions)
 }

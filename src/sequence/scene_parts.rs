@@ -80,7 +80,7 @@ pub(super) fn part_hashes(job: &SequenceJob, statics: &StaticHashes, frame: i64)
         lights(job, statics, &content),
     ]
     .map(|hash| hex(&hash[..KEPT]));
-    PartHashes { geometry, materials, assignments, lights }
+    PartHashes { geometry, materials, assignments, lights, rules: Some(PartHashes::RULES) }
 }
 
 /// The order of nodes does not count.

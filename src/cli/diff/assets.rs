@@ -34,7 +34,7 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     for view in pair.views() {
         let mut shot = page.is_some().then(|| shot(args, view));
         pair.render(view, |frame, images, names| {
-            let (report, comparison) = compared(args, names, (view, frame), &images);
+            let (report, comparison) = compared(args, (&pair, names), (view, frame), &images);
             if let (Some(page), Some(shot)) = (&page, &mut shot) {
                 shot.frames.push(page.frame(view, frame, &images, comparison));
             }
@@ -66,13 +66,18 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
 
 fn compared(
     args: &DiffArgs,
-    names: &MaterialNames<'_>,
+    (assets, names): (&AssetPair, &MaterialNames<'_>),
     (view, frame): (&View, i64),
     images: &[Image; 2],
 ) -> (FrameReport, Comparison) {
     let [actual, reference] = images;
     let mut comparison = comparison(actual, reference, args);
     comparison.name_materials(actual, reference, &|id| names.of_id(id));
+    comparison.tell_hidden_changes(actual, reference);
+    // Told once a clip.
+    if view.frames.first() == Some(&frame) {
+        comparison.scene_changes.extend(assets.motion_change(view));
+    }
     let pair = FilePair {
         frame: (view.frames.len() > 1).then_some(frame),
         actual: args.actual.clone(),

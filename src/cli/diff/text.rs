@@ -164,7 +164,11 @@ pub(super) fn verdicts(report: &Report<'_>, noun: &str) -> String {
 
 pub(super) fn outcome(frame: &FrameReport) -> String {
     match frame.failures.as_slice() {
-        [] => frame.verdict.words().to_owned(),
+        [] => {
+            let words = std::iter::once(frame.verdict.words());
+            let changes = frame.comparison.scene_changes.iter().map(String::as_str);
+            one_line(&words.chain(changes).collect::<Vec<_>>().join("; "))
+        }
         [only] => one_line(only),
         [first, rest @ ..] => format!("{} (and {} more)", one_line(first), rest.len()),
     }

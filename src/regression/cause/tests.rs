@@ -67,7 +67,7 @@ fn rendered(pixels: &Image, camera: f32, [geometry, materials, lights]: [&str; 3
     // Assignments follow the geometry; those of "g" are told by the material.
     let assignments = if materials == "swapped" { "other" } else { geometry.as_str() }.to_owned();
     let materials = if materials == "swapped" { "m".to_owned() } else { materials };
-    let parts = Some(PartHashes { geometry, materials, assignments, lights });
+    let parts = Some(PartHashes { geometry, materials, assignments, lights, rules: Some(1) });
     let scene = RenderedScene { camera: Some([[camera; 16]; 2]), parts, content: None };
     Image { scene, ..pixels.clone() }
 }

@@ -1,6 +1,6 @@
 //! Lost content that no tested image shows.
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::Stage;
 use super::coverage::{SUITE, accepted, scene};
@@ -80,4 +80,80 @@ fn every_reference_guards_the_content_that_it_lists() {
     stage.run(&["accept", "walk.0024.exr"]).ends(0, &["replaced"]);
     stage.write("robot.gltf", &without.to_string());
     stage.run(&["test"]).ends(1, &["FAIL walk.0024", "lost: node \"hat\"", "1 image identical"]);
+}
+
+#[test]
+fn changes_that_no_pixel_shows_are_told_and_pass() {
+    let stage = Stage::new(&format!("{SUITE}frames = 0\nanimation = 'none'\nview = 'front'\n"));
+    let mut robot = scene(0);
+    robot["nodes"][1]["scale"] = json!([0, 0, 0]);
+    stage.write("robot.gltf", &robot.to_string());
+    stage.write("was.gltf", &robot.to_string());
+    accepted(&stage);
+    robot["nodes"][1]["translation"] = json!([0, 0.5, 0]);
+    stage.write("robot.gltf", &robot.to_string());
+    let hidden = "geometry changed where this image does not show it";
+    let ran = stage.run(&["test"]);
+    ran.ends(
+        0,
+        &[&format!("changed robot (preset visual): {hidden}\n"), "1 image identical, 1 changed within"],
+    );
+    stage.run(&["test", "--fail-on", "changed"]).ends(1, &["FAIL robot", "likely geometry"]);
+    let json: Value = serde_json::from_str(&stage.run(&["test", "--json"]).stdout).unwrap();
+    let image = &json["shots"][0]["pictures"][0];
+    assert_eq!([&image["verdict"], &image["identical"]], [&json!("changed"), &json!(true)]);
+    assert_eq!(image["scene_changes"], json!([hidden]));
+    stage.run(&["accept"]).ends(0, &["rayframe accept --changed"]);
+    stage.run(&["accept", "--changed"]).ends(0, &["replaced references/robot.exr"]);
+    stage.run(&["test"]).ends(0, &["2 images identical"]);
+    // Two versions of an asset are compared so, too.
+    let diff = ["diff", "robot.gltf", "was.gltf"];
+    stage.run(&diff).ends(0, &[hidden]);
+    stage.run(&[&diff[..], &["--fail-on", "changed"]].concat()).ends(1, &[hidden]);
+    // Where the pixels differ, the likely cause tells.
+    robot["nodes"][0]["scale"] = json!([1, 0.5, 1]);
+    stage.write("robot.gltf", &robot.to_string());
+    let ran = stage.run(&["test"]);
+    assert!(ran.code == Some(1) && !ran.text.contains(hidden), "{}", ran.text);
+}
+
+#[test]
+fn motion_between_tested_frames_is_compared() {
+    let stage = Stage::new(SUITE);
+    let mut robot = scene(0);
+    stage.write("robot.gltf", &robot.to_string());
+    stage.write("walk.toml", "scene = 'robot.gltf'\nanimation = 'walk'\nframes = [0, 24]\n");
+    accepted(&stage);
+    robot["animations"][1]["samplers"][0]["interpolation"] = json!("STEP");
+    stage.write("robot.gltf", &robot.to_string());
+    // The shot does not show the other clip.
+    stage.run(&["test"]).ends(0, &["2 images identical"]);
+    robot["animations"][0]["samplers"][0]["interpolation"] = json!("STEP");
+    stage.write("robot.gltf", &robot.to_string());
+    let ran = stage.run(&["test"]);
+    let told = "motion of clip \"walk\" changed";
+    ran.ends(0, &[told, "content differs as told with walk.0000", "2 changed within limits"]);
+    assert_eq!(ran.text.matches(told).count(), 1, "{}", ran.text);
+    stage.run(&["accept", "--changed"]).ends(0, &["replaced references/walk.0024.exr"]);
+    stage.run(&["test"]).ends(0, &["2 images identical"]);
+}
+
+#[test]
+fn lost_lights_fail_though_they_add_nothing() {
+    let stage = Stage::new(&format!("{SUITE}frames = 0\nanimation = 'none'\nview = 'front'\n"));
+    let mut robot = scene(0);
+    robot["extensionsUsed"] = json!(["KHR_materials_variants", "KHR_lights_punctual"]);
+    robot["extensions"]["KHR_lights_punctual"] = json!({"lights": [
+        {"name": "sun", "type": "directional"}, {"name": "lamp", "type": "point", "intensity": 0},
+    ]});
+    for light in 0..2 {
+        let node = json!({"extensions": {"KHR_lights_punctual": {"light": light}}});
+        robot["nodes"].as_array_mut().unwrap().push(node);
+    }
+    robot["scenes"][0]["nodes"] = json!([0, 1, 2, 3]);
+    stage.write("robot.gltf", &robot.to_string());
+    assert_eq!(accepted(&stage), ["robot.exr"]);
+    robot["scenes"][0]["nodes"] = json!([0, 1, 2]);
+    stage.write("robot.gltf", &robot.to_string());
+    stage.run(&["test"]).ends(1, &["FAIL robot", "lost: light \"lamp\""]);
 }

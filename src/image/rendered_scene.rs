@@ -1,5 +1,7 @@
 //! What an image was rendered from, as its file's attributes tell: the camera, and hashes of the parts of the scene.
 
+use std::fmt::Write as _;
+
 use super::{ContentChange, SceneContent};
 
 /// What an image was rendered from. Other programs' files tell some of it or nothing.
@@ -32,6 +34,8 @@ pub struct PartHashes {
     pub assignments: String,
     /// Lights and the environment.
     pub lights: String,
+    /// The plate behind the scene; `None` in files of earlier versions.
+    pub background: Option<String>,
     /// Number of the rules by which the hashes were made, [`PartHashes::RULES`] then; `None` in files of earlier versions. Hashes of other
     /// rules may differ where the scene does not.
     pub rules: Option<u32>,
@@ -45,9 +49,16 @@ impl PartHashes {
 
     /// The value of the attribute.
     pub fn text(&self) -> String {
-        let Self { geometry, materials, assignments, lights, rules } = self;
-        let rules = rules.map(|rules| format!(" rules={rules}")).unwrap_or_default();
-        format!("geometry={geometry} materials={materials} assignments={assignments} lights={lights}{rules}")
+        let Self { geometry, materials, assignments, lights, background, rules } = self;
+        let rules = rules.map(|rules| rules.to_string());
+        let mut text =
+            format!("geometry={geometry} materials={materials} assignments={assignments} lights={lights}");
+        for (name, value) in [("background", background), ("rules", &rules)] {
+            if let Some(value) = value {
+                let _ = write!(text, " {name}={value}");
+            }
+        }
+        text
     }
 
     /// The hashes of a value of the attribute; `None` for any other text.
@@ -61,6 +72,7 @@ impl PartHashes {
             materials: value("materials")?,
             assignments: value("assignments")?,
             lights: value("lights")?,
+            background: value("background"),
             rules: value("rules").and_then(|rules| rules.parse().ok()),
         })
     }
@@ -73,10 +85,17 @@ mod tests {
     #[test]
     fn hashes_are_read_as_they_are_written() {
         let [geometry, materials, assignments, lights] = ["a1", "b2", "d4", "c3"].map(str::to_owned);
-        let parts = PartHashes { geometry, materials, assignments, lights, rules: Some(7) };
+        let parts = PartHashes {
+            geometry,
+            materials,
+            assignments,
+            lights,
+            background: Some("e5".to_owned()),
+            rules: Some(7),
+        };
         assert_eq!(PartHashes::parse(&parts.text()), Some(parts.clone()));
-        // Earlier versions wrote no rules.
-        let earlier = PartHashes { rules: None, ..parts };
+        // Earlier versions wrote less.
+        let earlier = PartHashes { background: None, rules: None, ..parts };
         assert_eq!(earlier.text(), "geometry=a1 materials=b2 assignments=d4 lights=c3");
         assert_eq!(PartHashes::parse(&earlier.text()), Some(earlier));
         assert_eq!(PartHashes::parse("geometry=a1 lights=c3"), None);

@@ -65,6 +65,10 @@ pub enum Cause {
     },
     /// Geometry is equal, and materials cannot be told from light, or both changed.
     MaterialOrLight,
+    /// The plate behind the scene changed.
+    Background,
+    /// The near or far plane of the camera changed.
+    ClipPlanes,
     /// Geometry, materials, lights and camera are equal: other settings, or another version of the program.
     Settings,
     /// One image holds linear light and the other display values.
@@ -116,8 +120,10 @@ impl std::fmt::Display for Cause {
             ),
             Self::Settings => write!(
                 formatter,
-                "settings: the scene is equal; render settings or the version of Rayframe changed"
+                "settings: geometry, materials, lights and camera are equal; render settings, inputs beside the scene or the version of Rayframe changed"
             ),
+            Self::Background => write!(formatter, "background: the plate behind the scene changed"),
+            Self::ClipPlanes => write!(formatter, "camera: its clip planes changed"),
             Self::Encoding => write!(
                 formatter,
                 "encoding: one image holds linear light, the other display values, which exposure and a tone curve change; compare images of one kind"
@@ -220,30 +226,35 @@ impl<'a> Evidence<'a> {
 
 /// The cause where the files tell what changed.
 fn known_cause(changes: &[Part], evidence: &Evidence<'_>) -> Cause {
-    let [camera, geometry, materials, lights] =
-        [Part::Camera, Part::Geometry, Part::Materials, Part::Lights].map(|part| changes.contains(&part));
+    let [camera, geometry, materials, lights, background] =
+        [Part::Camera, Part::Geometry, Part::Materials, Part::Lights, Part::Background]
+            .map(|part| changes.contains(&part));
+    let others = materials || lights || background;
     // Of several changes only layers tell which one the pixels show.
-    if geometry && !camera && (materials || lights) && !evidence.has(&GEOMETRY) {
+    if geometry && !camera && others && !evidence.has(&GEOMETRY) {
         return evidence.unclear();
     }
     // The automatic camera follows the geometry. Of other changes, those of geometry move edges.
-    if geometry && (camera || !(materials || lights) || evidence.differs_at_all(&GEOMETRY)) {
+    if geometry && (camera || !others || evidence.differs_at_all(&GEOMETRY)) {
         return if camera { Cause::Geometry { layer: None, pixels: 0 } } else { evidence.geometry() };
     }
     if camera {
         let displacement = evidence.displacement();
         // Without a displacement the other change may as well be the cause.
-        if displacement.is_none() && (materials || lights) {
+        if displacement.is_none() && others {
             return evidence.unclear();
         }
         let (right, down) = displacement.unzip();
         return Cause::Camera { right, down };
     }
-    match (materials, lights) {
-        (true, true) => Cause::MaterialOrLight,
-        (true, false) => evidence.material(),
-        (false, true) => Cause::Light { factors: evidence.factors() },
-        (false, false) => Cause::Settings,
+    match (materials, lights, background) {
+        (true, true, false) => Cause::MaterialOrLight,
+        (true, false, false) => evidence.material(),
+        (false, true, false) => Cause::Light { factors: evidence.factors() },
+        (false, false, true) => Cause::Background,
+        (_, _, true) => evidence.unclear(),
+        (false, false, false) if changes.contains(&Part::ClipPlanes) => Cause::ClipPlanes,
+        (false, false, false) => Cause::Settings,
     }
 }
 

@@ -16,18 +16,30 @@ pub(super) enum Part {
     Materials,
     /// Lights and the environment.
     Lights,
+    /// The plate behind the scene.
+    Background,
+    /// Near or far plane of the camera.
+    ClipPlanes,
 }
 
 /// The parts that differ. `None` unless both files tell their camera and their parts.
 pub(super) fn changed_parts(actual: &RenderedScene, reference: &RenderedScene) -> Option<Vec<Part>> {
-    let is_moved = has_moved(actual.camera.as_ref()?, reference.camera.as_ref()?);
+    let cameras = (actual.camera.as_ref()?, reference.camera.as_ref()?);
+    let (is_moved, has_other_planes) =
+        (has_moved(cameras.0, cameras.1), has_other_planes(cameras.0, cameras.1));
     let (ours, theirs) = (actual.parts.as_ref()?, reference.parts.as_ref()?);
     // Hashes of other rules differ in equal scenes. Those of earlier versions have no number.
     if ours.rules.zip(theirs.rules).is_some_and(|(ours, theirs)| ours != theirs) {
         return None;
     }
-    let camera = Some(Part::Camera).filter(|_| is_moved);
-    Some(camera.into_iter().chain(different_parts(ours, theirs)).collect())
+    let both = ours.background.as_ref().zip(theirs.background.as_ref());
+    let others = [
+        (Part::Camera, is_moved),
+        (Part::ClipPlanes, !is_moved && has_other_planes),
+        (Part::Background, both.is_some_and(|(ours, theirs)| ours != theirs)),
+    ];
+    let others = others.into_iter().filter(|(_, differs)| *differs).map(|(part, _)| part);
+    Some(others.chain(different_parts(ours, theirs)).collect())
 }
 
 /// The parts whose hashes differ.
@@ -52,7 +64,8 @@ pub(super) fn hidden_changes(actual: &RenderedScene, reference: &RenderedScene) 
         return Vec::new();
     }
     let name = |part| match part {
-        Part::Camera => "the camera",
+        Part::Camera | Part::ClipPlanes => "the camera",
+        Part::Background => "the background",
         Part::Geometry => "geometry",
         Part::Materials => "materials or textures",
         Part::Lights => "lights or the environment",
@@ -83,8 +96,18 @@ pub(super) fn has_moved(actual: &[[f32; 16]; 2], reference: &[[f32; 16]; 2]) -> 
         let shown = window.iter().enumerate().filter(|(index, _)| index % 4 != 2);
         camera.iter().copied().chain(shown.map(|(_, number)| *number)).collect::<Vec<_>>()
     };
-    numbers(actual)
-        .into_iter()
-        .zip(numbers(reference))
-        .any(|(a, b)| (a - b).abs() > ROUNDING * if b.abs() > 1.0 { b.abs() } else { 1.0 })
+    differ(&numbers(actual), &numbers(reference))
+}
+
+/// Whether two cameras that have not moved cut off other depths.
+fn has_other_planes([_, actual]: &[[f32; 16]; 2], [_, reference]: &[[f32; 16]; 2]) -> bool {
+    let depth = |window: &[f32; 16]| [2, 6, 10, 14].map(|index| window[index]);
+    differ(&depth(actual), &depth(reference))
+}
+
+/// Whether numbers differ by more than rounding.
+fn differ(actual: &[f32], reference: &[f32]) -> bool {
+    let is_other =
+        |(a, b): (&f32, &f32)| (a - b).abs() > ROUNDING * if b.abs() > 1.0 { b.abs() } else { 1.0 };
+    actual.iter().zip(reference).any(is_other)
 }

@@ -60,7 +60,7 @@ pub(crate) struct FrameTracer<'a> {
     posed: PosedFrames,
     /// Hashes of vertices and texels, computed once.
     static_hashes: OnceLock<StaticHashes>,
-    /// The value of [`PartHashes::ATTRIBUTE`] where no clip plays.
+    /// The value of [`PartHashes::ATTRIBUTE`] where no clip plays and no plate changes.
     still_parts: OnceLock<String>,
     /// The value of [`SceneContent::ATTRIBUTE`].
     content: OnceLock<String>,
@@ -354,11 +354,13 @@ impl<'a> FrameTracer<'a> {
         attributes
     }
 
-    /// The hashes of the parts of the scene at the time of a frame, which are those of any other where no clip plays.
+    /// The hashes of the parts of the scene at the time of a frame, which are those of any other where no clip plays and no plate changes.
     fn parts_text(&self, frame: i64) -> String {
         let statics = || self.static_hashes.get_or_init(|| StaticHashes::of(&self.job.scene));
         let text = || part_hashes(self.job, statics(), frame).text();
-        if self.job.selection.clips.is_empty() { self.still_parts.get_or_init(text).clone() } else { text() }
+        let is_still = self.job.selection.clips.is_empty()
+            && self.job.plates.as_ref().is_none_or(|plates| !plates.differ());
+        if is_still { self.still_parts.get_or_init(text).clone() } else { text() }
     }
 
     /// Ids and names of the mesh instances, computed once and only for AOVs that need them.

@@ -80,7 +80,8 @@ pub(super) fn part_hashes(job: &SequenceJob, statics: &StaticHashes, frame: i64)
         lights(job, statics, &content),
     ]
     .map(|hash| hex(&hash[..KEPT]));
-    PartHashes { geometry, materials, assignments, lights, rules: Some(PartHashes::RULES) }
+    let background = Some(hex(&background(job, frame)[..KEPT]));
+    PartHashes { geometry, materials, assignments, lights, background, rules: Some(PartHashes::RULES) }
 }
 
 /// The order of nodes does not count.
@@ -145,6 +146,12 @@ fn lights(job: &SequenceJob, statics: &StaticHashes, content: &PosedContent) -> 
         job.render.light_size
     );
     Sha256::digest(lights.join(" ") + &of_job).into()
+}
+
+/// The plate of a frame, and whether camera rays see the environment.
+fn background(job: &SequenceJob, frame: i64) -> Hash {
+    let plate = job.plates.as_ref().map(|plates| plates.content_key(frame));
+    Sha256::digest(format!("{plate:?} {}", job.render.show_background)).into()
 }
 
 /// A checksum, as of texels.

@@ -67,7 +67,8 @@ fn rendered(pixels: &Image, camera: f32, [geometry, materials, lights]: [&str; 3
     // Assignments follow the geometry; those of "g" are told by the material.
     let assignments = if materials == "swapped" { "other" } else { geometry.as_str() }.to_owned();
     let materials = if materials == "swapped" { "m".to_owned() } else { materials };
-    let parts = Some(PartHashes { geometry, materials, assignments, lights, rules: Some(1) });
+    let parts = PartHashes { geometry, materials, assignments, lights, background: None, rules: Some(1) };
+    let parts = Some(parts);
     let scene = RenderedScene { camera: Some([[camera; 16]; 2]), parts, content: None };
     Image { scene, ..pixels.clone() }
 }
@@ -119,4 +120,30 @@ fn an_object_that_moves_before_the_same_camera_is_no_camera() {
     let cause = |camera: f32| likely_cause(&seen(&moved, camera), &seen(&reference, 1.0), &layers);
     assert!(matches!(cause(1.0), Some(Cause::Geometry { pixels: 50, .. })));
     assert!(matches!(cause(2.0), Some(Cause::Camera { .. })));
+}
+
+#[test]
+fn clip_planes_and_backgrounds_are_told() {
+    let before = image(|light, _, _| light);
+    let reference = rendered(&before, 0.5, ["g", "m", "l"]);
+    let other = |change: &dyn Fn(&mut RenderedScene), parts: [&str; 3]| {
+        let mut actual = rendered(&image(|light, _, _| light * 0.5), 0.5, parts);
+        change(&mut actual.scene);
+        actual
+    };
+    let cause = |change: &dyn Fn(&mut RenderedScene), parts: [&str; 3]| {
+        likely_cause(&other(change, parts), &reference, &[]).unwrap()
+    };
+    // The third row of the matrix to the display window.
+    let far = |scene: &mut RenderedScene| scene.camera.as_mut().unwrap()[1][10] = 0.7;
+    assert_eq!(cause(&far, ["g", "m", "l"]), Cause::ClipPlanes);
+    assert!(matches!(cause(&far, ["g", "M", "l"]), Cause::Material { .. }));
+    // References of earlier versions tell of no plate.
+    let plate = |scene: &mut RenderedScene| scene.parts.as_mut().unwrap().background = Some("B".to_owned());
+    assert_eq!(cause(&plate, ["g", "m", "l"]), Cause::Settings);
+    let mut told = reference.clone();
+    told.scene.parts.as_mut().unwrap().background = Some("b".to_owned());
+    assert_eq!(likely_cause(&other(&plate, ["g", "m", "l"]), &told, &[]), Some(Cause::Background));
+    let found = likely_cause(&other(&plate, ["g", "M", "l"]), &told, &[]);
+    assert!(matches!(found, Some(Cause::Unclear { .. })), "{found:?}");
 }

@@ -1,5 +1,7 @@
 //! Likely causes of failures: one edit of each part of a scene, and the part that the failure names.
 
+use rayframe::image_file::encode_png;
+
 use super::Stage;
 
 /// Single values fail, so that small edits do, too.
@@ -8,7 +10,7 @@ const SUITE: &str = "[test]\npreset = 'exact'\n[shot]\nresolution = [64, 36]\nsa
 const SCENE: &str = "light/point.gltf";
 
 /// Names of edits, texts of the scene, what replaces them, and the beginning of the cause.
-const EDITS: [(&str, &str, &str, &str); 8] = [
+const EDITS: [(&str, &str, &str, &str); 9] = [
     ("a dimmer light", "\"intensity\": 3", "\"intensity\": 2.9", "likely light: red times 0.9"),
     ("a light that moved", "[0, 1, 0]", "[0.05, 1, 0]", "likely light: lights or the environment"),
     (
@@ -31,6 +33,12 @@ const EDITS: [(&str, &str, &str, &str); 8] = [
         "likely geometry:",
     ),
     ("a camera that moved", "[0, 3.4, 4.6]", "[0.05, 3.4, 4.6]", "likely camera:"),
+    (
+        "a far plane that cuts posts off",
+        "\"znear\": 0.1",
+        "\"znear\": 0.1, \"zfar\": 5.2",
+        "likely camera: its clip planes changed",
+    ),
     ("a wider lens", "0.7853982", "0.8", "likely camera:"),
 ];
 
@@ -100,4 +108,18 @@ fn a_material_is_named_where_its_ids_are_known() {
     let text = std::fs::read_to_string(stage.path("point.gltf")).unwrap();
     stage.write("point.gltf", &text.replace(EDITS[2].1, EDITS[2].2));
     stage.run(&["test"]).ends(1, &["likely material: materials or textures changed: #0\n"]);
+}
+
+#[test]
+fn another_plate_is_a_background() {
+    let stage = Stage::new(&format!("{SUITE}background = 'plate.png'\n"));
+    stage.scene("point.gltf", SCENE, "", "");
+    let plate = |color: [u8; 4]| {
+        std::fs::write(stage.path("plate.png"), encode_png((2, 2), &[color; 4], "").unwrap()).unwrap();
+    };
+    plate([40, 60, 200, 255]);
+    stage.run(&["test"]).ends(1, &["no reference"]);
+    stage.run(&["accept"]).ends(0, &["added"]);
+    plate([200, 60, 40, 255]);
+    stage.run(&["test"]).ends(1, &["likely background: the plate behind the scene changed"]);
 }

@@ -26,7 +26,7 @@ impl RenderedScene {
 /// Hashes of the parts of a scene at the time of a frame, 16 hexadecimal digits each. Names and unused content do not count.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PartHashes {
-    /// Vertices and triangles, with the world matrices, joints and morph weights of the nodes that show them.
+    /// Vertices with their colours and triangles, with the world matrices, joints and morph weights of the nodes that show them.
     pub geometry: String,
     /// Materials and textures.
     pub materials: String,
@@ -34,6 +34,10 @@ pub struct PartHashes {
     pub assignments: String,
     /// Lights and the environment.
     pub lights: String,
+    /// Geometry without vertex colours; `None` in files of earlier versions.
+    pub shape: Option<String>,
+    /// Vertex colours; `None` in files of earlier versions.
+    pub vertex_colors: Option<String>,
     /// The plate behind the scene; `None` in files of earlier versions.
     pub background: Option<String>,
     /// Number of the rules by which the hashes were made, [`PartHashes::RULES`] then; `None` in files of earlier versions. Hashes of other
@@ -49,11 +53,13 @@ impl PartHashes {
 
     /// The value of the attribute.
     pub fn text(&self) -> String {
-        let Self { geometry, materials, assignments, lights, background, rules } = self;
+        let Self { geometry, materials, assignments, lights, shape, vertex_colors, background, rules } = self;
         let rules = rules.map(|rules| rules.to_string());
         let mut text =
             format!("geometry={geometry} materials={materials} assignments={assignments} lights={lights}");
-        for (name, value) in [("background", background), ("rules", &rules)] {
+        for (name, value) in
+            [("shape", shape), ("vertexColors", vertex_colors), ("background", background), ("rules", &rules)]
+        {
             if let Some(value) = value {
                 let _ = write!(text, " {name}={value}");
             }
@@ -72,6 +78,8 @@ impl PartHashes {
             materials: value("materials")?,
             assignments: value("assignments")?,
             lights: value("lights")?,
+            shape: value("shape"),
+            vertex_colors: value("vertexColors"),
             background: value("background"),
             rules: value("rules").and_then(|rules| rules.parse().ok()),
         })
@@ -84,20 +92,14 @@ mod tests {
 
     #[test]
     fn hashes_are_read_as_they_are_written() {
-        let [geometry, materials, assignments, lights] = ["a1", "b2", "d4", "c3"].map(str::to_owned);
-        let parts = PartHashes {
-            geometry,
-            materials,
-            assignments,
-            lights,
-            background: Some("e5".to_owned()),
-            rules: Some(7),
-        };
-        assert_eq!(PartHashes::parse(&parts.text()), Some(parts.clone()));
+        let text = "geometry=a1 materials=b2 assignments=d4 lights=c3 shape=f6 vertexColors=a7 background=e5 rules=7";
+        let parts = PartHashes::parse(text).unwrap();
+        assert_eq!((parts.background.as_deref(), parts.rules), (Some("e5"), Some(7)));
+        assert_eq!(parts.text(), text);
         // Earlier versions wrote less.
-        let earlier = PartHashes { background: None, rules: None, ..parts };
-        assert_eq!(earlier.text(), "geometry=a1 materials=b2 assignments=d4 lights=c3");
-        assert_eq!(PartHashes::parse(&earlier.text()), Some(earlier));
+        let earlier = "geometry=a1 materials=b2 assignments=d4 lights=c3";
+        let parts = PartHashes::parse(earlier).unwrap();
+        assert_eq!((parts.shape.as_deref(), parts.rules, parts.text().as_str()), (None, None, earlier));
         assert_eq!(PartHashes::parse("geometry=a1 lights=c3"), None);
     }
 }

@@ -58,6 +58,8 @@ pub enum Cause {
         /// The materials whose pixels differ, worst first: names in quotes, or numbers. Empty where they are not known.
         materials: Vec<String>,
     },
+    /// Colours of vertices changed.
+    VertexColors,
     /// Lighting changed, or reflection properties that no layer holds.
     Light {
         /// Factors on red, green and blue, where they explain the difference.
@@ -110,6 +112,7 @@ impl std::fmt::Display for Cause {
                 write!(formatter, "material: materials or textures changed")?;
                 if materials.is_empty() { Ok(()) } else { write!(formatter, ": {}", materials.join(", ")) }
             }
+            Self::VertexColors => write!(formatter, "material: vertex colours changed"),
             Self::Light { factors: Some([r, g, b]) } => {
                 write!(formatter, "light: red times {r:.3}, green times {g:.3}, blue times {b:.3}")
             }
@@ -229,6 +232,9 @@ fn known_cause(changes: &[Part], evidence: &Evidence<'_>) -> Cause {
     let [camera, geometry, materials, lights, background] =
         [Part::Camera, Part::Geometry, Part::Materials, Part::Lights, Part::Background]
             .map(|part| changes.contains(&part));
+    // Vertex colours count as a material.
+    let (vertex_colors, of_materials) = (changes.contains(&Part::VertexColors), materials);
+    let materials = materials || vertex_colors;
     let others = materials || lights || background;
     // Of several changes only layers tell which one the pixels show.
     if geometry && !camera && others && !evidence.has(&GEOMETRY) {
@@ -249,7 +255,8 @@ fn known_cause(changes: &[Part], evidence: &Evidence<'_>) -> Cause {
     }
     match (materials, lights, background) {
         (true, true, false) => Cause::MaterialOrLight,
-        (true, false, false) => evidence.material(),
+        (true, false, false) if of_materials => evidence.material(),
+        (true, false, false) => Cause::VertexColors,
         (false, true, false) => Cause::Light { factors: evidence.factors() },
         (false, false, true) => Cause::Background,
         (_, _, true) => evidence.unclear(),

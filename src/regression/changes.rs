@@ -12,6 +12,8 @@ pub(super) enum Part {
     Camera,
     /// Vertices and poses.
     Geometry,
+    /// Colours of vertices, and nothing else of geometry.
+    VertexColors,
     /// Materials and textures.
     Materials,
     /// Lights and the environment.
@@ -44,8 +46,16 @@ pub(super) fn changed_parts(actual: &RenderedScene, reference: &RenderedScene) -
 
 /// The parts whose hashes differ.
 fn different_parts(ours: &PartHashes, theirs: &PartHashes) -> impl Iterator<Item = Part> {
+    // Earlier versions hashed colours with the other vertices alone.
+    let (has_other_shape, has_other_colors) = match (&ours.shape, &theirs.shape) {
+        (Some(shape), Some(other)) => {
+            (shape != other, shape == other && ours.vertex_colors != theirs.vertex_colors)
+        }
+        _ => (ours.geometry != theirs.geometry, false),
+    };
     let parts = [
-        (Part::Geometry, ours.geometry != theirs.geometry),
+        (Part::Geometry, has_other_shape),
+        (Part::VertexColors, has_other_colors),
         // Other geometry has other assignments.
         (
             Part::Materials,
@@ -67,6 +77,7 @@ pub(super) fn hidden_changes(actual: &RenderedScene, reference: &RenderedScene) 
         Part::Camera | Part::ClipPlanes => "the camera",
         Part::Background => "the background",
         Part::Geometry => "geometry",
+        Part::VertexColors => "vertex colours",
         Part::Materials => "materials or textures",
         Part::Lights => "lights or the environment",
     };

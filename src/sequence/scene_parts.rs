@@ -12,8 +12,8 @@ use super::{SequenceJob, hex};
 use crate::frame::{Frame, PosedContent, PosedLight, PosedMesh};
 use crate::image::PartHashes;
 use crate::scene::{
-    Image, ImageLight, Light, Material, MaterialIndex, MorphTarget, Primitive, Scene, SkinInfluences, Texels,
-    Texture,
+    Image, ImageLight, Light, Material, MaterialIndex, Mesh, MorphTarget, Primitive, Scene, SkinInfluences,
+    Texels, Texture,
 };
 
 /// Bytes of a hash that are kept.
@@ -26,7 +26,7 @@ type Hash = [u8; 32];
 /// Hashes of what no clip moves: vertices and texels.
 pub(super) struct StaticHashes {
     /// By [`crate::scene::MeshIndex`].
-    meshes: Vec<Hash>,
+    meshes: Vec<MeshHashes>,
     textures: Hash,
     /// By [`crate::scene::ImageLightIndex`].
     image_lights: Vec<u32>,
@@ -34,10 +34,7 @@ pub(super) struct StaticHashes {
 
 impl StaticHashes {
     pub(super) fn of(scene: &Scene) -> Self {
-        let meshes = scene
-            .meshes
-            .par_iter()
-            .map(|mesh| joined(mesh.primitives.par_iter().map(checksum_of_primitive).collect::<Vec<_>>()));
+        let meshes = scene.meshes.par_iter().map(MeshHashes::of);
         let images: Vec<_> = scene.images.par_iter().map(checksum_of_image).collect();
         let textures = scene.textures.iter().map(|Texture { image, sampler, name: _ }| {
             let image = images.get(image.index());
@@ -48,12 +45,46 @@ impl StaticHashes {
     }
 }
 
+/// Hashes of the vertices of a mesh.
+struct MeshHashes {
+    /// Of all that vertices and morph targets have.
+    whole: Hash,
+    /// The same without vertex colours; equal to `whole` where there are none.
+    shape: Hash,
+    /// Of vertex colours alone.
+    colors: Option<Hash>,
+}
+
+impl MeshHashes {
+    fn of(mesh: &Mesh) -> Self {
+        let primitives: Vec<_> = mesh.primitives.par_iter().map(PrimitiveChecksums::of).collect();
+        let hash = |sum: fn(&PrimitiveChecksums) -> &Checksum| {
+            joined(primitives.iter().map(|sums| sum(sums).clone().finalize().to_le_bytes()))
+        };
+        let has_colors = primitives.iter().any(|sums| sums.has_colors);
+        Self {
+            whole: hash(|sums| &sums.whole),
+            shape: hash(|sums| &sums.shape),
+            colors: has_colors.then(|| hash(|sums| &sums.colors)),
+        }
+    }
+}
+
 /// The hashes at the time of `frame`.
 pub(super) fn part_hashes(job: &SequenceJob, statics: &StaticHashes, frame: i64) -> PartHashes {
     let scene = &job.scene;
     let content = Frame::content_at(scene, &job.selection, job.rate.time_seconds(frame));
     let meshes = &content.meshes;
-    let geometry: Vec<Hash> = meshes.par_iter().map(|posed| geometry_of_mesh(statics, posed)).collect();
+    let statics_of = |posed: &PosedMesh| &statics.meshes[posed.mesh.index()];
+    let geometry: Vec<Hash> =
+        meshes.par_iter().map(|posed| geometry_of_mesh(&statics_of(posed).whole, posed)).collect();
+    let shapes: Vec<Hash> = (meshes.par_iter().zip(&geometry))
+        .map(|(posed, geometry)| match statics_of(posed) {
+            MeshHashes { colors: None, .. } => *geometry,
+            MeshHashes { shape, .. } => geometry_of_mesh(shape, posed),
+        })
+        .collect();
+    let vertex_colors = meshes.iter().filter_map(|posed| statics_of(posed).colors.as_ref());
     let of_material = MaterialHashes::of(&content);
     let materials_of = |posed: &PosedMesh| {
         let primitives = &scene.meshes[posed.mesh.index()].primitives;
@@ -73,15 +104,26 @@ pub(super) fn part_hashes(job: &SequenceJob, statics: &StaticHashes, frame: i64)
     materials.dedup();
     materials.push(&statics.textures);
 
-    let [geometry, materials, assignments, lights] = [
+    let [geometry, shape, vertex_colors, materials, assignments, lights] = [
         joined(sorted(geometry.iter().collect())),
+        joined(sorted(shapes.iter().collect())),
+        joined(sorted(vertex_colors.collect())),
         joined(materials),
         joined(sorted(assignments.iter().collect())),
         lights(job, statics, &content),
     ]
     .map(|hash| hex(&hash[..KEPT]));
     let background = Some(hex(&background(job, frame)[..KEPT]));
-    PartHashes { geometry, materials, assignments, lights, background, rules: Some(PartHashes::RULES) }
+    PartHashes {
+        geometry,
+        materials,
+        assignments,
+        lights,
+        shape: Some(shape),
+        vertex_colors: Some(vertex_colors),
+        background,
+        rules: Some(PartHashes::RULES),
+    }
 }
 
 /// The order of nodes does not count.
@@ -102,8 +144,8 @@ fn instance_colors(scene: &Scene, posed: &PosedMesh) -> Option<Hash> {
 }
 
 /// A mesh with its matrices and weights.
-fn geometry_of_mesh(statics: &StaticHashes, posed: &PosedMesh) -> Hash {
-    let mut hash = Sha256::new_with_prefix(statics.meshes[posed.mesh.index()]);
+fn geometry_of_mesh(mesh: &Hash, posed: &PosedMesh) -> Hash {
+    let mut hash = Sha256::new_with_prefix(mesh);
     let mut update = |bytes: &[u8]| hash.update(bytes);
     add(&mut update, posed.matrices.iter().chain(&*posed.joint_matrices).flat_map(Mat4::to_cols_array));
     add(&mut update, posed.weights.iter().copied());
@@ -154,44 +196,79 @@ fn background(job: &SequenceJob, frame: i64) -> Hash {
     Sha256::digest(format!("{plate:?} {}", job.render.show_background)).into()
 }
 
-/// A checksum, as of texels.
-fn checksum_of_primitive(primitive: &Primitive) -> [u8; 4] {
-    // The material belongs to another part.
-    let Primitive {
-        positions,
-        normals,
-        tangents,
-        tangent_uv_set: _,
-        is_inside_out: _,
-        uvs,
-        colors,
-        influences,
-        triangles,
-        material: _,
-        variants: _,
-        targets,
-    } = primitive;
-    let mut checksum = Checksum::new();
-    let sum = &mut checksum;
-    add_lists(sum, [positions.as_slice()], bits_of_vec3);
-    add_lists(sum, normals.as_deref(), bits_of_vec3);
-    add_lists(sum, tangents.as_deref(), bits_of_vec4);
-    add_lists(sum, uvs.iter().map(Vec::as_slice), bits_of_vec2);
-    add_lists(sum, colors.as_deref(), bits_of_vec4);
-    if let Some(SkinInfluences { per_vertex, joints, weights }) = influences {
-        sum.update(&per_vertex.to_le_bytes());
-        add_lists(sum, [joints.as_slice()], |joint| [joint]);
-        add_lists(sum, [weights.as_slice()], |weight| [weight.to_bits()]);
-    }
-    add_lists(sum, [triangles.as_slice()], |corners| corners);
-    for MorphTarget { positions, normals, tangents, uvs, colors } in targets {
-        for differences in [positions, normals, tangents] {
-            add_lists(sum, differences.as_deref(), bits_of_vec3);
+/// Checksums of a primitive, as of texels.
+#[derive(Default)]
+struct PrimitiveChecksums {
+    whole: Checksum,
+    /// Without colours, as if it had none.
+    shape: Checksum,
+    colors: Checksum,
+    has_colors: bool,
+}
+
+impl PrimitiveChecksums {
+    fn of(primitive: &Primitive) -> Self {
+        // The material belongs to another part.
+        let Primitive {
+            positions,
+            normals,
+            tangents,
+            tangent_uv_set: _,
+            is_inside_out: _,
+            uvs,
+            colors,
+            influences,
+            triangles,
+            material: _,
+            variants: _,
+            targets,
+        } = primitive;
+        let mut sums = Self::default();
+        sums.add_shape(|sum| {
+            add_lists(sum, [positions.as_slice()], bits_of_vec3);
+            add_lists(sum, normals.as_deref(), bits_of_vec3);
+            add_lists(sum, tangents.as_deref(), bits_of_vec4);
+            add_lists(sum, uvs.iter().map(Vec::as_slice), bits_of_vec2);
+        });
+        sums.add_colors(colors.as_deref());
+        sums.add_shape(|sum| {
+            if let Some(SkinInfluences { per_vertex, joints, weights }) = influences {
+                sum.update(&per_vertex.to_le_bytes());
+                add_lists(sum, [joints.as_slice()], |joint| [joint]);
+                add_lists(sum, [weights.as_slice()], |weight| [weight.to_bits()]);
+            }
+            add_lists(sum, [triangles.as_slice()], |corners| corners);
+        });
+        for MorphTarget { positions, normals, tangents, uvs, colors } in targets {
+            sums.add_shape(|sum| {
+                for differences in [positions, normals, tangents] {
+                    add_lists(sum, differences.as_deref(), bits_of_vec3);
+                }
+                add_lists(sum, uvs.iter().map(|(_, uvs)| uvs.as_slice()), bits_of_vec2);
+            });
+            sums.add_colors(colors.as_deref());
         }
-        add_lists(sum, uvs.iter().map(|(_, uvs)| uvs.as_slice()), bits_of_vec2);
-        add_lists(sum, colors.as_deref(), bits_of_vec4);
+        sums
     }
-    checksum.finalize().to_le_bytes()
+
+    fn add_shape(&mut self, add: impl FnOnce(&mut Checksum)) {
+        let mut part = Checksum::new();
+        add(&mut part);
+        self.whole.combine(&part);
+        self.shape.combine(&part);
+    }
+
+    fn add_colors(&mut self, colors: Option<&[Vec4]>) {
+        let [mut part, mut absent] = [Checksum::new(), Checksum::new()];
+        add_lists(&mut part, colors, bits_of_vec4);
+        add_lists(&mut absent, None, bits_of_vec4);
+        self.whole.combine(&part);
+        self.shape.combine(&absent);
+        if colors.is_some() {
+            self.colors.combine(&part);
+            self.has_colors = true;
+        }
+    }
 }
 
 fn bits_of_vec2(vector: Vec2) -> [u32; 2] {
@@ -277,6 +354,21 @@ fn joined(hashes: impl IntoIterator<Item = impl AsRef<[u8]>>) -> Hash {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn vertex_colors_are_no_shape() {
+        let with = |colors: Option<Vec4>| Primitive {
+            positions: vec![Vec3::X],
+            colors: colors.map(|color| vec![color]),
+            ..Primitive::default()
+        };
+        let hashes = [None, Some(Vec4::ONE), Some(Vec4::ZERO)]
+            .map(|colors| MeshHashes::of(&Mesh { primitives: vec![with(colors)], ..Mesh::default() }));
+        let [bare, white, black] = hashes;
+        assert!(bare.whole == bare.shape && bare.colors.is_none());
+        assert!(white.shape == bare.shape && black.shape == bare.shape);
+        assert!(white.whole != bare.whole && white.whole != black.whole && white.colors != black.colors);
+    }
 
     #[test]
     fn checksums_of_blocks_are_those_of_the_whole() {

@@ -67,7 +67,16 @@ fn rendered(pixels: &Image, camera: f32, [geometry, materials, lights]: [&str; 3
     // Assignments follow the geometry; those of "g" are told by the material.
     let assignments = if materials == "swapped" { "other" } else { geometry.as_str() }.to_owned();
     let materials = if materials == "swapped" { "m".to_owned() } else { materials };
-    let parts = PartHashes { geometry, materials, assignments, lights, background: None, rules: Some(1) };
+    let parts = PartHashes {
+        geometry,
+        materials,
+        assignments,
+        lights,
+        shape: None,
+        vertex_colors: None,
+        background: None,
+        rules: Some(1),
+    };
     let parts = Some(parts);
     let scene = RenderedScene { camera: Some([[camera; 16]; 2]), parts, content: None };
     Image { scene, ..pixels.clone() }
@@ -146,4 +155,24 @@ fn clip_planes_and_backgrounds_are_told() {
     assert_eq!(likely_cause(&other(&plate, ["g", "m", "l"]), &told, &[]), Some(Cause::Background));
     let found = likely_cause(&other(&plate, ["g", "M", "l"]), &told, &[]);
     assert!(matches!(found, Some(Cause::Unclear { .. })), "{found:?}");
+}
+
+#[test]
+fn vertex_colors_are_a_material() {
+    let before = image(|light, _, _| light);
+    let with = |pixels: &Image, shape: &str, colors: &str, materials: &str| {
+        let mut image = rendered(pixels, 0.5, [&format!("{shape}{colors}"), materials, "l"]);
+        let parts = image.scene.parts.as_mut().unwrap();
+        (parts.shape, parts.vertex_colors) = (Some(shape.to_owned()), Some(colors.to_owned()));
+        image
+    };
+    let reference = with(&before, "s", "c", "m");
+    let darker = image(|light, _, _| light * 0.5);
+    let cause = |shape: &str, colors: &str, materials: &str| {
+        likely_cause(&with(&darker, shape, colors, materials), &reference, &[]).unwrap()
+    };
+    assert_eq!(cause("s", "C", "m"), Cause::VertexColors);
+    assert!(matches!(cause("s", "C", "M"), Cause::Material { .. }));
+    // Vertices in another order have their colours in another order, too.
+    assert!(matches!(cause("S", "C", "m"), Cause::Geometry { .. }));
 }

@@ -19,7 +19,7 @@ pub use channel::{
     layer_of,
 };
 pub use plate::{Plate, PlateFit, over, resample};
-pub use rendered_scene::{PartHashes, RenderedScene};
+pub use rendered_scene::{CameraOrigin, PartHashes, RenderedScene};
 pub use scene_content::{ContentChange, ContentNames, SceneContent};
 pub(crate) use scene_content::{content_text, quoted};
 pub use window::PixelWindow;

@@ -23,6 +23,29 @@ impl RenderedScene {
     }
 }
 
+/// Where the camera of an image comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CameraOrigin {
+    /// It stands in the file of the scene.
+    File,
+    /// It frames the scene, at all times of its clips: the automatic camera, and those of views.
+    Framed,
+    /// A camera path or a turntable.
+    Other,
+}
+
+impl CameraOrigin {
+    const ALL: [Self; 3] = [Self::File, Self::Framed, Self::Other];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::File => "file",
+            Self::Framed => "framed",
+            Self::Other => "other",
+        }
+    }
+}
+
 /// Hashes of the parts of a scene at the time of a frame, 16 hexadecimal digits each. Names and unused content do not count.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PartHashes {
@@ -40,6 +63,8 @@ pub struct PartHashes {
     pub vertex_colors: Option<String>,
     /// The plate behind the scene; `None` in files of earlier versions.
     pub background: Option<String>,
+    /// Where the camera comes from; `None` in files of earlier versions.
+    pub camera: Option<CameraOrigin>,
     /// Number of the rules by which the hashes were made, [`PartHashes::RULES`] then; `None` in files of earlier versions. Hashes of other
     /// rules may differ where the scene does not.
     pub rules: Option<u32>,
@@ -53,13 +78,28 @@ impl PartHashes {
 
     /// The value of the attribute.
     pub fn text(&self) -> String {
-        let Self { geometry, materials, assignments, lights, shape, vertex_colors, background, rules } = self;
+        let Self {
+            geometry,
+            materials,
+            assignments,
+            lights,
+            shape,
+            vertex_colors,
+            background,
+            camera,
+            rules,
+        } = self;
+        let camera = camera.map(|camera| camera.name().to_owned());
         let rules = rules.map(|rules| rules.to_string());
         let mut text =
             format!("geometry={geometry} materials={materials} assignments={assignments} lights={lights}");
-        for (name, value) in
-            [("shape", shape), ("vertexColors", vertex_colors), ("background", background), ("rules", &rules)]
-        {
+        for (name, value) in [
+            ("shape", shape),
+            ("vertexColors", vertex_colors),
+            ("background", background),
+            ("camera", &camera),
+            ("rules", &rules),
+        ] {
             if let Some(value) = value {
                 let _ = write!(text, " {name}={value}");
             }
@@ -81,6 +121,8 @@ impl PartHashes {
             shape: value("shape"),
             vertex_colors: value("vertexColors"),
             background: value("background"),
+            camera: value("camera")
+                .and_then(|name| CameraOrigin::ALL.into_iter().find(|origin| origin.name() == name)),
             rules: value("rules").and_then(|rules| rules.parse().ok()),
         })
     }
@@ -92,9 +134,10 @@ mod tests {
 
     #[test]
     fn hashes_are_read_as_they_are_written() {
-        let text = "geometry=a1 materials=b2 assignments=d4 lights=c3 shape=f6 vertexColors=a7 background=e5 rules=7";
+        let text = "geometry=a1 materials=b2 assignments=d4 lights=c3 shape=f6 vertexColors=a7 background=e5 camera=file rules=7";
         let parts = PartHashes::parse(text).unwrap();
         assert_eq!((parts.background.as_deref(), parts.rules), (Some("e5"), Some(7)));
+        assert_eq!(parts.camera, Some(CameraOrigin::File));
         assert_eq!(parts.text(), text);
         // Earlier versions wrote less.
         let earlier = "geometry=a1 materials=b2 assignments=d4 lights=c3";

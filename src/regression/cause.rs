@@ -12,6 +12,7 @@ use super::shift::best_shift;
 use super::{Image, LayerDifference};
 use crate::color::luminance;
 use crate::count_text::counted;
+use crate::image::CameraOrigin;
 
 /// Share of the squared differences that a displacement must explain.
 const EXPLAINED_BY_SHIFT: f64 = 0.6;
@@ -42,6 +43,10 @@ pub enum Cause {
         /// Pixels downwards.
         down: Option<f64>,
     },
+    /// The camera that frames the scene moved, since a clip changed at other times.
+    CameraFollowsClip,
+    /// The camera of the file changed, and geometry as well.
+    CameraOrGeometry,
     /// Objects moved, appeared, disappeared or changed shape.
     Geometry {
         /// The layer that differs; `None` where only the files tell.
@@ -98,6 +103,10 @@ impl std::fmt::Display for Cause {
                 )
             }
             Self::Camera { .. } => write!(formatter, "camera: it moved, or its field of view changed"),
+            Self::CameraFollowsClip => {
+                write!(formatter, "camera: the automatic camera follows a clip that changed")
+            }
+            Self::CameraOrGeometry => write!(formatter, "camera or geometry: both changed"),
             Self::Geometry { layer: Some(layer), pixels } => {
                 write!(formatter, "geometry: {layer} differs in {}", counted(*pixels, "pixel"))
             }
@@ -208,6 +217,30 @@ impl<'a> Evidence<'a> {
         light_factors(&actual?, &reference?)
     }
 
+    /// Whether both cameras come from there.
+    fn has_cameras_of(&self, origin: CameraOrigin) -> bool {
+        let is_from =
+            |image: &Image| image.scene.parts.as_ref().and_then(|parts| parts.camera) == Some(origin);
+        self.images.into_iter().all(is_from)
+    }
+
+    /// Whether the files tell that clips changed.
+    fn has_other_clips(&self) -> bool {
+        let [actual, reference] = self.images.map(|image| image.scene.content.as_ref());
+        actual.zip(reference).is_some_and(|(actual, reference)| actual.has_other_clips(reference))
+    }
+
+    /// The cause where the camera changed, and `others` that may as well be the cause.
+    fn camera(&self, others: bool) -> Cause {
+        match self.displacement().unzip() {
+            (None, None) if others => self.unclear(),
+            _ if self.has_cameras_of(CameraOrigin::Framed) && self.has_other_clips() => {
+                Cause::CameraFollowsClip
+            }
+            (right, down) => Cause::Camera { right, down },
+        }
+    }
+
     /// The cause without any that could be told.
     fn unclear(&self) -> Cause {
         let pixels = self.greys.as_ref().map_or(&[][..], |[actual, _]| actual);
@@ -240,18 +273,19 @@ fn known_cause(changes: &[Part], evidence: &Evidence<'_>) -> Cause {
     if geometry && !camera && others && !evidence.has(&GEOMETRY) {
         return evidence.unclear();
     }
+    // A camera of the file moves by itself, and another export may have another order of vertices.
+    if geometry && camera && evidence.has_cameras_of(CameraOrigin::File) {
+        return match evidence.displacement() {
+            None if !others => Cause::CameraOrGeometry,
+            _ => evidence.camera(others),
+        };
+    }
     // The automatic camera follows the geometry. Of other changes, those of geometry move edges.
     if geometry && (camera || !others || evidence.differs_at_all(&GEOMETRY)) {
         return if camera { Cause::Geometry { layer: None, pixels: 0 } } else { evidence.geometry() };
     }
     if camera {
-        let displacement = evidence.displacement();
-        // Without a displacement the other change may as well be the cause.
-        if displacement.is_none() && others {
-            return evidence.unclear();
-        }
-        let (right, down) = displacement.unzip();
-        return Cause::Camera { right, down };
+        return evidence.camera(others);
     }
     match (materials, lights, background) {
         (true, true, false) => Cause::MaterialOrLight,

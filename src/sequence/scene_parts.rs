@@ -10,10 +10,10 @@ use sha2::{Digest as _, Sha256};
 
 use super::{SequenceJob, hex};
 use crate::frame::{Frame, PosedContent, PosedLight, PosedMesh};
-use crate::image::PartHashes;
+use crate::image::{CameraOrigin, PartHashes};
 use crate::scene::{
-    Image, ImageLight, Light, Material, MaterialIndex, Mesh, MorphTarget, Primitive, Scene, SkinInfluences,
-    Texels, Texture,
+    Image, ImageLight, Light, Material, MaterialIndex, Mesh, MorphTarget, Primitive, Scene, SelectedCamera,
+    SkinInfluences, Texels, Texture,
 };
 
 /// Bytes of a hash that are kept.
@@ -122,6 +122,11 @@ pub(super) fn part_hashes(job: &SequenceJob, statics: &StaticHashes, frame: i64)
         shape: Some(shape),
         vertex_colors: Some(vertex_colors),
         background,
+        camera: Some(match job.selection.camera {
+            SelectedCamera::Node(_) => CameraOrigin::File,
+            SelectedCamera::Auto | SelectedCamera::Fixed { .. } => CameraOrigin::Framed,
+            SelectedCamera::Turntable(_) | SelectedCamera::Path(_) => CameraOrigin::Other,
+        }),
         rules: Some(PartHashes::RULES),
     }
 }

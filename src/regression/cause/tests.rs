@@ -1,5 +1,5 @@
 use super::*;
-use crate::image::{PartHashes, RenderedScene};
+use crate::image::{CameraOrigin, PartHashes, RenderedScene, SceneContent};
 use crate::regression::{ChannelDifference, ColorEncoding};
 
 const SIZE: (u32, u32) = (64, 48);
@@ -75,6 +75,7 @@ fn rendered(pixels: &Image, camera: f32, [geometry, materials, lights]: [&str; 3
         shape: None,
         vertex_colors: None,
         background: None,
+        camera: None,
         rules: Some(1),
     };
     let parts = Some(parts);
@@ -175,4 +176,31 @@ fn vertex_colors_are_a_material() {
     assert!(matches!(cause("s", "C", "M"), Cause::Material { .. }));
     // Vertices in another order have their colours in another order, too.
     assert!(matches!(cause("S", "C", "m"), Cause::Geometry { .. }));
+}
+
+#[test]
+fn cameras_of_files_and_framing_cameras_are_told_apart() {
+    let pattern = |right: f32| image(move |_, x, _| 0.5 + 0.3 * libm::sinf((x - right) * 0.3));
+    let (before, moved, darker) = (pattern(0.0), pattern(2.0), image(|light, x, _| light * x / 64.0));
+    let with = |pixels: &Image, origin: CameraOrigin, camera: f32, geometry: &str, motion: &str| {
+        let mut image = rendered(pixels, camera, [geometry, "m", "l"]);
+        image.scene.parts.as_mut().unwrap().camera = Some(origin);
+        let motions = [("walk".to_owned(), motion.to_owned())].into();
+        image.scene.content = Some(SceneContent { motions: Some(motions), ..SceneContent::default() });
+        image
+    };
+    let cause = |pixels: &Image, origin: CameraOrigin, geometry: &str, motion: &str| {
+        let reference = with(&before, origin, 0.5, "g", "a");
+        likely_cause(&with(pixels, origin, 0.6, geometry, motion), &reference, &[]).unwrap()
+    };
+    let (file, framed) = (CameraOrigin::File, CameraOrigin::Framed);
+    // Another order of vertices beside a camera that moved
+    let found = cause(&moved, file, "G", "a");
+    assert!(matches!(found, Cause::Camera { right: Some(_), .. }), "{found:?}");
+    assert_eq!(cause(&darker, file, "G", "a"), Cause::CameraOrGeometry);
+    assert!(matches!(cause(&darker, framed, "G", "a"), Cause::Geometry { .. }));
+    // The pose is the same, and other times of the clip are not
+    assert_eq!(cause(&moved, framed, "g", "b"), Cause::CameraFollowsClip);
+    assert!(matches!(cause(&darker, framed, "g", "a"), Cause::Camera { right: None, .. }));
+    assert!(matches!(cause(&moved, file, "g", "b"), Cause::Camera { right: Some(_), .. }));
 }

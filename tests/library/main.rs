@@ -23,6 +23,7 @@ mod references;
 mod renderer;
 mod resume;
 mod run_lock;
+mod scene_hashes;
 mod scenes;
 mod sequence;
 mod showcase;

@@ -21,7 +21,7 @@ pub use channel::{
 pub use plate::{Plate, PlateFit, over, resample};
 pub use rendered_scene::{CameraOrigin, PartHashes, RenderedScene};
 pub use scene_content::{ContentChange, ContentNames, SceneContent};
-pub(crate) use scene_content::{content_text, quoted};
+pub(crate) use scene_content::{DURATION, content_text, quoted};
 pub use window::PixelWindow;
 
 /// Meaning of the values of an image's colour channels.

@@ -13,6 +13,8 @@ const MAX_LISTED_BYTES: usize = 16 << 10;
 const MORPH_TARGET: &str = "morph_target";
 /// The kind of a clip's motion.
 const MOTION: &str = "motion";
+/// The beginning of a line about the duration of a clip.
+pub(crate) const DURATION: &str = "duration of clip";
 
 /// Names of the content of a scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -38,6 +40,9 @@ pub struct SceneContent {
     /// versions, and of many.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motions: Option<BTreeMap<String, String>>,
+    /// Times of the last keyframes of the same clips, milliseconds; `None` in references of earlier versions, and of many.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub durations_ms: Option<BTreeMap<String, u64>>,
 }
 
 /// Names of one kind of content.
@@ -115,15 +120,22 @@ impl SceneContent {
 
     /// What both have and is another, one line each.
     pub fn alterations_since(&self, reference: &Self) -> Vec<String> {
-        let (Some(ours), Some(theirs)) = (&self.motions, &reference.motions) else { return Vec::new() };
-        let is_other =
-            |(clip, motion): &(&String, &String)| theirs.get(*clip).is_some_and(|other| other != *motion);
+        let mut lines = Vec::new();
         // One that came to rest is told as lost.
-        let lost: Vec<_> =
-            self.changes_since(reference).into_iter().filter(|change| change.kind == MOTION).collect();
-        let names = ours.iter().filter(is_other).map(|(clip, _)| quoted(clip));
-        let altered = names.filter(|name| lost.iter().all(|change| change.name != *name));
-        altered.map(|name| format!("{} changed", content_text(MOTION, &name, 1))).collect()
+        let changes = self.changes_since(reference);
+        let is_told = |name: &str| changes.iter().any(|change| change.kind == MOTION && change.name == name);
+        for (clip, was, is) in altered(self.motions.as_ref(), reference.motions.as_ref()) {
+            let name = quoted(clip);
+            let duration = |content: &Self| content.durations_ms.as_ref()?.get(clip).copied();
+            match (duration(reference), duration(self)) {
+                _ if is_told(&name) || was == is => {}
+                (Some(was), Some(is)) if was != is => {
+                    lines.push(format!("{DURATION} {name}: {} s → {} s", seconds(was), seconds(is)));
+                }
+                _ => lines.push(format!("{} changed", content_text(MOTION, &name, 1))),
+            }
+        }
+        lines
     }
 
     fn kinds(&self) -> [(&'static str, &ContentNames); 4] {
@@ -205,6 +217,19 @@ impl std::fmt::Display for ContentChange {
         let what = if self.is_lost { "lost" } else { "new" };
         write!(formatter, "{what}: {}", content_text(self.kind, &self.name, self.count))
     }
+}
+
+/// The clips that both list, with both values.
+fn altered<'a, T>(
+    actual: Option<&'a BTreeMap<String, T>>,
+    reference: Option<&'a BTreeMap<String, T>>,
+) -> Vec<(&'a String, &'a T, &'a T)> {
+    let (Some(actual), Some(reference)) = (actual, reference) else { return Vec::new() };
+    actual.iter().filter_map(|(clip, is)| Some((clip, reference.get(clip)?, is))).collect()
+}
+
+fn seconds(milliseconds: u64) -> String {
+    format!("{}.{:03}", milliseconds / 1000, milliseconds % 1000)
 }
 
 /// A name in quotes, as changes of content have it.
@@ -301,6 +326,16 @@ mod tests {
         for (actual, reference) in [(with(&[], "a"), earlier()), (earlier(), with(&["sun"], "a"))] {
             assert_eq!((told(&actual, &reference), altered(&actual, &reference)), (vec![], vec![]));
         }
+        let lasting = |milliseconds: u64, motion| SceneContent {
+            durations_ms: SceneContent::listed_by_clip([("wave".to_owned(), milliseconds)].into_iter()),
+            ..with(&[], motion)
+        };
+        assert_eq!(
+            altered(&lasting(779, "b"), &lasting(708, "a")),
+            ["duration of clip \"wave\": 0.708 s → 0.779 s"]
+        );
+        assert_eq!(altered(&lasting(708, "b"), &lasting(708, "a")), ["motion of clip \"wave\" changed"]);
+        assert_eq!(altered(&lasting(708, "b"), &with(&[], "a")), ["motion of clip \"wave\" changed"]);
         let frozen = SceneContent { moving_clips: Some(listed(&[])), ..with(&[], "b") };
         let moving = SceneContent { moving_clips: Some(listed(&["wave"])), ..with(&[], "a") };
         assert_eq!(altered(&frozen, &moving), [""; 0]);

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::image::{ContentNames, SceneContent};
-use crate::scene::{AnimationIndex, LightIndex, Scene};
+use crate::scene::{Animation, AnimationIndex, LightIndex, Scene};
 
 use super::clip_checksum;
 
@@ -39,14 +39,23 @@ pub(super) fn scene_content(scene: &Scene, playing: &[AnimationIndex]) -> SceneC
         morph_targets,
         moving_clips: Some(ContentNames::new(moving_clips)),
         lights: Some(ContentNames::new(lights)),
-        motions: motions(scene, playing),
+        motions: by_clip(scene, playing, |clip| clip_checksum(scene, clip)),
+        durations_ms: by_clip(scene, playing, duration_ms),
     }
 }
 
-/// Checksums of the clips that play, or of all where none does: other clips have images of their own.
-fn motions(scene: &Scene, playing: &[AnimationIndex]) -> Option<BTreeMap<String, String>> {
+/// Values of the clips that play, or of all where none does: other clips have images of their own.
+fn by_clip<T>(
+    scene: &Scene,
+    playing: &[AnimationIndex],
+    value: impl Fn(&Animation) -> T,
+) -> Option<BTreeMap<String, T>> {
     let all = scene.animations.iter().enumerate().map(|(index, clip)| (AnimationIndex(index as u32), clip));
     let clips = all.filter(|(index, _)| playing.is_empty() || playing.contains(index));
-    let motions = clips.map(|(index, clip)| (scene.clip_label(index), clip_checksum(scene, clip)));
-    SceneContent::listed_by_clip(motions)
+    SceneContent::listed_by_clip(clips.map(|(index, clip)| (scene.clip_label(index), value(clip))))
+}
+
+/// Milliseconds, rounded: exporters round times.
+fn duration_ms(clip: &Animation) -> u64 {
+    libm::round(f64::from(clip.duration_seconds()) * 1000.0) as u64
 }

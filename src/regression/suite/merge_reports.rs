@@ -8,8 +8,8 @@ use serde::Deserialize;
 
 use super::names::reference_path;
 use super::orphans::{Orphans, add_reference};
-use super::renamed::name_renamed;
 use super::rendered_images::{check_names, image_path, reference_hash, remove_rendered, write_list};
+use super::retimed::explain_unpaired;
 use super::test_shot::{FrameId, TestedFrame, keep_rendered, test_frame};
 use super::told_content::ToldContent;
 use super::{RunOptions, Shard, Suite, discover};
@@ -111,7 +111,7 @@ pub fn merge_reports(suite: &Suite, folders: &[PathBuf], options: &RunOptions) -
     result.not_tested.sort_unstable();
     let mut orphans = Orphans::new(suite, &shots);
     result.orphaned = orphaned.iter().map(|name| orphans.failure(name)).collect();
-    name_renamed(suite, &mut result.shots, &mut result.orphaned);
+    explain_unpaired(suite, &mut result.shots, &mut result.orphaned);
     if let Some(folder) = options.images.as_ref().filter(|_| result.counts().worst() != Verdict::Identical) {
         result.not_kept.extend(write_list(&result, folder).err());
     }

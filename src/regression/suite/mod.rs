@@ -47,6 +47,7 @@ mod render;
 mod rendered_images;
 mod rendered_report;
 mod report_archive;
+mod retimed;
 mod run;
 mod run_options;
 mod shard;

@@ -12,8 +12,8 @@ use super::discover::discover_files;
 use super::filter::Filter;
 use super::large_scenes::is_large_file;
 use super::names::{ReferenceFile, reference_files};
-use super::renamed::name_renamed;
 use super::rendered_images::{remove_rendered, write_list};
+use super::retimed::explain_unpaired;
 use super::test_shot::{TestContext, test_shot};
 use super::verdict_cache::VerdictCache;
 use super::{RunOptions, Suite, SuiteShot, finish};
@@ -130,7 +130,7 @@ pub fn run(
     }
     results.sort_by(|a, b| a.name.cmp(&b.name));
     let (mut orphaned, not_kept) = finish(suite, &shots, &results, options)?;
-    name_renamed(suite, &mut results, &mut orphaned);
+    explain_unpaired(suite, &mut results, &mut orphaned);
     if results.is_empty() && orphaned.is_empty() && options.shard.is_none() && options.changed_since.is_none()
     {
         return Err(nothing_called(&options.filter));

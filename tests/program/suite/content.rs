@@ -157,3 +157,25 @@ fn lost_lights_fail_though_they_add_nothing() {
     stage.write("robot.gltf", &robot.to_string());
     stage.run(&["test"]).ends(1, &["FAIL robot", "lost: light \"lamp\""]);
 }
+
+#[test]
+fn a_clip_of_another_duration_explains_missing_and_orphaned_frames() {
+    let stage = Stage::new(SUITE);
+    let mut robot = scene(0);
+    stage.write("robot.gltf", &robot.to_string());
+    accepted(&stage);
+    // The clip "run" lasts as long as "walk".
+    robot["animations"][1]["samplers"][0]["input"] = json!(1);
+    stage.write("robot.gltf", &robot.to_string());
+    let ran = stage.run(&["test"]);
+    let duration = "duration of clip \"run\": 0.500 s → 1.000 s";
+    ran.ends(1, &["FAIL robot@run.0024", duration]);
+    let json: Value = serde_json::from_str(&stage.run(&["test", "--json"]).stdout).unwrap();
+    let images = json["shots"][0]["pictures"].as_array().unwrap();
+    let missing: Vec<_> = images.iter().filter(|image| image["status"] == "missing").collect();
+    assert_eq!(missing.len(), 1, "{missing:?}");
+    assert!(missing[0]["messages"].as_array().unwrap().contains(&json!(duration)), "{missing:?}");
+    // The reference of the old middle
+    let orphaned = ran.text.split("FAIL robot@run.0006").nth(1).unwrap_or_default();
+    assert!(orphaned.contains(duration), "{}", ran.text);
+}

@@ -244,9 +244,10 @@ fn occlusion(context: &IntegratorContext<'_>, hit: &Hit, passage: GlassPassage) 
     let material = &context.view.frame.materials[instance.material.index()];
     let clear_glass =
         material.transmits() && passage.passes(context, material) && transmits_at(context.view, hit);
-    if clear_glass && passage == GlassPassage::ThinWalls && is_unseen_back(context, hit) {
+    let lets_pass = alpha < 1.0 || clear_glass;
+    if lets_pass && passage == GlassPassage::ThinWalls && is_unseen_back(context, hit) {
         Occlusion::Absent
-    } else if alpha < 1.0 || clear_glass {
+    } else if lets_pass {
         Occlusion::Transparent
     } else {
         Occlusion::Opaque

@@ -24,7 +24,9 @@ struct QueuedLookup<'l> {
     number: usize,
     /// See [`JoinedLookups::directions`].
     direction: Option<Vec3>,
-    /// Whether what stops the rays is found and lit.
+    /// Whether what stops rays of the surface's brightest lookup is found and lit.
+    finds_occluders: bool,
+    /// Whether this is that lookup.
     traces_occluder: bool,
 }
 
@@ -79,8 +81,8 @@ impl Tracer<'_, '_> {
         let Arrival { signature, state, light_pass, .. } = *arrival;
         let light_pass = light_pass.unwrap_or(LightPass::Environment);
         // Occluders are found for one lookup of a surface that a camera sees.
-        let traces_occluders = context.bounce_share > 0.0 && state.depth == 0;
-        let with_occluder = brightest.filter(|_| traces_occluders);
+        let finds_occluders = context.bounce_share > 0.0 && state.depth == 0;
+        let with_occluder = brightest.filter(|_| finds_occluders);
         let mut index = 0;
         for (number, (lookup, &direction)) in lookups.iter().zip(directions).enumerate() {
             if !lookup.looks_up() {
@@ -93,6 +95,7 @@ impl Tracer<'_, '_> {
                     light_pass,
                     number: number_of(signature, index),
                     direction,
+                    finds_occluders,
                     traces_occluder: with_occluder == Some(number),
                 };
                 self.add_lookup(arrival, &queued, media, color);
@@ -133,7 +136,8 @@ impl Tracer<'_, '_> {
         color: Vec3,
     ) {
         let Arrival { signature, state, point, .. } = *arrival;
-        let QueuedLookup { lookup, light_pass, number, direction: first, traces_occluder } = *queued;
+        let QueuedLookup { lookup, light_pass, number, direction: first, finds_occluders, traces_occluder } =
+            *queued;
         let EnvironmentLookup { radiance, albedo, lobe, is_outside } = *lookup;
         let context = self.context;
         let Some(directions) = &context.environment_directions else { return };
@@ -143,10 +147,12 @@ impl Tracer<'_, '_> {
             self.add(state.sample, light_pass, radiance * (1.0 - share) * through);
         }
         let Some(first) = first else { return };
-        // What hides the environment reflects its light; a ray that arrives adds what the lookup has more. What tints the ray reflects nothing,
-        // and nothing reflects more than what it hides: surfaces that face the dark side of an environment would be brighter in shadow than beside it.
+        // What hides the environment reflects its light; a ray that arrives adds what is more, or takes away what is less. What tints the ray
+        // reflects nothing.
         let estimated = albedo * context.mean_radiance * surrounding_light(color);
-        let reflected = estimated.min(radiance);
+        // Where occluders are found, they bring what is more: surfaces that face the dark side of an environment would be brighter in shadow than
+        // beside it.
+        let reflected = if finds_occluders { estimated.min(radiance) } else { estimated };
         if reflected != Vec3::ZERO {
             self.add(state.sample, light_pass, reflected * share);
         }

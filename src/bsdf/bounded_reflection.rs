@@ -82,17 +82,20 @@ mod tests {
             // The same sums over the hemisphere, by the density.
             let (mut share, mut integral) = (0.0, DVec3::ZERO);
             for u in grid() {
-                // Cells of half vectors: tan θ from 0 to ∞, denser where the lobe is
-                let tangent = lobe.alpha * (u.x / (1.0 - u.x)).sqrt();
-                let cosine = 1.0 / (1.0 + tangent * tangent).sqrt();
+                // Cells of half vectors of density D cos θ: slopes from 0 to ∞, scaled by α
+                let slope = (u.x / (1.0 - u.x)).sqrt();
                 let (sin_turn, cos_turn) = libm::sincosf(2.0 * PI * u.y);
-                let sine = cosine * tangent;
-                let half = Vec3::new(sine * cos_turn, sine * sin_turn, cosine);
+                let alpha = lobe.anisotropic.map_or(Vec2::splat(lobe.alpha), |ggx| ggx.alpha);
+                let half = Vec3::new(alpha.x * slope * cos_turn, alpha.y * slope * sin_turn, 1.0).normalize();
                 let facet_cosine = wo.dot(half);
                 let wi = half * (2.0 * facet_cosine) - wo;
                 if facet_cosine > 0.0 && wi.z > 0.0 {
-                    // dω of the isotropic distribution of this α, times 4 o·h for mirrored directions
-                    let solid_angle = 4.0 * facet_cosine / (ggx::distribution(half, lobe.alpha) * cosine);
+                    // That of the cell, times 4 o·h for mirrored directions
+                    let distribution = lobe.anisotropic.map_or_else(
+                        || ggx::distribution(half, lobe.alpha),
+                        |anisotropic| anisotropic.distribution(half),
+                    );
+                    let solid_angle = 4.0 * facet_cosine / (distribution * half.z);
                     let weight = f64::from(lobe.reflected_pdf(wo, half) * solid_angle) / count;
                     (share, integral) = (share + weight, integral + wi.as_dvec3() * weight);
                 }

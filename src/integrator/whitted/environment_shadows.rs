@@ -24,9 +24,7 @@ struct QueuedLookup<'l> {
     number: usize,
     /// See [`JoinedLookups::directions`].
     direction: Option<Vec3>,
-    /// Whether what stops rays of the surface's brightest lookup is found and lit.
-    finds_occluders: bool,
-    /// Whether this is that lookup.
+    /// Whether what stops the rays is found and lit.
     traces_occluder: bool,
 }
 
@@ -81,8 +79,8 @@ impl Tracer<'_, '_> {
         let Arrival { signature, state, light_pass, .. } = *arrival;
         let light_pass = light_pass.unwrap_or(LightPass::Environment);
         // Occluders are found for one lookup of a surface that a camera sees.
-        let finds_occluders = context.bounce_share > 0.0 && state.depth == 0;
-        let with_occluder = brightest.filter(|_| finds_occluders);
+        let traces_occluders = context.bounce_share > 0.0 && state.depth == 0;
+        let with_occluder = brightest.filter(|_| traces_occluders);
         let mut index = 0;
         for (number, (lookup, &direction)) in lookups.iter().zip(directions).enumerate() {
             if !lookup.looks_up() {
@@ -95,7 +93,6 @@ impl Tracer<'_, '_> {
                     light_pass,
                     number: number_of(signature, index),
                     direction,
-                    finds_occluders,
                     traces_occluder: with_occluder == Some(number),
                 };
                 self.add_lookup(arrival, &queued, media, color);
@@ -136,8 +133,7 @@ impl Tracer<'_, '_> {
         color: Vec3,
     ) {
         let Arrival { signature, state, point, .. } = *arrival;
-        let QueuedLookup { lookup, light_pass, number, direction: first, finds_occluders, traces_occluder } =
-            *queued;
+        let QueuedLookup { lookup, light_pass, number, direction: first, traces_occluder } = *queued;
         let EnvironmentLookup { radiance, albedo, lobe, is_outside } = *lookup;
         let context = self.context;
         let Some(directions) = &context.environment_directions else { return };
@@ -149,13 +145,11 @@ impl Tracer<'_, '_> {
         let Some(first) = first else { return };
         // What hides the environment reflects its light; a ray that arrives adds what is more, or takes away what is less. What tints the ray
         // reflects nothing.
-        let estimated = albedo * context.mean_radiance * surrounding_light(color);
-        // Where occluders are found, they bring what is more: surfaces that face the dark side of an environment would be brighter in shadow than
-        // beside it.
-        let reflected = if finds_occluders { estimated.min(radiance) } else { estimated };
+        let reflected = albedo * context.mean_radiance * surrounding_light(color);
         if reflected != Vec3::ZERO {
             self.add(state.sample, light_pass, reflected * share);
         }
+        let limited = reflected.min(radiance);
         let radiance = radiance - reflected;
         let rays = match context.settings.env_samples {
             EnvSamples::Fixed(rays) if state.depth == 0 => rays,
@@ -196,7 +190,7 @@ impl Tracer<'_, '_> {
                     ray,
                     albedo: albedo * share,
                     reflected: reflected * share,
-                    estimated: estimated * share,
+                    limited: limited * share,
                 });
             }
         }

@@ -20,8 +20,8 @@ pub(super) struct OccluderTask {
     pub(super) albedo: Vec3,
     /// What was added for an occluder that is not known.
     pub(super) reflected: Vec3,
-    /// The same where the lookup itself does not limit it.
-    pub(super) estimated: Vec3,
+    /// The same, but no more than the lookup itself.
+    pub(super) limited: Vec3,
 }
 
 /// Shadow rays of lookups and their occluders, for one wavefront. Keeps its memory.

@@ -11,7 +11,7 @@ use std::time::Instant;
 use glam::Vec3;
 
 use super::environment_shadows::on_side;
-use super::occluder_buffers::{LitOccluder, OccluderBuffers, StoppedTask};
+use super::occluder_buffers::{LitOccluder, OccluderBuffers, OccluderTask, StoppedTask};
 use crate::bvh::{Hit, TriangleFlags};
 use crate::color::luminance;
 use crate::geometry::{Facing, Ray};
@@ -105,7 +105,11 @@ impl Tracer<'_, '_> {
         shadows.clear();
         lit.clear();
         for (index, ((ray, hit), task)) in rays.iter().zip(&*occluders).zip(&*tasks).enumerate() {
-            let Some(hit) = hit.as_ref().filter(|hit| self.is_diffuse(hit)) else { continue };
+            let Some(hit) = hit else { continue };
+            if !self.is_diffuse(hit) {
+                self.limit_estimate(&task.task);
+                continue;
+            }
             let transmittance = if segments.is_empty() {
                 Vec3::ONE
             } else {
@@ -129,6 +133,13 @@ impl Tracer<'_, '_> {
             let LitOccluder { sample, light_pass, open, shadowed } = *occluder;
             self.add(sample, light_pass, shadowed + (open - shadowed) * shadow.transmittance);
         }
+    }
+
+    /// Takes away what was estimated for an occluder beyond the lookup itself: a surface that faces the dark side of an environment would be brighter in its shadow
+    /// than beside it.
+    fn limit_estimate(&mut self, task: &OccluderTask) {
+        let ShadowTask { sample, light_pass, .. } = self.shadows.tasks[task.task as usize];
+        self.add(sample, light_pass, task.limited - task.reflected);
     }
 
     /// Whether the occluder at a hit can be lit as a diffuse surface. Others keep the estimate: the back of single-sided surfaces, which nothing sees, unlit
@@ -161,7 +172,7 @@ impl Tracer<'_, '_> {
         let sampled = directions.map_or(normal, |directions| directions.diffuse(normal, *direction));
         let open = scattered * context.view.environment.irradiance(normal);
         // In shadow, it is not brighter than in the open, either.
-        let shadowed = (task.estimated * transmittance * color).min(open);
+        let shadowed = (task.reflected * transmittance * color).min(open);
         let by_most = LitOccluder {
             sample,
             light_pass,

@@ -10,7 +10,7 @@ use super::covered_jobs::ShotImages;
 use super::names::compared_path;
 use super::pending::{owner_text, remove_file};
 use super::rendered_images::reference_hash;
-use super::stored_reference::{check_link, check_replaceable, is_there};
+use super::stored_reference::{check_replaceable, is_there, is_unreadable_link};
 use super::{Pending, PendingKind, Suite, SuiteShot, is_ci, name_and_options, shell_word};
 use crate::error::{Error, Result};
 use crate::image_file::{ExrIntegrity, MAX_LFS_POINTER_BYTES, check_fetched, read_regular_file, verify_exr};
@@ -106,9 +106,7 @@ impl<'a> Acceptance<'a> {
         if let Ok(bytes) = read_regular_file(&pending.reference, MAX_LFS_POINTER_BYTES) {
             check_fetched(&pending.reference, "", &bytes)?;
         }
-        if pending.kind.is_removal() {
-            check_link(&pending.reference)?;
-        } else {
+        if !pending.kind.is_removal() {
             check_replaceable(&pending.reference)?;
         }
         let file = pending.file.display();
@@ -146,9 +144,15 @@ impl<'a> Acceptance<'a> {
         }
         let (compared, has_same_shots) = if kind.is_removal() {
             let text = std::fs::read_to_string(&pending.file).map_err(Error::missing(&pending.file))?;
-            let (owner, compared) = text.trim_end().rsplit_once('\n').unwrap_or_default();
+            // The line of the hash may be empty.
+            let lines = text.strip_suffix('\n').unwrap_or(&text);
+            let (owner, compared) = lines.rsplit_once('\n').unwrap_or_default();
+            let compared = compared.trim();
             let has_same_owner = owner == owner_text(shot.as_ref().map(|shot| shot.name.as_str()));
-            (Some(compared.to_owned()), has_same_owner && !self.is_needed(pending)?)
+            // A link that cannot be read had no hash when it was marked either.
+            let had_no_hash = compared.is_empty() && is_unreadable_link(&pending.reference);
+            let compared = (!had_no_hash).then(|| compared.to_owned());
+            (compared, has_same_owner && !self.is_needed(pending)?)
         } else {
             let compared = std::fs::read_to_string(compared_path(&self.suite.references, name)).ok();
             (compared.map(|hash| hash.trim().to_owned()), shot.is_some())

@@ -8,7 +8,7 @@ use super::names::{
 };
 use super::referenced_inputs::ReferencedInputs;
 use super::rendered_images::reference_hash;
-use super::stored_reference::is_there;
+use super::stored_reference::{is_there, is_unreadable_link};
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::image_file::{is_own_exr, probe_folder, write_atomically};
@@ -50,8 +50,9 @@ pub enum PendingKind {
 impl PendingKind {
     /// The kind of a pending removal of the file `reference`.
     pub(super) fn of_removal(reference: &Path) -> Self {
-        // A run that was killed has removed it.
-        if is_own_exr(reference) || !is_there(reference) { Self::Remove } else { Self::Keep }
+        // A run that was killed has removed it. A link to nothing has no content that another program wrote.
+        let is_lost = || !is_there(reference) || is_unreadable_link(reference);
+        if is_own_exr(reference) || is_lost() { Self::Remove } else { Self::Keep }
     }
 
     /// Whether no image becomes the reference.

@@ -33,6 +33,13 @@ pub(super) fn check_link(path: &Path) -> Result<()> {
     Ok(())
 }
 
+/// Whether `path` is a link to nothing, or one that leads back to itself.
+pub(super) fn is_unreadable_link(path: &Path) -> bool {
+    // What may not be looked at may be a file.
+    let leads_nowhere = |error: std::io::Error| error.kind() != ErrorKind::PermissionDenied;
+    path.is_symlink() && std::fs::metadata(path).is_err_and(leads_nowhere)
+}
+
 /// Refuses to replace a link: what leads to a file that others share, or that git-annex or DVC keeps, would be a file of its own.
 ///
 /// # Errors
@@ -83,6 +90,10 @@ mod tests {
             let error = error.unwrap_err();
             assert!(error.exit_code() == 65 && error.to_string().contains("is a link to nothing"), "{error}");
         }
+        let cycle = folder.path().join("d.exr");
+        symlink("d.exr", &cycle).unwrap();
+        let unreadable = [&file, &link, &lost, &cycle, &folder.path().join("gone.exr")];
+        assert_eq!(unreadable.map(|path| is_unreadable_link(path)), [false, false, true, true, false]);
         // Links to folders are followed.
         symlink(folder.path(), folder.path().join("linked")).unwrap();
         check_replaceable(&folder.path().join("linked/a.exr")).unwrap();

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::progress::one_line;
-use rayframe::regression::suite::{folders, is_ci};
+use rayframe::regression::suite::{folders, is_ci, refers_to_another_image};
 use rayframe::regression::{
     FailOn, FolderSummary, FrameResult, FrameStatus, ShotResult, SuiteResult, Verdict, VerdictCounts,
 };
@@ -101,7 +101,10 @@ fn next_steps(text: &mut String, result: &SuiteResult, suite: &str) {
         matches!(frame.status, FrameStatus::Missing | FrameStatus::Different | FrameStatus::Orphaned)
     };
     if is_ci() {
-        text.push_str("\nCI is set: no pending images are stored; keep the folder of the report, then: rayframe accept --from DIR");
+        let _ = write!(
+            text,
+            "\nCI is set: no pending images are stored; keep the folder of the report, then: rayframe accept --from DIR{suite}"
+        );
     } else if result.frames().any(can_accept) {
         let _ = write!(
             text,
@@ -133,8 +136,10 @@ fn shown(folder: &FolderSummary) -> String {
 
 fn failed_shot(text: &mut String, shot: &ShotResult, fail_on: FailOn) {
     let mut failed: Vec<_> = shot.frames.iter().filter(|frame| fail_on.fails(frame.verdict())).collect();
-    // Those that were compared tell more.
-    failed.sort_by_key(|frame| frame.status == FrameStatus::Missing);
+    // Those that were compared tell more, and those that refer to another image tell least.
+    failed.sort_by_key(|frame| {
+        (refers_to_another_image(&frame.messages), frame.status == FrameStatus::Missing)
+    });
     let preset = format!(" (preset {})", shot.preset);
     for frame in failed.iter().take(MAX_FAILURES) {
         failed_frame(text, frame, &preset);

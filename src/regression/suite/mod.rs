@@ -80,3 +80,4 @@ pub use run_options::RunOptions;
 pub use shard::Shard;
 pub use shell::{name_and_options, shell_quoted, shell_word};
 pub use suite_file::{SUITE_FILE, Suite};
+pub use told_content::refers_to_another_image;

@@ -5,6 +5,14 @@ use std::collections::BTreeMap;
 use crate::regression::Verdict;
 use crate::regression::comparison::{Comparison, Mismatch};
 
+/// Beginning of the line that names the image which told the content.
+const TOLD_WITH: &str = "content differs as told with ";
+
+/// Whether the messages of an image only name another one that told its content.
+pub fn refers_to_another_image(messages: &[String]) -> bool {
+    !messages.is_empty() && messages.iter().all(|message| message.starts_with(TOLD_WITH))
+}
+
 /// What images of a shot have told of its content.
 #[derive(Debug, Default)]
 pub(super) struct ToldContent {
@@ -46,7 +54,7 @@ impl ToldContent {
         let untold: Vec<_> = lines.into_iter().filter(|line| !self.images.contains_key(line)).collect();
         self.keep(image, &untold);
         match teller {
-            Some(teller) if untold.is_empty() => vec![format!("content differs as told with {teller}")],
+            Some(teller) if untold.is_empty() => vec![format!("{TOLD_WITH}{teller}")],
             _ => untold,
         }
     }
@@ -70,6 +78,9 @@ mod tests {
         assert_eq!(told.messages("a", &Comparison::identical()), [""; 0]);
         assert_eq!(told.messages("a", &failed(&["hat"])), ["lost: node \"hat\""]);
         assert_eq!(told.messages("b", &failed(&["hat"])), ["content differs as told with a"]);
+        assert!(refers_to_another_image(&told.messages("b", &failed(&["hat"]))));
+        let others = [vec![], vec!["content differs as told with a".to_owned(), "lost: node".to_owned()]];
+        assert!(others.iter().all(|messages| !refers_to_another_image(messages)));
         assert_eq!(told.messages("c", &failed(&["hat", "cap"])), ["lost: node \"cap\""]);
         let changed =
             Comparison { new_content: vec!["new: clip \"run\"".to_owned()], ..Comparison::identical() };

@@ -91,6 +91,11 @@ fn commands_permit_the_folders_that_were_permitted() {
     assert!(page.contains(&approvals), "{approvals}");
     let accepted = stage.run(&[&["accept", "point"], &options[..]].concat());
     accepted.ends(0, &["added my refs/point.exr"]);
+    std::fs::remove_file(stage.path("my refs/point.exr")).unwrap();
+    let in_ci = stage.run_with(&[&["test"], &options[..]].concat(), "", Some("true"));
+    in_ci.ends(1, &["FAIL point", &format!("rayframe accept --from DIR {typed}")]);
+    let accepted = stage.run(&[&["accept", "--from", "suite/report"], &options[..]].concat());
+    accepted.ends(0, &["added my refs/point.exr"]);
 }
 
 #[test]

@@ -8,13 +8,15 @@ use super::rendered_images::is_below;
 use super::{Suite, SuiteShot};
 
 /// A selection of shots and images. A word selects, in this order of precedence: everything if it is empty, the shot of that name with
-/// all of its images, the image or reference file (`walk.exr`) of that name, the shot or image whose file has that path, or everything
-/// whose name contains the word.
+/// all of its images, the image or reference file (`walk.exr`) of that name, the shot or image whose file has that path, the shots that
+/// render the scene of that path, or everything whose name contains the word.
 #[derive(Clone, Debug)]
 pub(super) struct Filter<'a> {
     word: String,
     selection: Selection,
     shots: BTreeSet<&'a str>,
+    /// Shots whose file or scene has the path that the word is.
+    of_path: BTreeSet<&'a str>,
     /// Shots with an image whose name contains the word.
     with_matching_images: BTreeSet<&'a str>,
 }
@@ -24,6 +26,7 @@ enum Selection {
     All,
     Shot,
     Image,
+    Path,
     Part,
 }
 
@@ -38,7 +41,7 @@ impl<'a> Filter<'a> {
         let images: Vec<&str> = images.collect();
         let by_name = Self::by_name(word, shots, &images);
         let is_known = match by_name.selection {
-            Selection::All | Selection::Shot => true,
+            Selection::All | Selection::Shot | Selection::Path => true,
             Selection::Image => {
                 images.contains(&by_name.word.as_str()) || by_name.owner(&by_name.word).is_some()
             }
@@ -48,9 +51,12 @@ impl<'a> Filter<'a> {
             return by_name;
         }
         let path = Path::new(word);
-        let shot = shot_of_path(suite, path, shots).map(|name| (name, Selection::Shot));
-        match shot.or_else(|| Some((image_of_path(suite, path)?, Selection::Image))) {
-            Some((word, selection)) => Self { word, selection, ..by_name },
+        let of_path = shots_of_path(suite, path, shots);
+        if !of_path.is_empty() {
+            return Self { selection: Selection::Path, of_path, ..by_name };
+        }
+        match image_of_path(suite, path) {
+            Some(word) => Self { word, selection: Selection::Image, ..by_name },
             None => by_name,
         }
     }
@@ -75,12 +81,12 @@ impl<'a> Filter<'a> {
         };
         let containing = images.iter().filter(|image| image.contains(word));
         let with_matching_images = containing.filter_map(|image| owner(&shots, image)).collect();
-        Self { word: word.to_owned(), selection, shots, with_matching_images }
+        Self { word: word.to_owned(), selection, shots, of_path: BTreeSet::new(), with_matching_images }
     }
 
-    /// Whether the word is the exact name of a shot or image.
+    /// Whether the word is the exact name or path of shots or of an image.
     pub(super) fn is_name(&self) -> bool {
-        matches!(self.selection, Selection::Shot | Selection::Image)
+        matches!(self.selection, Selection::Shot | Selection::Image | Selection::Path)
     }
 
     /// Whether the shot `name` is selected, or one of its images.
@@ -89,6 +95,7 @@ impl<'a> Filter<'a> {
             Selection::All => true,
             Selection::Shot => name == self.word,
             Selection::Image => owner(&self.shots, &self.word) == Some(name),
+            Selection::Path => self.of_path.contains(name),
             Selection::Part => name.contains(&self.word) || self.with_matching_images.contains(name),
         }
     }
@@ -99,6 +106,7 @@ impl<'a> Filter<'a> {
             Selection::All => true,
             Selection::Shot => owner(&self.shots, name) == Some(self.word.as_str()),
             Selection::Image => name == self.word,
+            Selection::Path => owner(&self.shots, name).is_some_and(|owner| self.of_path.contains(owner)),
             Selection::Part => name.contains(&self.word),
         }
     }
@@ -113,15 +121,41 @@ fn owner<'a>(shots: &BTreeSet<&'a str>, image: &str) -> Option<&'a str> {
     possible_shots(image).find_map(|name| shots.get(name).copied())
 }
 
-/// The name of the shot whose file has this path, relative to the current folder or to that of the scenes.
-fn shot_of_path(suite: &Suite, path: &Path, shots: &[SuiteShot]) -> Option<String> {
+/// The shot whose file has this path, relative to the current folder or to that of the scenes. Of a scene, the shot of its name, or else
+/// all shots that render it.
+fn shots_of_path<'a>(suite: &Suite, path: &Path, shots: &'a [SuiteShot]) -> BTreeSet<&'a str> {
     let below_scenes = suite.scenes.join(path);
     let is_named = |shot: &&SuiteShot| shot.path == path || shot.path == below_scenes;
     let is_same = |shot: &&SuiteShot| {
         shot.path.file_name() == path.file_name() && without_links(&shot.path) == without_links(path)
     };
-    let shot = shots.iter().find(is_named).or_else(|| shots.iter().find(is_same));
-    shot.map(|shot| shot.name.clone())
+    if let Some(shot) = shots.iter().find(is_named).or_else(|| shots.iter().find(is_same)) {
+        return [shot.name.as_str()].into();
+    }
+    let is_scene = path
+        .extension()
+        .is_some_and(|found| ["gltf", "glb"].iter().any(|extension| found.eq_ignore_ascii_case(extension)));
+    if !is_scene {
+        return BTreeSet::new();
+    }
+    let names = scene_names(suite, path);
+    if let Some(shot) = shots.iter().find(|shot| names.contains(&shot.name)) {
+        return [shot.name.as_str()].into();
+    }
+    let scenes = [path, &below_scenes].map(same_file);
+    let renders_it = shots.iter().filter(|shot| scenes.contains(&same_file(&shot.scene)));
+    renders_it.map(|shot| shot.name.as_str()).collect()
+}
+
+/// The names that a shot of the scene at `path` would have.
+fn scene_names(suite: &Suite, path: &Path) -> Vec<String> {
+    let below = |folder: &Path, file: &Path| name_below(folder, &file.with_extension(""));
+    let names = [
+        below(&suite.scenes, path),
+        below(&suite.scenes, &suite.scenes.join(path)),
+        without_links(path).and_then(|path| below(&same_file(&suite.scenes), &path)),
+    ];
+    names.into_iter().flatten().collect()
 }
 
 /// The name of the image whose reference or pending file has this path, relative to the current folder.
@@ -171,6 +205,46 @@ mod tests {
         let filter = Filter::by_name("12", &shots, &images);
         assert!(filter.matches_shot("walk") && !filter.matches_shot("point"));
         assert_eq!((filter.owner("point_far"), filter.owner("old")), (Some("point_far"), None));
+    }
+
+    #[test]
+    fn paths_of_scenes_select_the_shots_that_render_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir_all(at("sub/in")).unwrap();
+        std::fs::write(at("suite.toml"), "scenes = 'sub'").unwrap();
+        let suite = Suite::read(folder.path()).unwrap();
+        let shot = |name: &str, file: &str, scene: &str| {
+            let [path, scene] = [file, scene].map(|file| at("sub").join(file));
+            for file in [&path, &scene] {
+                std::fs::write(file, "").unwrap();
+            }
+            SuiteShot { name: name.to_owned(), path, scene }
+        };
+        let shots = [
+            shot("far", "far.toml", "robot.glb"),
+            shot("lamp", "lamp.toml", "lamp.gltf"),
+            shot("near", "near.toml", "robot.glb"),
+            shot("night", "night.toml", "lamp.gltf"),
+        ];
+        let selected = |path: PathBuf| {
+            let filter = Filter::new(&suite, path.to_str().unwrap(), &shots, std::iter::empty());
+            let names = ["far", "lamp", "near", "night"];
+            let of_shots = names.into_iter().filter(|name| filter.matches_shot(name)).collect::<Vec<_>>();
+            let of_images = names.into_iter().filter(|name| filter.matches_image(&format!("{name}.0012")));
+            assert_eq!(of_images.collect::<Vec<_>>(), of_shots);
+            (filter.is_name(), of_shots)
+        };
+        // The shot of its name precedes others of the scene.
+        for path in ["lamp.gltf".into(), at("sub/lamp.gltf"), at("sub/in/../lamp.gltf")] {
+            assert_eq!(selected(path), (true, vec!["lamp"]));
+        }
+        for path in ["robot.glb".into(), at("sub/robot.glb"), at("sub/in/../robot.glb")] {
+            assert_eq!(selected(path), (true, vec!["far", "near"]));
+        }
+        for path in ["sub/lamp.png", "sub/in/lamp.gltf", "robot.glb"] {
+            assert_eq!(selected(at(path)).1, [""; 0], "{path}");
+        }
     }
 
     #[test]

@@ -71,7 +71,7 @@ pub use plate_read::{PlateHeader, PlateImage, plate_header, read_plate};
 pub use png_text::{insert_preview_hash, inspect_png};
 pub use png_write::encode_png;
 pub use regular_file::read_regular_file;
-pub(crate) use regular_file::{MAX_LFS_POINTER_BYTES, check_fetched, is_lfs_pointer};
+pub(crate) use regular_file::{MAX_POINTER_BYTES, check_fetched, is_pointer};
 pub use stored_frame::{StoredFrame, inspect_exr, saved_by};
 pub(crate) use texture_decode::{DecodedTexels, decode_texels, image_header, png_size_refusal, size_refusal};
 pub(crate) use texture_format::{ImageFormat, ImageHeader, image_format};

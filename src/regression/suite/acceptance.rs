@@ -13,7 +13,7 @@ use super::rendered_images::reference_hash;
 use super::stored_reference::{check_replaceable, is_there, is_unreadable_link};
 use super::{Pending, PendingKind, Suite, SuiteShot, is_ci, name_and_options, shell_word};
 use crate::error::{Error, Result};
-use crate::image_file::{ExrIntegrity, MAX_LFS_POINTER_BYTES, check_fetched, read_regular_file, verify_exr};
+use crate::image_file::{ExrIntegrity, MAX_POINTER_BYTES, check_fetched, read_regular_file, verify_exr};
 use crate::regression::Image;
 
 /// A shot that cannot be opened.
@@ -103,7 +103,7 @@ impl<'a> Acceptance<'a> {
             ));
         }
         // References are not read for their first bytes.
-        if let Ok(bytes) = read_regular_file(&pending.reference, MAX_LFS_POINTER_BYTES) {
+        if let Ok(bytes) = read_regular_file(&pending.reference, MAX_POINTER_BYTES) {
             check_fetched(&pending.reference, "", &bytes)?;
         }
         if !pending.kind.is_removal() {

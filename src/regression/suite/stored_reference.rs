@@ -20,14 +20,14 @@ pub(super) fn is_there(path: &Path) -> bool {
     std::fs::symlink_metadata(path).map_or_else(|error| !is_absent(&error), |_| true)
 }
 
-/// Refuses a link to nothing: git-annex and DVC leave it in place of a file that they have not fetched.
+/// Refuses a link to nothing: git-annex leaves it in place of a locked file that it has not fetched.
 ///
 /// # Errors
 /// [`Error::Invalid`].
 pub(super) fn check_link(path: &Path) -> Result<()> {
     let leads_to_nothing = || std::fs::metadata(path).is_err_and(|error| is_absent(&error));
     if path.is_symlink() && leads_to_nothing() {
-        let message = "is a link to nothing; fetch its file, as git annex get or dvc checkout does";
+        let message = "is a link to nothing; fetch its file, as git annex get does";
         return Err(Error::invalid(path, "", message));
     }
     Ok(())

@@ -19,7 +19,7 @@ use super::verdict_cache::{CachedShot, TestedInputs, VerdictCache};
 use super::{Suite, SuiteShot};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
-use crate::image_file::is_lfs_pointer;
+use crate::image_file::is_pointer;
 use crate::regression::compare::{are_identical_and_finite, compare};
 use crate::regression::comparison::Comparison;
 use crate::regression::encoded_image::EncodedImage;
@@ -286,7 +286,7 @@ pub(super) fn test_frame(
         Ok(Some(stored)) => match Image::decode(&reference, stored) {
             Ok(expected) => compare_frame(id, [&actual, &expected], limits, told),
             // The image cannot replace what was not fetched.
-            Err(error) if is_lfs_pointer(stored) => id.result(FrameStatus::Broken).because(error.to_string()),
+            Err(error) if is_pointer(stored) => id.result(FrameStatus::Broken).because(error.to_string()),
             Err(error) => id.result(FrameStatus::Different).because(error.to_string()),
         },
         Ok(None) => {

@@ -52,23 +52,29 @@ fn files_of_other_programs_are_kept() {
     assert_eq!(stage.references(), ["a/point.exr", "photo.exr"]);
 }
 
-/// What Git LFS leaves in place of a file that it has not fetched.
-const POINTER: &str = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n";
+/// What Git LFS and git-annex leave in place of a file that they have not fetched, and the command that fetches it.
+const POINTERS: [(&str, &str); 2] = [
+    ("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n", "git lfs pull"),
+    ("/annex/objects/SHA256E-s12345--4d7a.exr\n", "git annex get"),
+];
 
 #[test]
 fn references_that_were_not_fetched_are_not_replaced() {
     let stage = Stage::accepted(SUITE, &[POINT]);
-    stage.write("references/a/point.exr", POINTER);
-    for ci in [None, Some("true")] {
-        stage.run_with(&["test"], "", ci).ends(1, &["FAIL a/point", "git lfs pull"]);
-        assert_eq!(stage.references(), ["a/point.exr"]);
+    for (pointer, command) in POINTERS {
+        stage.write("references/a/point.exr", pointer);
+        for ci in [None, Some("true")] {
+            stage.run_with(&["test"], "", ci).ends(1, &["FAIL a/point", command]);
+            assert_eq!(stage.references(), ["a/point.exr"]);
+        }
+        stage.run(&["accept"]).ends(0, &["no pending images"]);
+        stage.run(&["accept", "--from", "report"]).ends(0, &["the report has no such images"]);
+        // An image that an earlier run stored.
+        stage.write("references/a/point.exr.new", "an image");
+        stage.run(&["accept"]).ends(65, &["references/a/point.exr: is a ", command]);
+        assert_eq!(std::fs::read_to_string(stage.path("references/a/point.exr")).unwrap(), pointer);
+        std::fs::remove_file(stage.path("references/a/point.exr.new")).unwrap();
     }
-    stage.run(&["accept"]).ends(0, &["no pending images"]);
-    stage.run(&["accept", "--from", "report"]).ends(0, &["the report has no such images"]);
-    // An image that an earlier run stored.
-    stage.write("references/a/point.exr.new", "an image");
-    stage.run(&["accept"]).ends(65, &["references/a/point.exr: is a Git LFS pointer"]);
-    assert_eq!(std::fs::read_to_string(stage.path("references/a/point.exr")).unwrap(), POINTER);
 }
 
 #[cfg(unix)]

@@ -114,26 +114,26 @@ fn references_that_are_links_are_read_and_not_replaced() {
 #[test]
 fn links_to_nothing_that_no_shot_renders_are_removed() {
     let stage = Stage::accepted(SUITE, &[POINT]);
-    let link = |target: &str| {
+    let set_link = |target: &str| {
         std::os::unix::fs::symlink(target, stage.path("references/old.exr")).unwrap();
     };
     let (orphaned, removed) =
         (["FAIL old", "no shot renders this reference"], ["removed references/old.exr"]);
     // To nothing, and to itself.
     for target in ["nothing", "old.exr"] {
-        link(target);
+        set_link(target);
         stage.run(&["test"]).ends(1, &orphaned);
         stage.run(&["accept"]).ends(0, &removed);
-        link(target);
+        set_link(target);
         stage.run(&["test"]).ends(1, &orphaned);
         stage.run_with(&["review"], "a\n", None).ends(0, &removed);
-        link(target);
+        set_link(target);
         stage.run_with(&["test"], "", Some("true")).ends(1, &orphaned);
         stage.run(&["accept", "--from", "report"]).ends(0, &removed);
         assert_eq!(stage.references(), ["a/point.exr"]);
     }
     // It leads to a file since.
-    link("nothing");
+    set_link("nothing");
     stage.run(&["test"]).ends(1, &orphaned);
     std::fs::copy(stage.path("references/a/point.exr"), stage.path("references/nothing")).unwrap();
     stage.run(&["accept"]).ends(1, &["has changed since the change was found"]);

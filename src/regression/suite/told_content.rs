@@ -34,9 +34,10 @@ impl ToldContent {
                     .mismatches
                     .iter()
                     .partition(|mismatch| matches!(mismatch, Mismatch::Lost { .. }));
-                let lost = self.untold(image, lost.into_iter().map(ToString::to_string).collect());
+                let lost = lost.into_iter().map(ToString::to_string);
+                let content = self.untold(image, lost.chain(comparison.content_lines()).collect());
                 let checks = comparison.checks.iter().filter(|check| !check.passes).map(ToString::to_string);
-                lost.into_iter().chain(others.into_iter().map(ToString::to_string)).chain(checks).collect()
+                content.into_iter().chain(others.into_iter().map(ToString::to_string)).chain(checks).collect()
             }
         }
     }
@@ -86,5 +87,11 @@ mod tests {
             Comparison { new_content: vec!["new: clip \"run\"".to_owned()], ..Comparison::identical() };
         assert_eq!(told.messages("d", &changed), ["new: clip \"run\""]);
         assert_eq!(told.messages("e", &changed), ["content differs as told with d"]);
+        let both = Comparison {
+            scene_changes: vec!["motion of clip \"run\" changed".to_owned()],
+            ..failed(&["cap", "scarf"])
+        };
+        assert_eq!(told.messages("f", &both), ["lost: node \"scarf\"", "motion of clip \"run\" changed"]);
+        assert_eq!(told.messages("g", &both), ["content differs as told with c"]);
     }
 }

@@ -139,6 +139,24 @@ fn motion_between_tested_frames_is_compared() {
 }
 
 #[test]
+fn images_that_lost_content_tell_other_motion_as_well() {
+    let stage = Stage::new(SUITE);
+    let mut robot = scene(0);
+    stage.write("robot.gltf", &robot.to_string());
+    stage.write("walk.toml", "scene = 'robot.gltf'\nanimation = 'walk'\nframes = [0, 24]\n");
+    accepted(&stage);
+    robot["nodes"][1].as_object_mut().unwrap().remove("name");
+    robot["animations"][0]["samplers"][0]["interpolation"] = json!("STEP");
+    stage.write("robot.gltf", &robot.to_string());
+    let (lost, motion) = ("lost: node \"hat\"", "motion of clip \"walk\" changed");
+    let ran = stage.run(&["test"]);
+    ran.ends(1, &["FAIL walk.0000", lost, motion, "content differs as told with walk.0000", "2 failed"]);
+    for line in [lost, motion] {
+        assert_eq!(ran.text.matches(line).count(), 1, "{}", ran.text);
+    }
+}
+
+#[test]
 fn lost_lights_fail_though_they_add_nothing() {
     let stage = Stage::new(&format!("{SUITE}frames = 0\nanimation = 'none'\nview = 'front'\n"));
     let mut robot = scene(0);

@@ -33,7 +33,7 @@ pub struct SceneContent {
     /// Animation clips that change anything over time; `None` in references of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub moving_clips: Option<ContentNames>,
-    /// Lights that stand in a scene of the file; `None` in references of earlier versions.
+    /// Lights that stand in a scene of the file; only those that have a name, or whose node has one. `None` in references of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lights: Option<ContentNames>,
     /// Checksums of the keyframes of clips by their names: of those that play, or of all where none does. `None` in references of earlier

@@ -3,12 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::image::{ContentNames, SceneContent};
-use crate::scene::{Animation, AnimationIndex, LightIndex, Scene};
+use crate::scene::{Animation, AnimationIndex, Scene};
 
 use super::clip_checksum;
 
-/// Names of the nodes with a mesh and of their morph targets, of the cameras and lights that stand in a scene of the file, of its clips and
-/// which of these move, and of its variants. `playing` are the clips of the image.
+/// Names of the nodes with a mesh and of their morph targets, of the cameras and named lights that stand in a scene of the file, of its
+/// clips and which of these move, and of its variants. `playing` are the clips of the image.
 pub(super) fn scene_content(scene: &Scene, playing: &[AnimationIndex]) -> SceneContent {
     let standing = scene.nodes_of_scenes();
     let nodes: Vec<_> = standing.iter().filter_map(|node| scene.nodes.get(node.index())).collect();
@@ -26,10 +26,8 @@ pub(super) fn scene_content(scene: &Scene, playing: &[AnimationIndex]) -> SceneC
     let cameras: BTreeSet<_> = nodes.iter().filter_map(|node| node.camera).collect();
     let cameras = cameras.into_iter().map(|camera| scene.camera_label(camera));
     let lights: BTreeSet<_> = nodes.iter().filter_map(|node| node.light).collect();
-    let light_label = |light: LightIndex| {
-        scene.light_name(light).map_or_else(|| format!("light{}", light.index()), str::to_owned)
-    };
-    let lights = lights.into_iter().map(light_label).collect();
+    // Numbers change with the order, as those of nodes do.
+    let lights = lights.into_iter().filter_map(|light| scene.light_name(light).map(str::to_owned)).collect();
     let variants = scene.variants.iter().map(|variant| variant.name.clone());
     SceneContent {
         nodes: ContentNames::new(with_mesh.iter().filter_map(|node| node.name.clone()).collect()),

@@ -177,6 +177,30 @@ fn lost_lights_fail_though_they_add_nothing() {
 }
 
 #[test]
+fn lights_without_a_name_are_not_lost_in_another_order() {
+    let stage = Stage::new(&format!("{SUITE}frames = 0\nanimation = 'none'\nview = 'front'\n"));
+    let robot = |lights: [Value; 2]| {
+        let mut robot = scene(0);
+        robot["extensionsUsed"] = json!(["KHR_materials_variants", "KHR_lights_punctual"]);
+        robot["extensions"]["KHR_lights_punctual"] = json!({"lights": lights});
+        let node = json!({"extensions": {"KHR_lights_punctual": {"light": 1}}});
+        robot["nodes"].as_array_mut().unwrap().push(node);
+        robot["scenes"][0]["nodes"] = json!([0, 1, 2]);
+        robot.to_string()
+    };
+    let (sun, lamp) = (json!({"type": "directional"}), json!({"type": "point", "intensity": 0}));
+    stage.write("robot.gltf", &robot([lamp.clone(), sun.clone()]));
+    assert_eq!(accepted(&stage), ["robot.exr"]);
+    // The sun is the first light of the file now.
+    let reordered = robot([sun.clone(), lamp.clone()]).replace("\"light\":1", "\"light\":0");
+    stage.write("robot.gltf", &reordered);
+    stage.run(&["test"]).ends(0, &["1 image identical"]);
+    let named = json!({"name": "sun", "type": "directional"});
+    stage.write("robot.gltf", &robot([lamp, named]));
+    stage.run(&["test"]).ends(0, &["changed robot", "new: light \"sun\"", "1 changed within limits"]);
+}
+
+#[test]
 fn a_clip_of_another_duration_explains_missing_and_orphaned_frames() {
     let stage = Stage::new(SUITE);
     let mut robot = scene(0);

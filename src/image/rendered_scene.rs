@@ -28,9 +28,9 @@ impl RenderedScene {
 pub enum CameraOrigin {
     /// It stands in the file of the scene.
     File,
-    /// It frames the scene, at all times of its clips: the automatic camera, and those of views.
+    /// It frames the scene at all times of clips: the automatic camera, and those of views.
     Framed,
-    /// A camera path or a turntable.
+    /// A camera path, a turntable, or a camera that no clip moves.
     Other,
 }
 

@@ -113,11 +113,6 @@ impl SceneContent {
         changes
     }
 
-    /// Whether clips are lost, new, or have other keyframes.
-    pub fn has_other_clips(&self, reference: &Self) -> bool {
-        self.clips != reference.clips || !self.alterations_since(reference).is_empty()
-    }
-
     /// What both have and is another, one line each.
     pub fn alterations_since(&self, reference: &Self) -> Vec<String> {
         let mut lines = Vec::new();

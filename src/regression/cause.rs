@@ -224,10 +224,12 @@ impl<'a> Evidence<'a> {
         self.images.into_iter().all(is_from)
     }
 
-    /// Whether the files tell that clips changed.
+    /// Whether the files tell that clips of the image changed.
     fn has_other_clips(&self) -> bool {
         let [actual, reference] = self.images.map(|image| image.scene.content.as_ref());
-        actual.zip(reference).is_some_and(|(actual, reference)| actual.has_other_clips(reference))
+        actual
+            .zip(reference)
+            .is_some_and(|(actual, reference)| !actual.alterations_since(reference).is_empty())
     }
 
     /// The cause where the camera changed, and `others` that may as well be the cause.

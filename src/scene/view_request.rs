@@ -80,6 +80,11 @@ impl ViewRequest {
         self.orbit.is_some() || self.position.is_some() || self.node.is_some() || self.turntable.is_some()
     }
 
+    /// Whether a camera of its own depends on what the scene shows. One from a position to a point does not.
+    pub fn follows_subject(&self) -> bool {
+        self.position.is_none() || !matches!(self.target, Some(Target::Point(_)))
+    }
+
     /// Whether nothing of the camera of the file is used.
     pub fn replaces_camera(&self) -> bool {
         self.places_camera() && !self.keeps_camera

@@ -21,6 +21,8 @@ pub struct SequenceJob {
     pub scene: Arc<Scene>,
     /// The parts of the scene that are rendered.
     pub selection: Selection,
+    /// Whether the camera depends on the poses of clips at other times, as one that frames the scene does.
+    pub camera_follows_clips: bool,
     /// Environment light and background.
     pub environment: Environment,
     /// Whether `environment` was left to the scene. Then a hint may name others.

@@ -1,9 +1,8 @@
 //! Hash of everything that a frame is made from: equal exactly for equal images.
 //!
-//! It covers the version, the content of the scene and of the environment, the selection, every setting that changes a pixel, the
-//! AOVs, sample types and compression of the files, and the time. It does not cover threads, SIMD, builder, splits, crop, sample range, other
-//! frames, names, stamps and progress: none of them changes a pixel. For tone-mapped files it also covers the look and, as
-//! they have no data window, the crop.
+//! It covers the version, the content of scene and environment, the selection, every setting that changes a pixel, the AOVs, sample types
+//! and compression of the files, and the time. It does not cover threads, SIMD, builder, splits, crop, sample range, other frames, names,
+//! stamps and progress: none changes a pixel. For tone-mapped files it also covers the look and, as they have no data window, the crop.
 
 use glam::Mat4;
 use serde_json::json;
@@ -70,6 +69,7 @@ pub(super) fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
     let SequenceJob {
         scene,
         selection,
+        camera_follows_clips: _,
         environment,
         is_environment_default: _,
         frames: _,

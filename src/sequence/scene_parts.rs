@@ -124,8 +124,8 @@ pub(super) fn part_hashes(job: &SequenceJob, statics: &StaticHashes, frame: i64)
         background,
         camera: Some(match job.selection.camera {
             SelectedCamera::Node(_) => CameraOrigin::File,
-            SelectedCamera::Auto | SelectedCamera::Fixed { .. } => CameraOrigin::Framed,
-            SelectedCamera::Turntable(_) | SelectedCamera::Path(_) => CameraOrigin::Other,
+            SelectedCamera::Fixed { .. } if job.camera_follows_clips => CameraOrigin::Framed,
+            _ => CameraOrigin::Other,
         }),
         rules: Some(PartHashes::RULES),
     }

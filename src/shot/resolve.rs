@@ -272,8 +272,10 @@ fn sequence_job(
     environment: Environment,
 ) -> SequenceJob {
     let args = &shot.values;
+    let has_clips = !selection.clips.is_empty() || !outline.view.measured_clips.is_empty();
     let mut job = SequenceJob {
         scene,
+        camera_follows_clips: has_clips && outline.view.follows_subject(),
         selection,
         environment,
         is_environment_default: args.env.is_none(),

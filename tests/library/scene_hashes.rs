@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use rayframe::Renderer;
-use rayframe::image::PartHashes;
+use rayframe::image::{CameraOrigin, PartHashes};
 
 /// Scenes and the values of the attribute `sceneParts`. Where one changes, raise `PartHashes::RULES`, so that no reference of an earlier version
 /// is told as changed.
@@ -39,4 +39,26 @@ fn hashes_of_equal_rules_are_those_of_earlier_versions() {
         }
     }
     assert!(different.is_empty(), "{}", different.join("\n"));
+}
+
+#[test]
+fn cameras_that_no_clip_moves_are_told_apart() {
+    let origin = |scene: &str, settings: &[(&str, &str)]| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(scene);
+        let mut renderer = Renderer::open(path).unwrap().size(8, 8);
+        for (name, value) in settings {
+            renderer = renderer.set(name, value).unwrap();
+        }
+        let image = renderer.frame(0).unwrap().image().unwrap();
+        image.scene.parts.and_then(|parts| parts.camera).unwrap()
+    };
+    let (moving, still) = ("animation/hierarchy.gltf", "texture/vertex_color.gltf");
+    let position = ("camera_position", "1,2,8");
+    assert_eq!(origin(moving, &[("camera", "auto")]), CameraOrigin::Framed);
+    assert_eq!(origin(moving, &[("orbit", "30,20")]), CameraOrigin::Framed);
+    // It looks at the centre of what moves.
+    assert_eq!(origin(moving, &[position]), CameraOrigin::Framed);
+    assert_eq!(origin(moving, &[position, ("look_at", "0,0,0")]), CameraOrigin::Other);
+    assert_eq!(origin(moving, &[("camera", "auto"), ("animation", "none")]), CameraOrigin::Other);
+    assert_eq!(origin(still, &[("camera", "auto")]), CameraOrigin::Other);
 }

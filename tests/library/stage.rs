@@ -200,6 +200,7 @@ pub(crate) fn sequence_job(
     SequenceJob {
         selection: select_all(&scene, camera),
         scene: scene.into(),
+        camera_follows_clips: false,
         environment: Environment::None,
         is_environment_default: false,
         frames: vec![1],

@@ -59,8 +59,6 @@ pub struct PartHashes {
     pub lights: String,
     /// Geometry without vertex colours; `None` in files of earlier versions.
     pub shape: Option<String>,
-    /// Vertex colours; `None` in files of earlier versions.
-    pub vertex_colors: Option<String>,
     /// The plate behind the scene; `None` in files of earlier versions.
     pub background: Option<String>,
     /// Where the camera comes from; `None` in files of earlier versions.
@@ -84,7 +82,6 @@ impl PartHashes {
             assignments,
             lights,
             shape,
-            vertex_colors,
             background,
             camera,
             rules,
@@ -95,7 +92,6 @@ impl PartHashes {
             format!("geometry={geometry} materials={materials} assignments={assignments} lights={lights}");
         for (name, value) in [
             ("shape", shape),
-            ("vertexColors", vertex_colors),
             ("background", background),
             ("camera", &camera),
             ("rules", &rules),
@@ -119,7 +115,6 @@ impl PartHashes {
             assignments: value("assignments")?,
             lights: value("lights")?,
             shape: value("shape"),
-            vertex_colors: value("vertexColors"),
             background: value("background"),
             camera: value("camera")
                 .and_then(|name| CameraOrigin::ALL.into_iter().find(|origin| origin.name() == name)),
@@ -134,7 +129,7 @@ mod tests {
 
     #[test]
     fn hashes_are_read_as_they_are_written() {
-        let text = "geometry=a1 materials=b2 assignments=d4 lights=c3 shape=f6 vertexColors=a7 background=e5 camera=file rules=7";
+        let text = "geometry=a1 materials=b2 assignments=d4 lights=c3 shape=f6 background=e5 camera=file rules=7";
         let parts = PartHashes::parse(text).unwrap();
         assert_eq!((parts.background.as_deref(), parts.rules), (Some("e5"), Some(7)));
         assert_eq!(parts.camera, Some(CameraOrigin::File));

@@ -48,9 +48,7 @@ pub(super) fn changed_parts(actual: &RenderedScene, reference: &RenderedScene) -
 fn different_parts(ours: &PartHashes, theirs: &PartHashes) -> impl Iterator<Item = Part> {
     // Earlier versions hashed colours with the other vertices alone.
     let (has_other_shape, has_other_colors) = match (&ours.shape, &theirs.shape) {
-        (Some(shape), Some(other)) => {
-            (shape != other, shape == other && ours.vertex_colors != theirs.vertex_colors)
-        }
+        (Some(shape), Some(other)) => (shape != other, shape == other && ours.geometry != theirs.geometry),
         _ => (ours.geometry != theirs.geometry, false),
     };
     let parts = [

@@ -51,8 +51,6 @@ struct MeshHashes {
     whole: Hash,
     /// The same without vertex colours; equal to `whole` where there are none.
     shape: Hash,
-    /// Of vertex colours alone.
-    colors: Option<Hash>,
 }
 
 impl MeshHashes {
@@ -61,12 +59,7 @@ impl MeshHashes {
         let hash = |sum: fn(&PrimitiveChecksums) -> &Checksum| {
             joined(primitives.iter().map(|sums| sum(sums).clone().finalize().to_le_bytes()))
         };
-        let has_colors = primitives.iter().any(|sums| sums.has_colors);
-        Self {
-            whole: hash(|sums| &sums.whole),
-            shape: hash(|sums| &sums.shape),
-            colors: has_colors.then(|| hash(|sums| &sums.colors)),
-        }
+        Self { whole: hash(|sums| &sums.whole), shape: hash(|sums| &sums.shape) }
     }
 }
 
@@ -80,11 +73,10 @@ pub(super) fn part_hashes(job: &SequenceJob, statics: &StaticHashes, frame: i64)
         meshes.par_iter().map(|posed| geometry_of_mesh(&statics_of(posed).whole, posed)).collect();
     let shapes: Vec<Hash> = (meshes.par_iter().zip(&geometry))
         .map(|(posed, geometry)| match statics_of(posed) {
-            MeshHashes { colors: None, .. } => *geometry,
+            MeshHashes { whole, shape } if whole == shape => *geometry,
             MeshHashes { shape, .. } => geometry_of_mesh(shape, posed),
         })
         .collect();
-    let vertex_colors = meshes.iter().filter_map(|posed| statics_of(posed).colors.as_ref());
     let of_material = MaterialHashes::of(&content);
     let materials_of = |posed: &PosedMesh| {
         let primitives = &scene.meshes[posed.mesh.index()].primitives;
@@ -104,10 +96,9 @@ pub(super) fn part_hashes(job: &SequenceJob, statics: &StaticHashes, frame: i64)
     materials.dedup();
     materials.push(&statics.textures);
 
-    let [geometry, shape, vertex_colors, materials, assignments, lights] = [
+    let [geometry, shape, materials, assignments, lights] = [
         joined(sorted(geometry.iter().collect())),
         joined(sorted(shapes.iter().collect())),
-        joined(sorted(vertex_colors.collect())),
         joined(materials),
         joined(sorted(assignments.iter().collect())),
         lights(job, statics, &content),
@@ -120,7 +111,6 @@ pub(super) fn part_hashes(job: &SequenceJob, statics: &StaticHashes, frame: i64)
         assignments,
         lights,
         shape: Some(shape),
-        vertex_colors: Some(vertex_colors),
         background,
         camera: Some(match job.selection.camera {
             SelectedCamera::Node(_) => CameraOrigin::File,
@@ -207,8 +197,6 @@ struct PrimitiveChecksums {
     whole: Checksum,
     /// Without colours, as if it had none.
     shape: Checksum,
-    colors: Checksum,
-    has_colors: bool,
 }
 
 impl PrimitiveChecksums {
@@ -269,10 +257,6 @@ impl PrimitiveChecksums {
         add_lists(&mut absent, None, bits_of_vec4);
         self.whole.combine(&part);
         self.shape.combine(&absent);
-        if colors.is_some() {
-            self.colors.combine(&part);
-            self.has_colors = true;
-        }
     }
 }
 
@@ -359,6 +343,7 @@ fn joined(hashes: impl IntoIterator<Item = impl AsRef<[u8]>>) -> Hash {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::{MeshIndex, NodeIndex};
 
     #[test]
     fn vertex_colors_are_no_shape() {
@@ -370,9 +355,23 @@ mod tests {
         let hashes = [None, Some(Vec4::ONE), Some(Vec4::ZERO)]
             .map(|colors| MeshHashes::of(&Mesh { primitives: vec![with(colors)], ..Mesh::default() }));
         let [bare, white, black] = hashes;
-        assert!(bare.whole == bare.shape && bare.colors.is_none());
+        assert!(bare.whole == bare.shape);
         assert!(white.shape == bare.shape && black.shape == bare.shape);
-        assert!(white.whole != bare.whole && white.whole != black.whole && white.colors != black.colors);
+        assert!(white.whole != bare.whole && white.whole != black.whole && bare.whole != black.whole);
+        // Two nodes that exchange their meshes
+        let posed = |x: f32| PosedMesh {
+            mesh: MeshIndex(0),
+            node: NodeIndex(0),
+            matrices: vec![Mat4::from_translation(Vec3::X * x)],
+            joint_matrices: [].into(),
+            weights: Vec::new(),
+        };
+        let both = |meshes: [&Hash; 2]| {
+            let hashes = [geometry_of_mesh(meshes[0], &posed(0.0)), geometry_of_mesh(meshes[1], &posed(1.0))];
+            joined(sorted(hashes.iter().collect()))
+        };
+        assert_ne!(both([&white.whole, &black.whole]), both([&black.whole, &white.whole]));
+        assert_eq!(both([&white.shape, &black.shape]), both([&black.shape, &white.shape]));
     }
 
     #[test]

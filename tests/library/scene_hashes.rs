@@ -10,19 +10,19 @@ use rayframe::image::{CameraOrigin, PartHashes};
 const SCENES: [(&str, &str); 4] = [
     (
         "light/point.gltf",
-        "geometry=a9fd24d5443f4011 materials=0683672224f2b869 assignments=dd4ea8a3e9588064 lights=59d3891b6dd355f7 shape=a9fd24d5443f4011 vertexColors=e3b0c44298fc1c14 background=b1a6a88f45c93c69 camera=file rules=1",
+        "geometry=a9fd24d5443f4011 materials=0683672224f2b869 assignments=dd4ea8a3e9588064 lights=59d3891b6dd355f7 shape=a9fd24d5443f4011 background=b1a6a88f45c93c69 camera=file rules=1",
     ),
     (
         "texture/vertex_color.gltf",
-        "geometry=68f51e81962ccfd8 materials=dd263ecce930de19 assignments=b7183f1bc5bfc506 lights=f1d8bce2fe0a409e shape=57392674ba9228d0 vertexColors=bebde6cdb052d63c background=b1a6a88f45c93c69 camera=file rules=1",
+        "geometry=68f51e81962ccfd8 materials=dd263ecce930de19 assignments=b7183f1bc5bfc506 lights=f1d8bce2fe0a409e shape=57392674ba9228d0 background=b1a6a88f45c93c69 camera=file rules=1",
     ),
     (
         "morph/morph_then_skin.gltf",
-        "geometry=4977c8fdc0926a3c materials=b369e5afbfbcff80 assignments=d45d884a8bda656d lights=5639deddd79b85ec shape=4977c8fdc0926a3c vertexColors=e3b0c44298fc1c14 background=b1a6a88f45c93c69 camera=file rules=1",
+        "geometry=4977c8fdc0926a3c materials=b369e5afbfbcff80 assignments=d45d884a8bda656d lights=5639deddd79b85ec shape=4977c8fdc0926a3c background=b1a6a88f45c93c69 camera=file rules=1",
     ),
     (
         "texture/base_color_srgb.gltf",
-        "geometry=5ec6681faa4258cf materials=8207fecf9f7fccb2 assignments=8a5d0f3498921e1a lights=f1d8bce2fe0a409e shape=5ec6681faa4258cf vertexColors=e3b0c44298fc1c14 background=b1a6a88f45c93c69 camera=file rules=1",
+        "geometry=5ec6681faa4258cf materials=8207fecf9f7fccb2 assignments=8a5d0f3498921e1a lights=f1d8bce2fe0a409e shape=5ec6681faa4258cf background=b1a6a88f45c93c69 camera=file rules=1",
     ),
 ];
 

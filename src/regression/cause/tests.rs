@@ -177,6 +177,24 @@ fn vertex_colors_are_a_material() {
 }
 
 #[test]
+fn hashes_of_other_rules_are_not_compared() {
+    let before = image(|light, _, _| light);
+    let by = |rules: Option<u32>, geometry: &str| {
+        let mut image = rendered(&before, 0.5, [geometry, "m", "l"]);
+        image.scene.parts.as_mut().unwrap().rules = rules;
+        image.scene
+    };
+    let changes = |ours, theirs| changed_parts(&by(ours, "G"), &by(theirs, "g"));
+    // The first rules have no number in files of earlier versions.
+    for (ours, theirs) in [(Some(1), Some(1)), (Some(1), None), (None, Some(1)), (Some(2), Some(2))] {
+        assert_eq!(changes(ours, theirs), Some(vec![Part::Geometry]));
+    }
+    for (ours, theirs) in [(Some(2), Some(1)), (Some(2), None), (None, Some(2))] {
+        assert_eq!(changes(ours, theirs), None);
+    }
+}
+
+#[test]
 fn cameras_of_files_and_framing_cameras_are_told_apart() {
     let pattern = |right: f32| image(move |_, x, _| 0.5 + 0.3 * libm::sinf((x - right) * 0.3));
     let (before, moved, darker) = (pattern(0.0), pattern(2.0), image(|light, x, _| light * x / 64.0));

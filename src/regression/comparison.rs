@@ -183,9 +183,9 @@ impl Comparison {
         })
     }
 
-    /// What an image within the limits tells of the scene's content.
+    /// What an image tells of the scene's content besides what is lost: changes before new names, of which there may be many.
     pub(super) fn content_lines(&self) -> Vec<String> {
-        self.new_content.iter().chain(&self.scene_changes).cloned().collect()
+        self.scene_changes.iter().chain(&self.new_content).cloned().collect()
     }
 
     /// Adds what changed of the scene of an image of equal pixels, whatever its files list.
@@ -315,6 +315,17 @@ mod tests {
         assert_eq!(comparison.verdict(), Verdict::Failed);
         comparison.checks.clear();
         assert_eq!(comparison.largest_measure(), None);
+    }
+
+    #[test]
+    fn changes_are_told_before_many_new_names() {
+        let comparison = Comparison {
+            new_content: (1..=5).map(|node| format!("new: node \"{node}\"")).collect(),
+            scene_changes: vec!["motion of clip \"run\" changed".to_owned()],
+            ..Comparison::identical()
+        };
+        let told = "motion of clip \"run\" changed; new: node \"1\"; new: node \"2\"; new: node \"3\"; and 2 more";
+        assert_eq!(comparison.largest_measure().as_deref(), Some(told));
     }
 
     #[test]

@@ -12,6 +12,28 @@ use crate::image::PartHashes;
 
 /// SHA-256 over windows, names and bits of all values, and what a file that lists its content tells of the scene, as hexadecimal digits.
 pub fn pixel_hash(image: &Image) -> String {
+    let mut hash = hash_of_values(image);
+    if let Some(content) = &image.scene.content {
+        hash.update(content.text().as_bytes());
+        let parts = image.scene.parts.as_ref().map(PartHashes::text);
+        hash.update(parts.unwrap_or_default().as_bytes());
+    }
+    digits(hash)
+}
+
+/// [`pixel_hash`] without the scene, of which references of earlier versions tell less.
+pub(super) fn value_hash(image: &Image) -> String {
+    digits(hash_of_values(image))
+}
+
+fn digits(hash: Sha256) -> String {
+    hash.finalize().iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+fn hash_of_values(image: &Image) -> Sha256 {
     let mut hash = Sha256::new();
     let (whole, first, size) = (image.display_window.size(), image.position(), image.size());
     // Two's complement keeps pixels before the display window apart.
@@ -34,15 +56,7 @@ pub fn pixel_hash(image: &Image) -> String {
             }
         }
     }
-    if let Some(content) = &image.scene.content {
-        hash.update(content.text().as_bytes());
-        let parts = image.scene.parts.as_ref().map(PartHashes::text);
-        hash.update(parts.unwrap_or_default().as_bytes());
-    }
-    hash.finalize().iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+    hash
 }
 
 /// Whether all bits and their encoding are equal. A NaN equals a NaN of the same bits.
@@ -65,7 +79,7 @@ pub fn are_identical(a: &Image, b: &Image) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::PixelWindow;
+    use crate::image::{PixelWindow, SceneContent};
     use crate::regression::{ColorEncoding, Preset, compare};
 
     #[test]
@@ -76,6 +90,11 @@ mod tests {
         assert!(are_identical(&image(0.3), &image(0.3)) && !are_identical(&image(0.3), &image(next)));
         assert_eq!(pixel_hash(&image(0.3)), pixel_hash(&image(0.3)));
         assert_ne!(pixel_hash(&image(0.3)), pixel_hash(&image(next)));
+        let mut told = image(0.3);
+        told.scene.content = Some(SceneContent::default());
+        assert_ne!(pixel_hash(&told), pixel_hash(&image(0.3)));
+        assert_eq!(value_hash(&told), value_hash(&image(0.3)));
+        assert_ne!(value_hash(&image(0.3)), value_hash(&image(next)));
         // Zero and its negative are equal numbers and different bits.
         assert!(!are_identical(&image(0.0), &image(-0.0)));
         let turned = Image { data_window: PixelWindow::full(2, 1), ..image(0.3) };

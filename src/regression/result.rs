@@ -75,6 +75,8 @@ pub struct FrameResult {
     pub messages: Vec<String>,
     /// Hash of the rendered pixels ([`super::pixel_hash`]), which approvals name. `None` for identical frames.
     pub actual_hash: Option<String>,
+    /// Hash of the values of a rendered image that has no reference, without its scene. `None` in merged reports.
+    pub value_hash: Option<String>,
     /// SHA-256 of the file of the reference. `None` where there is none.
     pub reference_hash: Option<String>,
     /// The comparison with the reference. `None` where there was nothing to compare.
@@ -126,6 +128,7 @@ impl FrameResult {
             expected: None,
             actual: None,
             actual_hash: None,
+            value_hash: None,
             reference_hash: None,
         }
     }

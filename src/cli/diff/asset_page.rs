@@ -48,6 +48,7 @@ impl AssetPage {
             actual: EncodedImage::new(actual),
             reference_hash: None,
             actual_hash: None,
+            value_hash: None,
         };
         self.image_budget.admit(&mut result);
         result

@@ -56,6 +56,7 @@ impl DiffPage {
             actual,
             reference_hash: None,
             actual_hash: None,
+            value_hash: None,
         };
         self.push(frame);
     }

@@ -99,6 +99,7 @@ mod tests {
             expected: EncodedImage::new(&expected),
             actual: EncodedImage::new(&actual),
             actual_hash: None,
+            value_hash: None,
             reference_hash: None,
         }
     }

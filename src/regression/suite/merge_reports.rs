@@ -254,6 +254,7 @@ impl Merging<'_> {
             messages,
             comparison: (verdict == Verdict::Identical).then(Comparison::identical),
             actual_hash: hash,
+            value_hash: None,
             reference_hash: reference,
             ..FrameResult::new(name.clone(), frame, status)
         };

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Suite;
 use super::names::reference_path;
+use crate::regression::exact::value_hash;
 use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
 use crate::regression::{Image, pixel_hash};
 
@@ -13,7 +14,7 @@ pub(super) fn name_renamed(suite: &Suite, shots: &mut [ShotResult], orphaned: &m
     let missing = frames.filter(|frame| frame.status == FrameStatus::Missing);
     let mut by_hash: BTreeMap<String, Vec<&mut FrameResult>> = BTreeMap::new();
     for frame in missing {
-        if let Some(hash) = frame.actual_hash.clone() {
+        if let Some(hash) = frame.value_hash.clone().or_else(|| frame.actual_hash.clone()) {
             by_hash.entry(hash).or_default().push(frame);
         }
     }
@@ -22,9 +23,11 @@ pub(super) fn name_renamed(suite: &Suite, shots: &mut [ShotResult], orphaned: &m
     }
     for reference in orphaned {
         let image = Image::read(&reference_path(&suite.references, &reference.name));
-        let equal = image.ok().and_then(|image| by_hash.get_mut(&pixel_hash(&image)));
+        // Reports that are merged hold the hash with the scene alone.
+        let hashes = image.map(|image| vec![value_hash(&image), pixel_hash(&image)]).unwrap_or_default();
+        let equal = hashes.iter().find(|hash| by_hash.get(*hash).is_some_and(|frames| !frames.is_empty()));
         // Of several equal images the first, by name.
-        let Some(frame) = equal.filter(|frames| !frames.is_empty()).map(|frames| frames.remove(0)) else {
+        let Some(frame) = equal.and_then(|hash| by_hash.get_mut(hash)).map(|frames| frames.remove(0)) else {
             continue;
         };
         frame

@@ -23,6 +23,7 @@ use crate::image_file::is_pointer;
 use crate::regression::compare::{are_identical_and_finite, compare};
 use crate::regression::comparison::Comparison;
 use crate::regression::encoded_image::EncodedImage;
+use crate::regression::exact::value_hash;
 use crate::regression::report_page::ImageBudget;
 use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
 use crate::regression::{Image, Limits, Verdict, pixel_hash};
@@ -309,6 +310,7 @@ pub(super) fn test_frame(
             None => packed,
         });
         result.actual_hash = Some(pixel_hash(&actual));
+        result.value_hash = (result.status == FrameStatus::Missing).then(|| value_hash(&actual));
     }
     Ok(TestedFrame { result, file: Some(bytes), was_rendered: true })
 }

@@ -30,6 +30,7 @@ fn frame(name: &str, frame: i64, value: f32) -> FrameResult {
         expected: EncodedImage::new(&expected),
         actual: EncodedImage::new(&actual),
         actual_hash: Some("ab".repeat(32)),
+        value_hash: None,
         reference_hash: None,
     }
 }

@@ -59,7 +59,7 @@ pub struct PartHashes {
     pub lights: String,
     /// Geometry without vertex colours; `None` in files of earlier versions.
     pub shape: Option<String>,
-    /// The plate behind the scene; `None` in files of earlier versions.
+    /// The plate behind the scene, and whether the environment shows; `None` in files of earlier versions.
     pub background: Option<String>,
     /// Where the camera comes from; `None` in files of earlier versions.
     pub camera: Option<CameraOrigin>,
@@ -76,26 +76,14 @@ impl PartHashes {
 
     /// The value of the attribute.
     pub fn text(&self) -> String {
-        let Self {
-            geometry,
-            materials,
-            assignments,
-            lights,
-            shape,
-            background,
-            camera,
-            rules,
-        } = self;
+        let Self { geometry, materials, assignments, lights, shape, background, camera, rules } = self;
         let camera = camera.map(|camera| camera.name().to_owned());
         let rules = rules.map(|rules| rules.to_string());
         let mut text =
             format!("geometry={geometry} materials={materials} assignments={assignments} lights={lights}");
-        for (name, value) in [
-            ("shape", shape),
-            ("background", background),
-            ("camera", &camera),
-            ("rules", &rules),
-        ] {
+        for (name, value) in
+            [("shape", shape), ("background", background), ("camera", &camera), ("rules", &rules)]
+        {
             if let Some(value) = value {
                 let _ = write!(text, " {name}={value}");
             }
@@ -129,7 +117,8 @@ mod tests {
 
     #[test]
     fn hashes_are_read_as_they_are_written() {
-        let text = "geometry=a1 materials=b2 assignments=d4 lights=c3 shape=f6 background=e5 camera=file rules=7";
+        let text =
+            "geometry=a1 materials=b2 assignments=d4 lights=c3 shape=f6 background=e5 camera=file rules=7";
         let parts = PartHashes::parse(text).unwrap();
         assert_eq!((parts.background.as_deref(), parts.rules), (Some("e5"), Some(7)));
         assert_eq!(parts.camera, Some(CameraOrigin::File));

@@ -72,7 +72,7 @@ pub enum Cause {
     },
     /// Geometry is equal, and materials cannot be told from light, or both changed.
     MaterialOrLight,
-    /// The plate behind the scene changed.
+    /// The plate behind the scene changed, or whether the environment shows.
     Background,
     /// The near or far plane of the camera changed.
     ClipPlanes,
@@ -134,7 +134,10 @@ impl std::fmt::Display for Cause {
                 formatter,
                 "settings: geometry, materials, lights and camera are equal; render settings, inputs beside the scene or the version of Rayframe changed"
             ),
-            Self::Background => write!(formatter, "background: the plate behind the scene changed"),
+            Self::Background => write!(
+                formatter,
+                "background: the plate behind the scene, or whether the environment shows, changed"
+            ),
             Self::ClipPlanes => write!(formatter, "camera: its clip planes changed"),
             Self::Encoding => write!(
                 formatter,

@@ -18,7 +18,7 @@ pub(super) enum Part {
     Materials,
     /// Lights and the environment.
     Lights,
-    /// The plate behind the scene.
+    /// The plate behind the scene, or whether the environment shows.
     Background,
     /// Near or far plane of the camera.
     ClipPlanes,

@@ -3,6 +3,7 @@
 use rayframe::image_file::encode_png;
 
 use super::Stage;
+use super::coverage::scene;
 
 /// Single values fail, so that small edits do, too.
 const SUITE: &str = "[test]\npreset = 'exact'\n[shot]\nresolution = [64, 36]\nsamples = 1\nframes = 0\n";
@@ -121,5 +122,14 @@ fn another_plate_is_a_background() {
     stage.run(&["test"]).ends(1, &["no reference"]);
     stage.run(&["accept"]).ends(0, &["added"]);
     plate([200, 60, 40, 255]);
-    stage.run(&["test"]).ends(1, &["likely background: the plate behind the scene changed"]);
+    let told = "likely background: the plate behind the scene, or whether the environment shows, changed";
+    stage.run(&["test"]).ends(1, &[told]);
+    // There is no plate.
+    let suite = |background: &str| format!("{SUITE}env = 'studio'\nbackground = '{background}'\n");
+    let stage = Stage::new(&suite("none"));
+    stage.write("robot.gltf", &scene(0).to_string());
+    stage.run(&["test"]).ends(1, &["no reference"]);
+    stage.run(&["accept"]).ends(0, &["added"]);
+    stage.write("suite.toml", &suite("env"));
+    stage.run(&["test"]).ends(1, &[told]);
 }

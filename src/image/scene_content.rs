@@ -151,15 +151,21 @@ impl SceneContent {
 
     /// Values by the names of clips, unless the names are too many. Clips of one name are numbered.
     pub fn listed_by_clip<T>(values: impl Iterator<Item = (String, T)>) -> Option<BTreeMap<String, T>> {
-        let mut listed = BTreeMap::new();
+        let (mut listed, mut next_numbers, mut bytes) = (BTreeMap::new(), BTreeMap::<_, usize>::new(), 0);
         for (name, value) in values {
-            let numbered = (2..).map(|number| format!("{name} ({number})"));
-            let mut free =
-                std::iter::once(name.clone()).chain(numbered).filter(|name| !listed.contains_key(name));
-            let free = free.next();
-            listed.extend(free.map(|name| (name, value)));
+            let mut free = name.clone();
+            while listed.contains_key(&free) {
+                let number = next_numbers.entry(name.clone()).or_insert(2);
+                free = format!("{name} ({number})");
+                *number += 1;
+            }
+            bytes += free.len();
+            if bytes > MAX_LISTED_BYTES {
+                return None;
+            }
+            listed.insert(free, value);
         }
-        (listed.keys().map(String::len).sum::<usize>() <= MAX_LISTED_BYTES).then_some(listed)
+        Some(listed)
     }
 }
 
@@ -338,6 +344,12 @@ mod tests {
         let twice = [("wave".to_owned(), 1), ("wave".to_owned(), 2)].into_iter();
         let names: Vec<_> = SceneContent::listed_by_clip(twice).unwrap().into_keys().collect();
         assert_eq!(names, ["wave", "wave (2)"]);
+        let taken = ["wave", "wave (2)", "wave", "wave"].map(|name| (name.to_owned(), ()));
+        let names: Vec<_> = SceneContent::listed_by_clip(taken.into_iter()).unwrap().into_keys().collect();
+        assert_eq!(names, ["wave", "wave (2)", "wave (3)", "wave (4)"]);
+        // As soon as names are too many, no more are read.
+        let endless = std::iter::repeat_with(|| ("wave".to_owned(), ()));
+        assert_eq!(SceneContent::listed_by_clip(endless), None);
     }
 
     #[test]

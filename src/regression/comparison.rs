@@ -324,7 +324,8 @@ mod tests {
             scene_changes: vec!["motion of clip \"run\" changed".to_owned()],
             ..Comparison::identical()
         };
-        let told = "motion of clip \"run\" changed; new: node \"1\"; new: node \"2\"; new: node \"3\"; and 2 more";
+        let told =
+            "motion of clip \"run\" changed; new: node \"1\"; new: node \"2\"; new: node \"3\"; and 2 more";
         assert_eq!(comparison.largest_measure().as_deref(), Some(told));
     }
 

@@ -61,6 +61,9 @@ fn details_but_channels(text: &mut String, frame: &FrameReport) {
     if let Some(found) = frame.comparison.root_mean_square {
         let _ = writeln!(text, "       RMSE {:.3e}, PSNR {:.1} dB", found.error, found.peak_ratio_decibels);
     }
+    for line in frame.comparison.scene_changes.iter().chain(&frame.comparison.new_content) {
+        let _ = writeln!(text, "       {}", one_line(line));
+    }
     if let Some(cause) = &frame.comparison.cause {
         let _ = writeln!(text, "  likely {}", one_line(&cause.to_string()));
     }

@@ -134,7 +134,13 @@ fn motion_between_tested_frames_is_compared() {
     let told = "motion of clip \"walk\" changed";
     ran.ends(0, &[told, "content differs as told with walk.0000", "2 changed within limits"]);
     assert_eq!(ran.text.matches(told).count(), 1, "{}", ran.text);
+    let copy = |name: &str| {
+        std::fs::copy(stage.path("references/walk.0000.exr"), stage.path(name)).unwrap();
+    };
+    copy("old.exr");
     stage.run(&["accept", "--changed"]).ends(0, &["replaced references/walk.0024.exr"]);
+    copy("new.exr");
+    stage.run(&["diff", "new.exr", "old.exr"]).ends(0, &["changed", told]);
     stage.run(&["test"]).ends(0, &["2 images identical"]);
 }
 

@@ -71,7 +71,7 @@ pub struct PartHashes {
 impl PartHashes {
     /// Name of the text attribute in EXR files.
     pub const ATTRIBUTE: &'static str = "sceneParts";
-    /// Number of the present rules. It grows when the hash of any scene changes.
+    /// Number of the present rules. It grows when the hash of any scene or the checksum of any clip changes.
     pub const RULES: u32 = 1;
 
     /// The value of the attribute.

@@ -56,3 +56,41 @@ fn target_text(scene: &Scene, target: AnimationTarget) -> String {
         AnimationTarget::ImageLight(_, property) => format!("{property:?} of an image-based light"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Interpolation, Keyframes, Node};
+
+    /// References hold checksums, which later versions compare. Where this one changes, raise `PartHashes::RULES`.
+    #[test]
+    fn checksums_are_those_of_earlier_versions() {
+        let door = Node { name: Some("door".to_owned()), ..Node::default() };
+        let scene = Scene { nodes: vec![Node::default(), door], ..Scene::default() };
+        let channel = |target, interpolation, times: &[f32], values: &[f32]| Channel {
+            target,
+            keyframes: Keyframes {
+                times_seconds: times.to_vec(),
+                values: values.to_vec(),
+                width: values.len() / times.len(),
+                interpolation,
+            },
+        };
+        let opens = channel(
+            AnimationTarget::Translation(NodeIndex(1)),
+            Interpolation::Linear,
+            &[0.0, 0.5],
+            &[0.0, 0.0, 0.0, 1.0, 2.0, -3.0],
+        );
+        let turns = channel(
+            AnimationTarget::Rotation(NodeIndex(0)),
+            Interpolation::Step,
+            &[0.25],
+            &[0.0, 0.0, 0.0, 1.0],
+        );
+        for channels in [vec![opens.clone(), turns.clone()], vec![turns, opens]] {
+            // By the CRC-32 of Python's zlib
+            assert_eq!(clip_checksum(&scene, &Animation { name: None, channels }), "4c9b8bc8");
+        }
+    }
+}

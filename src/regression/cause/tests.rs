@@ -1,5 +1,6 @@
 use super::*;
 use crate::image::{CameraOrigin, PartHashes, RenderedScene, SceneContent};
+use crate::regression::changes::scene_changes;
 use crate::regression::{ChannelDifference, ColorEncoding};
 
 const SIZE: (u32, u32) = (64, 48);
@@ -191,6 +192,22 @@ fn hashes_of_other_rules_are_not_compared() {
     }
     for (ours, theirs) in [(Some(2), Some(1)), (Some(2), None), (None, Some(2))] {
         assert_eq!(changes(ours, theirs), None);
+    }
+}
+
+#[test]
+fn motions_of_other_rules_are_not_compared() {
+    let by = |rules: Option<u32>, motion: &str| {
+        let mut scene = rendered(&image(|light, _, _| light), 0.5, ["g", "m", "l"]).scene;
+        scene.parts.as_mut().unwrap().rules = rules;
+        let motions = [("walk".to_owned(), motion.to_owned())].into();
+        scene.content = Some(SceneContent { motions: Some(motions), ..SceneContent::default() });
+        scene
+    };
+    let told = |ours, theirs| scene_changes(&by(ours, "b"), &by(theirs, "a"), true);
+    assert_eq!(told(Some(2), Some(2)), ["motion of clip \"walk\" changed"]);
+    for (ours, theirs) in [(Some(2), Some(1)), (None, Some(1)), (None, None)] {
+        assert_eq!(told(ours, theirs), [""; 0]);
     }
 }
 

@@ -298,17 +298,6 @@ impl Scattering {
         (value, pdf)
     }
 
-    /// Density of the directions that sampled facets reflect, by their half vector.
-    #[inline(always)]
-    fn specular_pdf(&self, half: Vec3) -> f32 {
-        let lobe = &self.bsdf.lobe;
-        // Facets that may also refract are sampled by all visible normals.
-        match self.transmission {
-            TransmissionLobe::Refracted { .. } => lobe.reflection_pdf(self.wo, half),
-            _ => lobe.reflected_pdf(self.wo, half),
-        }
-    }
-
     /// For light from the other side.
     fn transmitted(&self, wi: Vec3, smooth: SmoothLobes) -> (Vec3, f32) {
         let Self { bsdf, wo, albedos, probabilities, .. } = self;

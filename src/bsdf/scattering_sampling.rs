@@ -191,6 +191,17 @@ impl Scattering {
         Some((wi, ScatterLobe::Transmission))
     }
 
+    /// Density of the directions that sampled facets reflect, by their half vector.
+    #[inline(always)]
+    pub(super) fn specular_pdf(&self, half: Vec3) -> f32 {
+        let lobe = &self.bsdf.lobe;
+        // Facets that may also refract are sampled by all visible normals.
+        match self.transmission {
+            TransmissionLobe::Refracted { .. } => lobe.reflection_pdf(self.wo, half),
+            _ => lobe.reflected_pdf(self.wo, half),
+        }
+    }
+
     #[inline(always)]
     fn choose(&self, u_lobe: f32) -> Option<Chosen> {
         let LobeProbabilities { coat, specular, transmission, diffuse, sheen, diffuse_transmission } =

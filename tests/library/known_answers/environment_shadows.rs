@@ -13,7 +13,7 @@ use super::path::{floor, middle, square_form_factor};
 use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle};
 
 /// A stage in uniform light, of one narrow pixel with `samples` samples.
-fn stage(samples: u32) -> Stage {
+pub(super) fn stage(samples: u32) -> Stage {
     let mut stage = super::path::stage(samples);
     stage.settings.integrator = Integrator::Whitted;
     stage.environment = Environment::Constant(Vec3::ONE);
@@ -97,7 +97,7 @@ fn window_above() -> Result<Environment> {
 }
 
 /// The same, or around the nadir.
-fn window(is_below: bool) -> Result<Environment> {
+pub(super) fn window(is_below: bool) -> Result<Environment> {
     let (width, height) = (1024, 512);
     let row = |row: u32| if f64::from(row) < f64::from(height) * 15.0 / 180.0 { [20.0; 3] } else { [0.0; 3] };
     let mut pixels: Vec<[f32; 3]> = (0..width * height).map(|index| row(index / width)).collect();
@@ -197,22 +197,6 @@ fn light_from_a_window_casts_sharp_shadows_on_surfaces() {
         let (share, reflected) = (seen / (20.0 * sine * sine), mean / 3.0 / (20.0 * sine * sine));
         let expected = 1.0 - hidden * (1.0 - reflected);
         assert!((share - expected).abs() < 0.02, "card {index}: {share} for {expected}");
-    }
-}
-
-#[test]
-fn surfaces_that_face_away_from_all_light_get_what_is_beside_them() {
-    let mean = 10.0 * (1.0 - libm::cosf(15.0_f32.to_radians()));
-    for half_width in [0.5, 2.0] {
-        let mut stage = stage(4096);
-        stage.environment = window(true).unwrap();
-        stage.settings.env_samples = EnvSamples::Fixed(1);
-        stage.settings.show_background = false;
-        stage.add(floor(5.0), lambert(Vec3::splat(0.5)));
-        assert_close(middle(&stage), Vec3::ZERO, 1e-6);
-        stage.add(rectangle(Vec3::Y, Vec3::Z * half_width, Vec3::X * half_width), lambert(Vec3::ZERO));
-        let hidden = square_form_factor(half_width, 1.0);
-        assert_close(middle(&stage), Vec3::splat(0.5 * mean / 3.0 * hidden), 0.003);
     }
 }
 
@@ -320,33 +304,6 @@ fn the_back_of_single_sided_occluders_is_not_lit() {
     // Half of the sky is hidden, by what reflects 0.5 / (2 − 0.5) of it.
     assert_close(seen(false), Vec3::splat(0.5 * (0.5 + 0.5 / 3.0)), 0.004);
     assert_eq!(seen(true), seen(false));
-}
-
-#[test]
-fn what_hides_the_dark_side_of_an_environment_does_not_light_it() {
-    // Red light comes from below, blue light from above, green light from everywhere.
-    let (width, height) = (256, 128);
-    let pixel = |index: u32| if index / width < height / 2 { [0.1, 1.0, 1.0] } else { [1.0, 1.0, 0.1] };
-    let pixels = (0..width * height).map(pixel).collect();
-    let image = EnvironmentImage { width, height, pixels, content_hash: [0; 32] };
-    let sides = Environment::Map(EnvironmentMap::new("sides.hdr".as_ref(), image, 0.0).unwrap());
-    let seen = |has_wall: bool| {
-        let mut stage = stage(1024);
-        stage.environment = sides.clone();
-        stage.settings.env_samples = EnvSamples::Fixed(1);
-        stage.add(floor(500.0), lambert(Vec3::splat(0.5)));
-        if has_wall {
-            // From its back it has the estimate alone.
-            let wall = rectangle(Vec3::new(0.0, 200.0, -0.5), Vec3::Y * 200.0, Vec3::X * 500.0);
-            stage.add(wall, lambert(Vec3::ONE));
-        }
-        middle(&stage).truncate()
-    };
-    let (open, hidden) = (seen(false), seen(true));
-    // The wall hides half of the sky and reflects a third of the mean radiance: 0.55 of red and blue light, 1 of green light.
-    assert!((hidden.x / open.x - 1.0).abs() < 0.01, "{hidden} {open}");
-    assert!((hidden.y / open.y - (0.5 + 0.5 / 3.0)).abs() < 0.01, "{hidden} {open}");
-    assert!((hidden.z / open.z - (0.5 + 0.5 * 0.55 / 3.0)).abs() < 0.01, "{hidden} {open}");
 }
 
 /// The direction to the sun of [`sunny`]: 10° above the horizon and 60° from the wall's normal.

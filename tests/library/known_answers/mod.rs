@@ -3,6 +3,7 @@
 //! Unless a test says otherwise, an image is one pixel of one sample, so that the camera's axis is the only camera ray.
 
 mod coincident_lamps;
+mod dark_sides;
 mod diffuse_volumes;
 mod distributed;
 mod environment_shadows;

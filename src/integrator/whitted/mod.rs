@@ -4,8 +4,8 @@
 //!
 //! There is no ambient term. Smooth lobes are followed by mirror and refraction rays, rough lobes look up the prefiltered
 //! environment, and in between both are blended by roughness. Shadow rays towards the environment take sampled directions, as do
-//! lenses, sized lights and glossy samples. Frosted glass sends one sampled ray, or one by a sampled facet ([`frosted_glass`]), and rough metals
-//! without an environment another ([`rough_reflection`]). Nothing else is random.
+//! lenses, sized lights and glossy samples. Frosted glass sends one sampled ray, or one by a sampled facet (`frosted_glass`), and rough metals
+//! without an environment another (`rough_reflection`). Nothing else is random.
 
 mod block_lookups;
 mod buffers;

@@ -2,7 +2,7 @@
 //!
 //! Source: glTF 2.0 specification, section 3.7.3 (skins).
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::Mat4;
 use gltf::json;
@@ -12,7 +12,7 @@ use super::attributes::Reference;
 use super::context::Context;
 use super::formats;
 use crate::error::Result;
-use crate::scene::{Node, NodeIndex, SceneRoots, Skin};
+use crate::scene::{Node, NodeIndex, SceneRoots, Skin, SkinIndex};
 
 /// Imports all skins.
 pub(super) fn import(context: &mut Context, data: &Data) -> Result<Vec<Skin>> {
@@ -78,23 +78,46 @@ pub(super) fn check_joints(
         }
     }
 
-    // Joints beside the scene.
+    warn_of_joints_elsewhere(context, nodes, &roots, scenes, skins);
+}
+
+/// Warns once a scene that a joint of a skinned mesh is not in it. `roots` has the root above each node.
+fn warn_of_joints_elsewhere(
+    context: &mut Context,
+    nodes: &[Node],
+    roots: &[NodeIndex],
+    scenes: &[SceneRoots],
+    skins: &[Skin],
+) {
+    let root_of = |node: NodeIndex| roots.get(node.index()).copied();
+    // One joint of each tree that has joints of a skin. Most skins have one tree.
+    let trees: Vec<BTreeMap<NodeIndex, NodeIndex>> = skins
+        .iter()
+        .map(|skin| skin.joints.iter().rev().filter_map(|&joint| Some((root_of(joint)?, joint))).collect())
+        .collect();
+    // For each root the skins of meshes below it that have joints in other trees, with the first node of each.
+    let mut spread: BTreeMap<NodeIndex, BTreeMap<SkinIndex, NodeIndex>> = BTreeMap::new();
+    for (node, skin) in (0_u32..).map(NodeIndex).zip(nodes).filter_map(|(i, node)| Some((i, node.skin?))) {
+        let joints = trees.get(skin.index());
+        if let Some(root) = root_of(node)
+            && joints.is_some_and(|joints| joints.keys().any(|tree| *tree != root))
+        {
+            spread.entry(root).or_default().entry(skin).or_insert(node);
+        }
+    }
     for (i, scene) in scenes.iter().enumerate() {
         let shown: BTreeSet<NodeIndex> = scene.roots.iter().copied().collect();
-        let is_shown = |node: NodeIndex| root_of(node).is_some_and(|root| shown.contains(&root));
-        let mut checked = BTreeSet::new();
-        for (node, skin) in (0_u32..).zip(nodes).filter_map(|(j, node)| Some((j, node.skin?))) {
-            if !is_shown(NodeIndex(node)) || !checked.insert(skin.index()) {
-                continue;
-            }
-            let joints = skins.get(skin.index()).map(|skin| &skin.joints);
-            if let Some(stray) = joints.into_iter().flatten().find(|&&joint| !is_shown(joint)) {
-                let message = format!(
-                    "the joint node {} is not in scene {i}, which shows the skinned mesh; it moves the mesh nevertheless",
-                    stray.0
-                );
-                context.warn(format!("/nodes/{node}/skin"), message);
-            }
+        let stray_of = |(skin, node): (&SkinIndex, &NodeIndex)| {
+            let stray = trees.get(skin.index())?.iter().find(|(tree, _)| !shown.contains(tree));
+            stray.map(|(_, &joint)| (*node, joint))
+        };
+        let skins = shown.iter().filter_map(|root| spread.get(root)).flatten();
+        if let Some((node, stray)) = skins.into_iter().find_map(stray_of) {
+            let message = format!(
+                "the joint node {} is not in scene {i}, which shows the skinned mesh; it moves the mesh nevertheless",
+                stray.0
+            );
+            context.warn(format!("/nodes/{}/skin", node.0), message);
         }
     }
 }

@@ -25,7 +25,8 @@ fn animated_visibility(scene: &Scene, selection: &Selection) -> BTreeMap<NodeInd
     let clips = selection.clips.iter().filter_map(|clip| scene.animations.get(clip.index()));
     for channel in clips.flat_map(|clip| &clip.channels) {
         if let AnimationTarget::Visibility(node) = channel.target {
-            *is_shown.entry(node).or_insert(false) |= channel.keyframes.values.iter().any(|value| *value != 0.0);
+            *is_shown.entry(node).or_insert(false) |=
+                channel.keyframes.values.iter().any(|value| *value != 0.0);
         }
     }
     is_shown

@@ -163,3 +163,22 @@ fn joints_outside_the_scene_and_of_several_trees_are_named() {
     let text = warnings[0].to_string();
     assert!(text.contains("/skins/0/joints") && text.contains("no common root"), "{text}");
 }
+
+#[test]
+fn a_scene_names_one_joint_that_it_does_not_have() {
+    // Many meshes with skins of their own, in many scenes that lack their joints: one warning a scene.
+    let mut document = skinned(&json!([0]));
+    let nodes: Vec<u32> = (4..54).collect();
+    for index in 0..50 {
+        document.json["skins"].as_array_mut().unwrap().push(json!({"joints": [1, 2]}));
+        document.push("nodes", json!({"mesh": 0, "skin": 1 + index}));
+    }
+    document.json["nodes"][0]["children"] = json!(nodes);
+    document.json["scenes"] = json!(vec![json!({"nodes": [0]}); 50]);
+    let warnings = document.import().unwrap().warnings;
+    assert_eq!(warnings.len(), 50, "{}", warnings.len());
+    assert!(warnings.iter().all(|warning| warning.pointer == "/nodes/0/skin"), "{warnings:?}");
+    // None where the scene has the joints, too.
+    document.json["scenes"] = json!([{"nodes": [3, 0]}]);
+    assert_eq!(document.import().unwrap().warnings, []);
+}

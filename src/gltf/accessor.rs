@@ -180,8 +180,9 @@ impl<'a> Data<'a> {
         // A loop without a case for every component. Primitives that share a list read what they use of it once it is checked.
         let decode = |bytes: &[u8]| component::float(bytes, ComponentType::F32, false);
         let is_shared = !self.decoded.contains_key(&index);
-        if self.vertices.is_some() && is_shared && context.finite_accessors.contains(&index) {
-            return Ok((self.elements(context, (index, pointer), self.vertices, decode)?, None));
+        let checked = context.first_wrong_elements.get(&index).copied().filter(|_| is_shared);
+        if let (Some(wrong), Some(_)) = (checked, self.vertices) {
+            return Ok((self.elements(context, (index, pointer), self.vertices, decode)?, wrong));
         }
         let elements: Vec<[f32; N]> = self.elements(context, (index, pointer), None, decode)?;
         let wrong = first_wrong(elements.as_flattened(), |value| !value.is_finite());
@@ -190,8 +191,8 @@ impl<'a> Data<'a> {
         if wrong.is_none() && self.is_plain(index, accessor) {
             check_extremes(context, accessor, index, &elements);
         }
-        if wrong.is_none() && is_shared {
-            context.finite_accessors.insert(index);
+        if is_shared {
+            context.first_wrong_elements.insert(index, wrong);
         }
         let chosen = self.vertices.map(|vertices| at_indices(&elements, vertices));
         Ok((chosen.unwrap_or(elements), wrong))

@@ -1,6 +1,6 @@
 //! Import context, shared by all import steps: file path for errors, warnings so far, memory budget.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use crate::error::{Error, Result, Warning, over_limit, readable_bytes};
@@ -21,8 +21,8 @@ pub(super) struct Context<'a> {
     warned_of_variants: BTreeSet<(String, Vec<Option<VariantIndex>>)>,
     /// Whether animations can change material properties. Then material extensions without an initial effect must be kept.
     pub(super) animates_properties: bool,
-    /// Accessors whose elements are all known to be finite.
-    pub(super) finite_accessors: BTreeSet<usize>,
+    /// The first element that is not finite of each accessor of floats that was read as a whole; `None` for one without.
+    pub(super) first_wrong_elements: BTreeMap<usize, Option<usize>>,
 }
 
 impl<'a> Context<'a> {
@@ -37,7 +37,7 @@ impl<'a> Context<'a> {
             variant_warnings: Vec::new(),
             warned_of_variants: BTreeSet::new(),
             animates_properties: false,
-            finite_accessors: BTreeSet::new(),
+            first_wrong_elements: BTreeMap::new(),
         }
     }
 

@@ -1,6 +1,12 @@
+use std::borrow::Cow;
+use std::path::Path;
+
 use serde_json::json;
 
 use super::Document;
+use crate::gltf::accessor::{Data, DecodedAccessors};
+use crate::gltf::context::Context;
+use crate::gltf::document;
 use crate::scene::Primitive;
 
 /// Six vertices with every kind of attribute. The primitives use all, the first three, and the last three in another order.
@@ -86,4 +92,29 @@ fn values_that_no_triangle_uses_are_checked_once() {
     let start = document.json["bufferViews"][accessor as usize]["byteOffset"].as_u64().unwrap() as usize;
     document.bytes[start..start + 4].copy_from_slice(&f32::NAN.to_le_bytes());
     assert!(document.error(65).contains("element 0 is infinite or not a number"));
+}
+
+/// The elements 1 and 40 of an accessor of three floats, zeros for wrong ones, read twice: each with the memory that the reading takes.
+fn read_twice(document: &Document, accessor: usize) -> [(Vec<[f32; 3]>, u64); 2] {
+    let mut context = Context::new(Path::new("a.gltf"), 1 << 20);
+    let json = document.to_json().to_string();
+    let parsed = document::Document::parse(&mut context, json.as_bytes()).unwrap();
+    let (buffers, decoded) = ([Some(Cow::Borrowed(&document.bytes[..]))], DecodedAccessors::new());
+    let data = Data { vertices: Some(&[1, 40]), ..Data::new(&parsed, &buffers, &[], &decoded) };
+    [(); 2].map(|()| {
+        let used_before = context.used_bytes();
+        let elements = data.floats_or_zeros(&mut context, accessor, "").unwrap();
+        (elements, context.used_bytes() - used_before)
+    })
+}
+
+#[test]
+fn lists_with_wrong_elements_are_read_as_a_whole_once() {
+    let mut values: Vec<f32> = (0..300).map(|i| i as f32).collect();
+    values[121] = f32::NAN;
+    let mut document = Document::triangle();
+    let accessor = document.floats("VEC3", &values);
+    let expected = vec![[3.0, 4.0, 5.0], [0.0; 3]];
+    // 100 elements of 12 bytes, then two.
+    assert_eq!(read_twice(&document, accessor), [(expected.clone(), 1200), (expected, 24)]);
 }

@@ -32,7 +32,7 @@ pub(super) struct Data<'a> {
     pub(super) views: &'a [Option<Vec<u8>>],
     /// Accessors whose elements were decoded from a compressed stream.
     pub(super) decoded: &'a DecodedAccessors,
-    /// The elements that are read, by index; `None` for all.
+    /// The elements that are read, by index in increasing order; `None` for all.
     pub(super) vertices: Option<&'a [u32]>,
 }
 
@@ -233,7 +233,7 @@ impl<'a> Data<'a> {
         })
     }
 
-    /// Decodes the elements at the indices `chosen`, or all.
+    /// Decodes the elements at the increasing indices `chosen`, or all.
     fn elements<T: Copy + Default + Send, const N: usize>(
         &self,
         context: &mut Context,
@@ -242,10 +242,6 @@ impl<'a> Data<'a> {
         decode: impl Fn(&[u8]) -> T + Sync,
     ) -> Result<Vec<[T; N]>> {
         let accessor = self.accessor(context, index, pointer)?;
-        if let (Some(chosen), Some(_)) = (chosen, &accessor.sparse) {
-            let all = self.elements(context, (index, pointer), None, decode)?;
-            return Ok(at_indices(&all, chosen));
-        }
         let format = self.format(context, index, pointer)?;
         let pointer = format!("/accessors/{index}");
         let layout = ElementLayout::new(format.shape, format.component);
@@ -287,7 +283,11 @@ impl<'a> Data<'a> {
                 self.strided_elements(context, &values, &layout, &format!("{pointer}/sparse/values"))?;
             let targets = self.sparse_targets(context, accessor, &pointer)?;
             for (i, target) in targets.into_iter().enumerate() {
-                if let Some(element) = elements.get_mut(target) {
+                let slot = match chosen {
+                    Some(chosen) => chosen.binary_search(&target).ok(),
+                    None => Some(target as usize),
+                };
+                if let Some(element) = slot.and_then(|slot| elements.get_mut(slot)) {
                     *element = read(values.element(i));
                 }
             }
@@ -296,20 +296,20 @@ impl<'a> Data<'a> {
     }
 
     /// Indices of the elements that sparse values replace: strictly increasing and in range.
-    fn sparse_targets(&self, context: &Context, accessor: &Accessor, pointer: &str) -> Result<Vec<usize>> {
+    fn sparse_targets(&self, context: &Context, accessor: &Accessor, pointer: &str) -> Result<Vec<u32>> {
         let pointer = format!("{pointer}/sparse");
         let (range, component) = sparse_indices(context, accessor, &pointer)?;
         let layout = ElementLayout::new(Type::Scalar, component);
         let pointer = format!("{pointer}/indices");
         let strided = self.strided_elements(context, &range, &layout, &pointer)?;
         let count = usize::try_from(range.count).unwrap_or(usize::MAX);
-        let targets: Vec<usize> =
-            (0..count).map(|i| component::unsigned(strided.element(i), component) as usize).collect();
+        let targets: Vec<u32> =
+            (0..count).map(|i| component::unsigned(strided.element(i), component)).collect();
         if !targets.is_sorted_by(|a, b| a < b) {
             return Err(context.invalid(pointer, "are not strictly increasing"));
         }
         match targets.last() {
-            Some(&last) if last as u64 >= accessor.count.0 => {
+            Some(&last) if u64::from(last) >= accessor.count.0 => {
                 Err(context.invalid(pointer, format!("replace element {last} of {}", accessor.count.0)))
             }
             _ => Ok(targets),

@@ -118,3 +118,20 @@ fn lists_with_wrong_elements_are_read_as_a_whole_once() {
     // 100 elements of 12 bytes, then two.
     assert_eq!(read_twice(&document, accessor), [(expected.clone(), 1200), (expected, 24)]);
 }
+
+#[test]
+fn sparse_lists_are_read_as_a_whole_once() {
+    let mut document = Document::triangle();
+    // 7, 8, 9 for the element 40 of a list of zeros.
+    let indices = document.view(&[40]);
+    let values = document.view(&[7.0_f32, 8.0, 9.0].map(f32::to_le_bytes).concat());
+    let sparse = json!({
+        "count": 1,
+        "indices": {"bufferView": indices, "componentType": 5121},
+        "values": {"bufferView": values}
+    });
+    let list = json!({"componentType": 5126, "type": "VEC3", "count": 100, "sparse": sparse});
+    let accessor = document.push("accessors", list);
+    let expected = vec![[0.0; 3], [7.0, 8.0, 9.0]];
+    assert_eq!(read_twice(&document, accessor), [(expected.clone(), 1200), (expected, 24)]);
+}

@@ -73,8 +73,10 @@ fn invalid_json_message(text: &str, error: &serde_json::Error) -> String {
     }
 }
 
-/// Estimated memory of JSON text once parsed and typed, bytes, rounded up. Small objects grow most.
+/// Estimated memory of JSON text once parsed and typed, bytes, rounded up. Small objects grow most. Strings, such as `data:` URIs, are in the
+/// values and in the typed objects.
 fn parsed_bytes(json: &[u8]) -> u64 {
+    const COPIES_OF_STRINGS: u64 = 2;
     const OBJECT_BYTES: u64 = 1024;
     const ARRAY_BYTES: u64 = 160;
     const VALUE_BYTES: u64 = 64;
@@ -88,7 +90,7 @@ fn parsed_bytes(json: &[u8]) -> u64 {
         .saturating_mul(OBJECT_BYTES)
         .saturating_add(arrays.saturating_mul(ARRAY_BYTES))
         .saturating_add(values.saturating_mul(VALUE_BYTES))
-        .saturating_add(json.len() as u64)
+        .saturating_add(COPIES_OF_STRINGS.saturating_mul(json.len() as u64))
 }
 
 /// Turns integers written as `3.0` or `3e0` into JSON integers, and removes the application-specific `extras` and members that are null,
@@ -251,5 +253,18 @@ fn check_version(context: &Context, asset: &Asset) -> Result<()> {
             format!("the file requires glTF {minimum}; only 2.0 is supported"),
         )),
         None => Err(context.invalid("/asset/minVersion", format!("\"{minimum}\" is not a version"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strings_count_as_values_and_as_typed_ones() {
+        // Two objects, one list, and a string of 1000 characters in 1026 bytes of text.
+        let json = format!("{{\"buffers\": [{{\"uri\": \"{}\"}}]}}", "a".repeat(1000));
+        assert_eq!(json.len(), 1026);
+        assert_eq!(parsed_bytes(json.as_bytes()), 2 * 1024 + 160 + 2 * 1026);
     }
 }

@@ -110,9 +110,13 @@ impl<'s> Resources<'s> {
 
     /// Returns the bytes that `uri` contains or refers to.
     pub(super) fn fetch(&mut self, context: &mut Context, uri: &str, pointer: &str) -> Result<Vec<u8>> {
+        let used_before = context.used_bytes();
+        if uri::is_data(uri) {
+            context.charge(uri::most_data_bytes(uri), pointer)?;
+        }
         match uri::parse(uri) {
             Ok(Uri::Data(bytes)) => {
-                context.charge(bytes.len() as u64, pointer)?;
+                context.release_temporaries(used_before, bytes.len() as u64);
                 Ok(bytes)
             }
             Ok(Uri::Relative(path)) => {

@@ -61,12 +61,25 @@ fn scheme(uri: &str) -> Option<&str> {
     (starts_well && goes_on_well).then_some(head)
 }
 
+/// The most bytes that a data URI can decode to, known before it is decoded.
+pub(super) fn most_data_bytes(uri: &str) -> u64 {
+    let Some((is_base64, body)) = data_parts(uri) else { return 0 };
+    let characters = body.len() as u64;
+    if is_base64 { characters.div_ceil(4).saturating_mul(3) } else { characters }
+}
+
+/// Whether the body of a data URI is base64, and the body. `None` without a comma.
+fn data_parts(uri: &str) -> Option<(bool, &str)> {
+    let (_, content) = uri.split_once(':')?;
+    let (header, body) = content.split_once(',')?;
+    let is_base64 = header.rsplit(';').next().is_some_and(|last| last.trim().eq_ignore_ascii_case("base64"));
+    Some((is_base64, body))
+}
+
 fn decode_data(uri: &str) -> Result<Vec<u8>, UriError> {
-    let (_, content) = uri.split_once(':').unwrap_or_default();
-    let Some((header, body)) = content.split_once(',') else {
+    let Some((is_base64, body)) = data_parts(uri) else {
         return Err(UriError::Invalid("the data: URI has no comma".to_owned()));
     };
-    let is_base64 = header.rsplit(';').next().is_some_and(|last| last.trim().eq_ignore_ascii_case("base64"));
     if !is_base64 {
         return Ok(percent_decode_str(body).collect());
     }

@@ -3,7 +3,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::{Document, error_text, glb, import_bytes};
-use crate::gltf::uri::{Uri, UriError, parse};
+use crate::gltf::uri::{Uri, UriError, most_data_bytes, parse};
 use crate::gltf::{ImportOptions, import};
 
 #[test]
@@ -85,7 +85,10 @@ fn data_uris_are_decoded_tolerantly() {
         "data:,%01%02%03%04",
     ] {
         assert_eq!(parse(uri), Ok(Uri::Data(vec![1, 2, 3, 4])), "{uri}");
+        assert!((4..=12).contains(&most_data_bytes(uri)), "{uri}");
     }
+    assert_eq!(most_data_bytes("data:;base64,AQIDBA=="), 6);
+    assert_eq!(most_data_bytes("data:,%01%02"), 6);
     for uri in ["data:;base64", "data:;base64,@@@@", "data:;base64,A", ""] {
         assert!(matches!(parse(uri), Err(UriError::Invalid(_))), "{uri}");
     }
@@ -246,4 +249,19 @@ fn a_misplaced_binary_chunk_is_named() {
     let warnings = import_bytes("a.glb", &glb(&[json, (b"XTRA", b"1234"), bin])).unwrap().warnings;
     assert_eq!(warnings.len(), 1, "{warnings:?}");
     assert!(warnings[0].message.contains("not its second chunk"), "{warnings:?}");
+}
+
+#[test]
+fn data_uris_over_the_memory_limit_are_refused_before_they_are_decoded() {
+    // The file, its value and its typed copy fit beside the objects, the bytes do not: an error in the base64 is not even seen.
+    let mut json = Document::triangle().to_json();
+    json["buffers"][0]["uri"] = json!(format!("data:;base64,{}@", "A".repeat(400_000)));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    std::fs::write(&path, json.to_string()).unwrap();
+    let within = |max_memory_bytes, exit_code| {
+        error_text(import(&path, &ImportOptions { max_memory_bytes, ..ImportOptions::default() }), exit_code)
+    };
+    assert!(within(1_400_000, 77).contains("/buffers/0/uri"));
+    assert!(within(2_000_000, 65).contains("the base64 of the data: URI is invalid"));
 }

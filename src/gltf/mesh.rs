@@ -39,8 +39,9 @@ fn check_triangle_bytes(context: &Context, data: &Data) -> Result<()> {
             if let Some(list) = list.filter(|_| has_triangles) {
                 total = total.saturating_add(count(list).saturating_mul(INDEX_BYTES));
             }
-            if context.used_bytes().saturating_add(total) > context.limit_bytes() {
-                return Err(context.too_large(total, &format!("/meshes/{i}/primitives/{j}")));
+            let needed = context.used_bytes().saturating_add(total);
+            if needed > context.limit_bytes() {
+                return Err(context.too_large(needed, &format!("/meshes/{i}/primitives/{j}")));
             }
         }
     }

@@ -225,6 +225,21 @@ fn many_primitives_over_one_accessor_are_refused_at_once() {
 }
 
 #[test]
+fn refused_triangles_are_told_with_what_is_read_before_them() {
+    // 600 kB of text three times as a file, a value and a typed name, and 75 000 indices of 4 bytes, over a limit of 2 MB.
+    let mut document = Document::triangle();
+    document.json["nodes"][0]["name"] = json!("a".repeat(600_000));
+    document.json["accessors"][0] = json!({"componentType": 5126, "type": "VEC3", "count": 75_000});
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    std::fs::write(&path, document.to_json().to_string()).unwrap();
+    let options = ImportOptions { max_memory_bytes: 2_000_000, ..ImportOptions::default() };
+    let text = super::error_text(import(&path, &options), 77);
+    let expected = "/meshes/0/primitives/0: the import needs about 2.1 MB, more than the limit of 2.0 MB";
+    assert!(text.contains(expected), "{text}");
+}
+
+#[test]
 fn missing_data_is_an_error_that_names_the_extension() {
     let mut json = Document::triangle().to_json();
     json["buffers"][0].as_object_mut().unwrap().remove("uri");

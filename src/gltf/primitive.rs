@@ -137,7 +137,8 @@ fn read_triangles(
         pointer: format!("{pointer}/indices"),
     });
     let list = topology::read_indices(context, data, indices.as_ref(), vertex_count, pointer)?;
-    context.charge((list.len() as u64).saturating_mul(12), pointer)?;
+    let count = topology::triangle_count(mode, list.len()) as u64;
+    context.charge(count.saturating_mul(size_of::<[u32; 3]>() as u64), pointer)?;
     let (triangles, unused_count) = topology::triangles(mode, &list);
     if unused_count > 0 {
         let message = "some vertices at the end do not complete a triangle; they are ignored";

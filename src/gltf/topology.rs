@@ -54,6 +54,15 @@ pub(super) fn read_indices(
     }
 }
 
+/// Number of the triangles of a list of `vertices` in the primitive mode `mode`.
+pub(super) fn triangle_count(mode: Mode, vertices: usize) -> usize {
+    match mode {
+        Mode::Triangles => vertices / 3,
+        Mode::TriangleStrip | Mode::TriangleFan => vertices.saturating_sub(2),
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => 0,
+    }
+}
+
 /// Triangles of a vertex list in the primitive mode `mode`, with the winding of the file, and the number of unused
 /// vertices at the end. Points and lines give no triangles.
 pub(super) fn triangles(mode: Mode, list: &[u32]) -> (Vec<[u32; 3]>, usize) {
@@ -113,5 +122,17 @@ mod tests {
             assert_eq!(triangles(mode, &[1, 2]), (vec![], 2));
         }
         assert_eq!(triangles(Mode::Triangles, &[0, 1, 2, 3]), (vec![[0, 1, 2]], 1));
+    }
+
+    #[test]
+    fn counts_are_those_of_the_triangles() {
+        let list = [0, 1, 2, 3, 4, 5, 6];
+        let modes = [Mode::Triangles, Mode::TriangleStrip, Mode::TriangleFan, Mode::Points, Mode::LineStrip];
+        for (mode, length) in
+            modes.iter().flat_map(|mode| (0..=list.len()).map(move |length| (*mode, length)))
+        {
+            let (found, _) = triangles(mode, &list[..length]);
+            assert_eq!(triangle_count(mode, length), found.len(), "{mode:?} {length}");
+        }
     }
 }

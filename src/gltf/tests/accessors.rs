@@ -240,6 +240,17 @@ fn refused_triangles_are_told_with_what_is_read_before_them() {
 }
 
 #[test]
+fn lists_of_triangles_take_the_memory_of_their_indices_twice() {
+    // 300 000 indices of 4 bytes as they are read and as 100 000 triangles; the file takes a few kilobytes.
+    let mut document = Document::triangle();
+    let indices = json!({"componentType": 5125, "type": "SCALAR", "count": 300_000});
+    let indices = document.push("accessors", indices);
+    document.json["meshes"][0]["primitives"][0]["indices"] = json!(indices);
+    let memory = document.import().unwrap().memory;
+    assert!((2_400_000..2_450_000).contains(&memory.import_bytes), "{memory:?}");
+}
+
+#[test]
 fn missing_data_is_an_error_that_names_the_extension() {
     let mut json = Document::triangle().to_json();
     json["buffers"][0].as_object_mut().unwrap().remove("uri");

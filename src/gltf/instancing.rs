@@ -15,12 +15,20 @@ use super::raw::Raw;
 use crate::error::Result;
 use crate::scene::Node;
 
-/// Sets the mesh instances of the node `raw`, if it has any.
+/// Sets the mesh instances of the node `raw`, if it has any. Only what the node keeps of them stays charged.
 pub(super) fn set_instances(context: &mut Context, data: &Data, raw: &Raw, node: &mut Node) -> Result<()> {
-    let Some(extension) = raw.extension(INSTANCING) else {
+    let Some(extension) = raw.extension_object(context, INSTANCING)? else {
         return Ok(());
     };
-    extension.expect_object(context)?;
+    let used_before = context.used_bytes();
+    read_extension(context, data, &extension, node)?;
+    let instances = node.instances.as_deref().map_or(0, size_of_val);
+    let kept = instances.saturating_add(size_of_val(node.instance_colors.as_slice()));
+    context.release_temporaries(used_before, kept as u64);
+    Ok(())
+}
+
+fn read_extension(context: &mut Context, data: &Data, extension: &Raw, node: &mut Node) -> Result<()> {
     let Some(raw_attributes) = extension.field("attributes") else {
         return Err(context.invalid(format!("{}/attributes", extension.pointer), "is missing"));
     };

@@ -16,6 +16,15 @@ const POSED_TRIANGLE_BYTES: u64 = 160;
 /// Memory of one instance of a primitive in both frames, bytes.
 const INSTANCE_BYTES: u64 = 256;
 
+/// Node hierarchy and the scenes that select from it.
+#[derive(Debug)]
+pub(super) struct Hierarchy {
+    pub(super) nodes: Vec<Node>,
+    pub(super) node_order: Vec<NodeIndex>,
+    pub(super) scenes: Vec<SceneRoots>,
+    pub(super) default_scene: usize,
+}
+
 /// Sets the parent of every node. A second parent is an error.
 pub(super) fn set_parents(context: &Context, nodes: &mut [Node]) -> Result<()> {
     let mut parents: Vec<Option<NodeIndex>> = vec![None; nodes.len()];
@@ -103,14 +112,9 @@ pub(super) fn import_scenes(
     Ok((scenes, default_scene))
 }
 
-/// Refuses scenes with more triangles, instances included, than ids or memory can hold.
-pub(super) fn check_size(
-    context: &Context,
-    nodes: &[Node],
-    node_order: &[NodeIndex],
-    scenes: &[SceneRoots],
-    meshes: &[Mesh],
-) -> Result<()> {
+/// Refuses scenes with more triangles, instances included, than ids can number, or than memory can hold beside all that is imported.
+pub(super) fn check_size(context: &Context, hierarchy: &Hierarchy, meshes: &[Mesh]) -> Result<()> {
+    let Hierarchy { nodes, node_order, scenes, .. } = hierarchy;
     let largest = |of_mesh: fn(&Mesh) -> u64| -> (usize, u64) {
         let below = subtree_sums(nodes, node_order, &meshes.iter().map(of_mesh).collect::<Vec<_>>());
         let in_scene = |scene: &SceneRoots| -> u64 {

@@ -171,8 +171,8 @@ fn import_file(
     let (animations, ignored_channels) = animation::import(&mut context, &data, &targets)?;
     animated_matrix::decompose(&mut context, &mut hierarchy.nodes, &animations);
     context.keep_since(used_before);
+    hierarchy::check_size(&context, &hierarchy, &meshes)?;
 
-    let unused_textures = document.root.textures.len().saturating_sub(textures.textures.len());
     let file_bytes = resources.file_bytes().saturating_add(file.bytes.len() as u64);
     let storage = file_storage::file_storage(&document, file_bytes, stored_images);
 
@@ -188,6 +188,7 @@ fn import_file(
         skins,
         materials,
         variants,
+        unused_textures: document.root.textures.len().saturating_sub(textures.textures.len()),
         textures: textures.textures,
         images,
         mips,
@@ -196,7 +197,6 @@ fn import_file(
         cameras,
         animations,
         ignored_channels,
-        unused_textures,
         extensions_used: document.root.extensions_used.clone(),
         extensions_required: document.root.extensions_required.clone(),
         storage,

@@ -9,23 +9,12 @@ use super::accessor::Data;
 use super::context::Context;
 use super::document::Document;
 use super::extension_names::VISIBILITY;
-use super::hierarchy::{check_size, import_scenes, set_parents, sort_parents_first};
+use super::hierarchy::{Hierarchy, import_scenes, set_parents, sort_parents_first};
 use super::raw::{ANY, Raw, check_range};
 use super::skin::{check_joints, is_affine};
 use super::{instancing, light, mesh};
 use crate::error::Result;
-use crate::scene::{
-    CameraIndex, LocalTransform, Mesh, MeshIndex, Node, NodeIndex, SceneRoots, Skin, SkinIndex,
-};
-
-/// Node hierarchy and the scenes that select from it.
-#[derive(Debug)]
-pub(super) struct Hierarchy {
-    pub(super) nodes: Vec<Node>,
-    pub(super) node_order: Vec<NodeIndex>,
-    pub(super) scenes: Vec<SceneRoots>,
-    pub(super) default_scene: usize,
-}
+use crate::scene::{CameraIndex, LocalTransform, Mesh, MeshIndex, Node, NodeIndex, Skin, SkinIndex};
 
 /// Number of lights that nodes and scenes can refer to.
 #[derive(Clone, Copy, Debug)]
@@ -61,7 +50,6 @@ pub(super) fn import(
     let node_order = sort_parents_first(context, &nodes)?;
     let (scenes, default_scene) = import_scenes(context, document, &nodes, light_counts.image_based)?;
     check_joints(context, &nodes, &node_order, &scenes, skins);
-    check_size(context, &nodes, &node_order, &scenes, meshes)?;
     Ok(Hierarchy { nodes, node_order, scenes, default_scene })
 }
 

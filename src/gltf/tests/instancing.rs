@@ -118,3 +118,24 @@ fn each_instance_takes_memory_of_its_own() {
     let error = error_text(within(7_000_000), 77);
     assert!(error.contains("/scenes/0") && error.contains("`max_memory`"), "{error}");
 }
+
+#[test]
+fn instances_need_memory_beside_keyframes() {
+    // 9.6 MB of instances, and 300 000 keyframes of 4 + 12 bytes.
+    let mut document = instanced_often();
+    let [input, output] = ["SCALAR", "VEC3"].map(|shape| {
+        document.push("accessors", json!({"componentType": 5126, "type": shape, "count": 300_000}))
+    });
+    document.json["animations"] = json!([{
+        "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
+        "samplers": [{"input": input, "output": output}]
+    }]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    std::fs::write(&path, document.to_json().to_string()).unwrap();
+    let within =
+        |max_memory_bytes| import(&path, &ImportOptions { max_memory_bytes, ..ImportOptions::default() });
+    assert!(within(16_000_000).is_ok());
+    let error = error_text(within(12_000_000), 77);
+    assert!(error.contains("/scenes/0") && error.contains("14.4 MB"), "{error}");
+}

@@ -32,7 +32,8 @@ pub(super) fn import(
     light_counts: LightCounts,
 ) -> Result<Hierarchy> {
     let document = data.document;
-    let highest_joints: Vec<Option<u32>> = meshes.iter().map(highest_joint).collect();
+    // Many nodes may show one mesh.
+    let joints_of_meshes: Vec<MeshJoints> = meshes.iter().map(MeshJoints::of).collect();
     let mut nodes = Vec::new();
     for (i, json) in document.root.nodes.iter().enumerate() {
         let mut node = import_node(context, document, i, json)?;
@@ -42,8 +43,8 @@ pub(super) fn import(
             instancing::set_instances(context, data, &raw, &mut node)?;
         }
         check_mesh(context, &mut node, json, meshes, &format!("/nodes/{i}"))?;
-        let highest = node.mesh.and_then(|mesh| *highest_joints.get(mesh.index()).unwrap_or(&None));
-        check_skin(context, &node, meshes, skins, highest, &format!("/nodes/{i}"))?;
+        let joints = node.mesh.and_then(|mesh| joints_of_meshes.get(mesh.index()));
+        check_skin(context, &node, skins, joints, &format!("/nodes/{i}"))?;
         nodes.push(node);
     }
     set_parents(context, &mut nodes)?;
@@ -171,17 +172,35 @@ fn check_mesh(
     Ok(())
 }
 
+/// What the vertices of a mesh need of a skin.
+struct MeshJoints {
+    /// Highest joint index. `None` if no primitive has joints.
+    highest: Option<u32>,
+    /// Whether a primitive has no joints.
+    is_partial: bool,
+}
+
+impl MeshJoints {
+    fn of(mesh: &Mesh) -> Self {
+        let influences = || mesh.primitives.iter().map(|primitive| primitive.influences.as_ref());
+        let highest = |joints: &[u32]| joints.iter().copied().max().unwrap_or(0);
+        Self {
+            highest: influences().flatten().map(|influences| highest(&influences.joints)).max(),
+            is_partial: influences().any(|influences| influences.is_none()),
+        }
+    }
+}
+
+/// Checks the skin of a node against the joints of its mesh; `None` without a mesh.
 fn check_skin(
     context: &mut Context,
     node: &Node,
-    meshes: &[Mesh],
     skins: &[Skin],
-    highest_joint: Option<u32>,
+    joints: Option<&MeshJoints>,
     pointer: &str,
 ) -> Result<()> {
-    let mesh = node.mesh.and_then(|mesh| meshes.get(mesh.index()));
     let Some(skin) = node.skin.and_then(|skin| skins.get(skin.index())) else {
-        if mesh.is_some() && highest_joint.is_some() {
+        if joints.is_some_and(|joints| joints.highest.is_some()) {
             context.warn(
                 format!("{pointer}/mesh"),
                 "some meshes have joints but their nodes have no skin; they are not deformed",
@@ -190,25 +209,19 @@ fn check_skin(
         return Ok(());
     };
     let pointer = format!("{pointer}/skin");
-    let Some(mesh) = mesh else {
+    let Some(joints) = joints else {
         context.warn(pointer, "a skin on a node without mesh has no effect");
         return Ok(());
     };
-    if mesh.primitives.iter().any(|primitive| primitive.influences.is_none()) {
+    if joints.is_partial {
         let message = "the mesh of this node has primitives without JOINTS_0 and WEIGHTS_0";
         return Err(context.invalid(pointer, message));
     }
-    match highest_joint {
+    match joints.highest {
         Some(highest) if highest as usize >= skin.joints.len() => Err(context.invalid(
             pointer,
             format!("the mesh uses joint {highest}, but the skin has only {} joints", skin.joints.len()),
         )),
         _ => Ok(()),
     }
-}
-
-/// Highest joint index of the mesh's vertices. `None` if no primitive has joints.
-fn highest_joint(mesh: &Mesh) -> Option<u32> {
-    let influences = mesh.primitives.iter().filter_map(|p| p.influences.as_ref());
-    influences.map(|influences| influences.joints.iter().copied().max().unwrap_or(0)).max()
 }

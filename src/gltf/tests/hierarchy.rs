@@ -182,3 +182,24 @@ fn a_scene_names_one_joint_that_it_does_not_have() {
     document.json["scenes"] = json!([{"nodes": [3, 0]}]);
     assert_eq!(document.import().unwrap().warnings, []);
 }
+
+#[test]
+fn skins_must_have_the_joints_of_all_primitives() {
+    let mut document = skinned(&json!([0, 3]));
+    document.json["skins"][0]["joints"] = json!([1]);
+    assert!(
+        document.error(65).contains("/nodes/0/skin: the mesh uses joint 1, but the skin has only 1 joints")
+    );
+    let mut document = skinned(&json!([0, 3]));
+    let rigid = json!({"attributes": {"POSITION": 0}});
+    document.json["meshes"][0]["primitives"].as_array_mut().unwrap().push(rigid);
+    assert!(
+        document.error(65).contains("/nodes/0/skin: the mesh of this node has primitives without JOINTS_0")
+    );
+    // Without a skin they are not deformed, and a skin without a mesh deforms nothing.
+    document.json["nodes"][0] = json!({"mesh": 0});
+    document.json["nodes"][1] = json!({"skin": 0});
+    let warnings = document.import().unwrap().warnings;
+    let pointers: Vec<_> = warnings.iter().map(|warning| warning.pointer.as_str()).collect();
+    assert_eq!(pointers, ["/nodes/0/mesh", "/nodes/1/skin"], "{warnings:?}");
+}

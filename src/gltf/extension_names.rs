@@ -1,4 +1,4 @@
-//! Names of the supported extensions.
+//! Names of the supported extensions, and of those whose images have a substitute.
 
 pub(super) const ANIMATION_POINTER: &str = "KHR_animation_pointer";
 pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
@@ -60,6 +60,9 @@ const OTHERS: [&str; 13] = [
     TEXTURE_WEBP,
     VISIBILITY,
 ];
+
+/// Unsupported extensions that give a texture an alternative image. Only its plain image can be read.
+pub(super) const UNSUPPORTED_IMAGES: [&str; 2] = ["EXT_texture_avif", "MSFT_texture_dds"];
 
 /// Whether the extension `name` is supported.
 pub(super) fn is_supported(name: &str) -> bool {

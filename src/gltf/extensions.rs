@@ -8,13 +8,11 @@ use super::context::Context;
 use super::document::Document;
 use super::extension_names::{
     ANIMATION_POINTER, DRACO, EXT_MESHOPT, IMAGE_LIGHTS, INSTANCING, KHR_MESHOPT, LIGHTS,
-    MATERIAL_EXTENSIONS, TEXTURE_BASISU, TEXTURE_TRANSFORM, TEXTURE_WEBP, VARIANTS, VISIBILITY, is_supported,
+    MATERIAL_EXTENSIONS, TEXTURE_BASISU, TEXTURE_TRANSFORM, TEXTURE_WEBP, UNSUPPORTED_IMAGES, VARIANTS,
+    VISIBILITY, is_supported,
 };
 use super::raw::{escape, shortened};
 use crate::error::Result;
-
-/// Extensions that replace data. Without support for them only a fallback in the file can be read.
-const REPLACES_DATA: [&str; 2] = ["EXT_texture_avif", "MSFT_texture_dds"];
 
 /// Extensions that no image shows, though files may require them: polygons, features, metadata, sound, behaviour.
 const NO_EFFECT: [&str; 13] = [
@@ -84,8 +82,11 @@ pub(super) fn check(context: &mut Context, document: &Document) -> Result<()> {
     context.animates_properties = first_use.contains_key(ANIMATION_POINTER);
     for (name, pointer) in first_use {
         if !is_supported(&name) && !NO_EFFECT.contains(&name.as_str()) {
-            let consequence =
-                if REPLACES_DATA.contains(&name.as_str()) { "the fallback is used" } else { "it is ignored" };
+            let consequence = if UNSUPPORTED_IMAGES.contains(&name.as_str()) {
+                "the fallback is used"
+            } else {
+                "it is ignored"
+            };
             context.warn(pointer, format!("the extension {name} is not supported; {consequence}"));
         }
     }

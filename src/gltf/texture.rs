@@ -11,7 +11,7 @@ use gltf::json::validation::Checked;
 
 use super::context::Context;
 use super::document::Document;
-use super::extension_names::{TEXTURE_BASISU, TEXTURE_TRANSFORM, TEXTURE_WEBP};
+use super::extension_names::{TEXTURE_BASISU, TEXTURE_TRANSFORM, TEXTURE_WEBP, UNSUPPORTED_IMAGES};
 use super::raw::{ANY, Raw};
 use crate::error::Result;
 use crate::scene::{
@@ -24,8 +24,6 @@ const MAX_UV_SETS: usize = 64;
 
 /// Supported extensions that give a texture an alternative image, in order of preference.
 const PREFERRED: [&str; 2] = [TEXTURE_WEBP, TEXTURE_BASISU];
-/// Unsupported extensions that give a texture an alternative image. A texture without a plain image is an error.
-const REFUSED: [&str; 2] = ["EXT_texture_avif", "MSFT_texture_dds"];
 
 /// Textures that materials use, and their images, each once and in order of first use.
 #[derive(Debug)]
@@ -175,8 +173,8 @@ impl<'a> TextureTable<'a> {
         };
         let plain = has_source(texture).then(|| texture.source.value());
         let Some(source) = preferred.or(plain) else {
-            let replaced =
-                REFUSED.iter().find(|name| raw.as_ref().is_some_and(|raw| raw.extension(name).is_some()));
+            let has = |name: &&&str| raw.as_ref().is_some_and(|raw| raw.extension(name).is_some());
+            let replaced = UNSUPPORTED_IMAGES.iter().find(has);
             if let Some(name) = replaced {
                 let message = format!(
                     "{name} is not supported and the texture has no PNG or JPEG source; export the file with one"

@@ -3,7 +3,7 @@
 //! Source: the text of `EXT_lights_image_based`. Images with alpha are RGBD: linear colours are divided by alpha. Images
 //! without alpha are plain sRGB.
 
-use glam::{Quat, Vec3};
+use glam::Vec3;
 
 use super::accessor::Data;
 use super::context::Context;
@@ -11,6 +11,7 @@ use super::extension_names::IMAGE_LIGHTS;
 use super::image;
 use super::raw::{ANY, NOT_NEGATIVE, Raw};
 use super::resources::Resources;
+use super::rotation::unit_rotation;
 use crate::color::{srgb8_to_linear, srgb16_to_linear};
 use crate::error::Result;
 use crate::image_file::DecodedTexels;
@@ -48,16 +49,15 @@ fn import_light(
     raw: &Raw,
 ) -> Result<ImageLight> {
     raw.expect_object(context)?;
-    let rotation = Quat::from_array(raw.numbers(context, "rotation", [0.0, 0.0, 0.0, 1.0], ANY)?);
-    let length = rotation.length();
-    if !(length > 1e-12 && length.is_finite()) {
+    let rotation = raw.numbers(context, "rotation", [0.0, 0.0, 0.0, 1.0], ANY)?;
+    let Some((rotation, _)) = unit_rotation(rotation) else {
         let message = "is a quaternion of length zero, which is not a rotation";
         return Err(context.invalid(format!("{}/rotation", raw.pointer), message));
-    }
+    };
     Ok(ImageLight {
         name: raw.string(context, "name")?.map(str::to_owned),
         intensity: raw.number(context, "intensity", 1.0, NOT_NEGATIVE)?,
-        rotation: rotation.normalize(),
+        rotation,
         irradiance: irradiance(context, raw)?,
         levels: levels(context, data, resources, raw)?,
     })

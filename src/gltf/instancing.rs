@@ -12,6 +12,7 @@ use super::extension_names::INSTANCING;
 use super::formats;
 use super::primitive::read_colors;
 use super::raw::Raw;
+use super::rotation::unit_rotation;
 use crate::error::Result;
 use crate::scene::Node;
 
@@ -89,13 +90,15 @@ fn read(
     for i in 0..usize::try_from(count).unwrap_or(usize::MAX) {
         let translation = translations.get(i).copied().unwrap_or(Vec3::ZERO);
         let scale = scales.get(i).copied().unwrap_or(Vec3::ONE);
-        let rotation = rotations.get(i).map_or(Quat::IDENTITY, |rotation| Quat::from_array(*rotation));
-        let length = rotation.length();
-        if !(length > 1e-12 && length.is_finite()) {
+        let rotation = match rotations.get(i) {
+            Some(rotation) => unit_rotation(*rotation).map(|(unit, _)| unit),
+            None => Some(Quat::IDENTITY),
+        };
+        let Some(rotation) = rotation else {
             let message = format!("the rotation of instance {i} has length zero, which is not a rotation");
             return Err(context.invalid(format!("{pointer}/attributes/ROTATION"), message));
-        }
-        instances.push(Mat4::from_scale_rotation_translation(scale, rotation.normalize(), translation));
+        };
+        instances.push(Mat4::from_scale_rotation_translation(scale, rotation, translation));
     }
     Ok(instances)
 }

@@ -10,6 +10,7 @@ use super::context::Context;
 use super::light::warn_of_negative_intensity;
 use super::material::{distance_or_infinite, ior_or_one};
 use super::raw::{TOLERANCE, UNIT, check_range, without_rounding_below};
+use super::rotation::ZERO_LENGTH;
 use crate::error::Result;
 use crate::scene::{AnimationTarget, CameraProperty, ImageLightProperty, LightProperty, MaterialProperty};
 
@@ -133,7 +134,7 @@ impl KeyValues<'_> {
 
     /// Errors on quaternions of length zero, which cannot be normalized. Tangents of cubic splines may be zero.
     fn check_rotations(&mut self, context: &Context) -> Result<()> {
-        let is_zero = |q: &mut [f32]| q.iter().all(|component| component.abs() < 1e-12);
+        let is_zero = |q: &mut [f32]| q.iter().all(|component| component.abs() < ZERO_LENGTH);
         let zero = self.of_keys().position(is_zero);
         match zero {
             None => Ok(()),

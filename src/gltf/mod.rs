@@ -11,7 +11,7 @@
 //!   `resources` and `uri` load external files, and `named_files` lists them.
 //! - Data: `bounds` checks accessors, `accessor` reads them, `meshopt` and `draco` decompress.
 //! - Scene: `mesh`, `material`, `variants`, `image` (with `encoded_image` and `image_budget`), `mip_maps`, `node`, `skin`,
-//!   `instancing`, `camera`, `light`, `image_light` and `animation` (with `pointer`, `keyframe_checks` and `animated_order`).
+//!   `instancing`, `rotation`, `camera`, `light`, `image_light` and `animation` (with `pointer`, `keyframe_checks` and `animated_order`).
 //!
 //! Not done here: posing, evaluation of animations, sRGB decoding of textures. Points and lines are not imported.
 
@@ -63,6 +63,7 @@ mod pointer;
 mod primitive;
 mod raw;
 mod resources;
+mod rotation;
 mod scan;
 mod skin;
 mod tangent_faces;

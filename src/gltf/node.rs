@@ -2,7 +2,7 @@
 //!
 //! Source: glTF 2.0 specification, sections 3.5 (scenes and nodes) and 3.7.3.2 (joint hierarchy).
 
-use glam::{DQuat, Mat4, Quat, Vec3};
+use glam::{Mat4, Quat, Vec3};
 use gltf::json;
 
 use super::accessor::Data;
@@ -11,6 +11,7 @@ use super::document::Document;
 use super::extension_names::VISIBILITY;
 use super::hierarchy::{Hierarchy, import_scenes, set_parents, sort_parents_first};
 use super::raw::{ANY, Raw, check_range};
+use super::rotation::unit_rotation;
 use super::skin::{check_joints, is_affine};
 use super::{instancing, light, mesh};
 use crate::error::Result;
@@ -119,7 +120,7 @@ fn local_transform(context: &mut Context, json: &json::Node, pointer: &str) -> R
     let scale = json.scale.unwrap_or([1.0; 3]);
     check_all(context, &scale, &format!("{pointer}/scale"))?;
     let rotation = match &json.rotation {
-        Some(rotation) => unit_rotation(context, rotation.0, &format!("{pointer}/rotation"))?,
+        Some(stored) => rotation(context, stored.0, &format!("{pointer}/rotation"))?,
         None => Quat::IDENTITY,
     };
     Ok(LocalTransform::Trs {
@@ -133,21 +134,17 @@ fn check_all(context: &Context, values: &[f32], pointer: &str) -> Result<()> {
     values.iter().try_for_each(|&value| check_range(context, value, &ANY, pointer).map(|_| ()))
 }
 
-fn unit_rotation(context: &mut Context, rotation: [f32; 4], pointer: &str) -> Result<Quat> {
+fn rotation(context: &mut Context, rotation: [f32; 4], pointer: &str) -> Result<Quat> {
     const TOLERANCE: f64 = 1e-2;
     check_all(context, &rotation, pointer)?;
-    // Squares of floats neither overflow nor vanish as doubles.
-    let quaternion = DQuat::from_array(rotation.map(f64::from));
-    let length = quaternion.length();
-    if length <= 1e-12 {
+    let Some((unit, length)) = unit_rotation(rotation) else {
         let message = "is a quaternion of length zero, which is not a rotation";
         return Err(context.invalid(pointer, message));
-    }
+    };
     if (length - 1.0).abs() > TOLERANCE {
         context.warn(pointer, "some rotations are not unit quaternions; they are normalized");
     }
-    // Ordinary ones as floats, as always.
-    Ok(if length > 1e15 { quaternion.normalize().as_quat() } else { quaternion.as_quat().normalize() })
+    Ok(unit)
 }
 
 /// Checks the morph weights of a node, which have no effect without a mesh.

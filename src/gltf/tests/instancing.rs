@@ -90,6 +90,12 @@ fn invalid_instances_are_errors_with_a_pointer() {
     let zeros = document.floats("VEC4", &[0.0; 12]);
     attributes(&mut document)["ROTATION"] = json!(zeros);
     assert!(document.error(65).contains("length zero"));
+    // Long ones are rotations, as those of nodes are.
+    let mut document = instanced();
+    let long = document.floats("VEC4", &[0.0, 0.0, 1e25, 1e25].repeat(3));
+    attributes(&mut document)["ROTATION"] = json!(long);
+    let long = document.import().unwrap().nodes[0].instances.clone().unwrap();
+    assert!(long[1].x_axis.truncate().abs_diff_eq(Vec3::Y, 1e-6), "{}", long[1]);
     let mut document = instanced();
     *attributes(&mut document) = json!({});
     assert!(document.error(65).contains("must not be empty"));

@@ -1,6 +1,6 @@
 //! Bounds checks: accessors against their buffer views, buffer views against their buffers.
 //!
-//! All arithmetic is 64-bit and cannot wrap. The checks range before any data is read.
+//! All arithmetic is 64-bit and cannot wrap. The checks run before any data is read.
 //!
 //! Source: glTF 2.0 specification, sections 3.6.1.2 and 3.6.2 (buffer views, accessors, alignment, sparse accessors).
 

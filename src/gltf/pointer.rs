@@ -18,7 +18,7 @@ pub(super) struct Property {
     pub(super) target: AnimationTarget,
     /// Components of a value; 0 if the number of morph targets determines it.
     pub(super) components: usize,
-    /// AllowedFormats range of every component of a keyframe value.
+    /// Allowed range of every component of a keyframe value.
     pub(super) range: RangeInclusive<f32>,
     /// Whether the property is a boolean.
     pub(super) is_boolean: bool,

@@ -1,4 +1,4 @@
-//! External resources: buffers and image files in the scene's folder or in allowed ones, read once and hashed.
+//! External resources: buffers and image files in the scene's folder or in allowed ones, read and hashed for each object that names them.
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;

@@ -30,7 +30,7 @@ pub struct Scene {
     pub path: PathBuf,
     /// External buffers and images that were read.
     pub files: Vec<PathBuf>,
-    /// SHA-256 over the scene file and every file it names, in a fixed order.
+    /// SHA-256 over the scene file and the files that were read with it, in a fixed order. Images that no material or light uses are not read.
     pub content_hash: [u8; 32],
     /// All nodes, in the order of the file.
     pub nodes: Vec<Node>,

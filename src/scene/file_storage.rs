@@ -7,7 +7,7 @@ use serde::Serialize;
 pub struct FileStorage {
     /// The program that wrote the file, as it names itself.
     pub generator: Option<String>,
-    /// Bytes of the scene file and of every file that it names.
+    /// Bytes of the scene file and of the files that were read with it, each counted once.
     pub file_bytes: u64,
     /// Bytes of all buffers as stored, before decompression.
     pub buffer_bytes: u64,

@@ -15,7 +15,7 @@ use super::rotation::unit_rotation;
 use crate::color::{srgb8_to_linear, srgb16_to_linear};
 use crate::error::Result;
 use crate::image_file::DecodedTexels;
-use crate::scene::{CubeLevel, ImageLight, ImageLightIndex, columns_for_cube};
+use crate::scene::{CubeLevel, ImageLight, ImageLightIndex, image_bytes_for_cube};
 
 /// Largest cube edge, texels.
 const MAX_TEXELS: usize = 4096;
@@ -100,8 +100,7 @@ fn levels(
             .invalid(pointer, "must have at least one level, and at most one for each halving of the size"));
     }
     // The renderer samples an equirectangular image with the resolution of the cube. Reserve memory for it.
-    let columns = columns_for_cube(u32::try_from(size).unwrap_or(u32::MAX)) as u64;
-    context.charge(columns.saturating_mul(columns).saturating_mul(6), &pointer)?;
+    context.charge(image_bytes_for_cube(u32::try_from(size).unwrap_or(u32::MAX)), &pointer)?;
     let mut levels = Vec::new();
     for (i, row) in rows.iter().enumerate() {
         let size = u32::try_from(size.checked_shr(u32::try_from(i).unwrap_or(32)).unwrap_or(0)).unwrap_or(0);

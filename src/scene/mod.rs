@@ -59,7 +59,7 @@ pub use environment::{
 };
 pub(crate) use environment::{
     EnvironmentSectors, LightGrid, LookupLanes, LuminanceImage, SECTOR_COLUMNS, SECTOR_ROWS, SECTORS,
-    columns_for_cube, interval, prefix_sums,
+    image_bytes_for_cube, interval, prefix_sums,
 };
 pub use file_storage::{AssetCacheUse, FileStorage, StoredImage};
 pub use ground::Ground;

@@ -53,6 +53,14 @@ fn cube_maps_are_decoded_from_rgbd() {
 }
 
 #[test]
+fn image_lights_take_memory_for_their_faces_and_for_an_image_with_mip_levels() {
+    // Six faces of 2x2 texels and of one, and 64x32 + 32x16 + … texels, a third more than the first, of 12 bytes each. The triangle has three
+    // vertices of 64 bytes.
+    let scene = import_bytes("a.gltf", lit().to_string().as_bytes()).unwrap();
+    assert_eq!(scene.memory.kept_bytes, 30 * 12 + 64 * 32 * 12 * 4 / 3 + 3 * 64 + 12);
+}
+
+#[test]
 fn invalid_image_lights_are_errors_with_a_pointer() {
     for (key, value, expected) in [
         ("irradianceCoefficients", json!([[1, 2, 3]]), "nine coefficients"),

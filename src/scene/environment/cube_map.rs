@@ -28,6 +28,13 @@ pub(crate) fn columns_for_cube(size: u32) -> usize {
     (size as usize).saturating_mul(4).clamp(IRRADIANCE_WIDTH, MAX_COLUMNS)
 }
 
+/// Memory of the radiance image of a cube of `size` texels an edge with its mip levels, bytes, rounded up.
+pub(crate) fn image_bytes_for_cube(size: u32) -> u64 {
+    let columns = columns_for_cube(size) as u64;
+    let image = columns * (columns / 2) * size_of::<[f32; 3]>() as u64;
+    image + image.div_ceil(3)
+}
+
 impl EnvironmentMap {
     /// The map of the scene's image-based light `index`, with the intensity and rotation of `pose`.
     pub(super) fn of_image_light(light: &ImageLight, index: ImageLightIndex, pose: ImageLightPose) -> Self {

@@ -38,7 +38,7 @@ use crate::color::luminance;
 use crate::geometry::DirectionSample;
 
 pub use built_in::BuiltInLight;
-pub(crate) use cube_map::columns_for_cube;
+pub(crate) use cube_map::image_bytes_for_cube;
 pub(crate) use distribution::prefix_sums;
 pub use key_light::KeyLight;
 pub(crate) use light_grid::LightGrid;

@@ -21,6 +21,7 @@ pub(super) struct Reference {
 /// Attributes of a primitive or of one of its morph targets.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Attributes {
+    /// In the order of their names.
     references: Vec<Reference>,
 }
 
@@ -35,12 +36,14 @@ impl Attributes {
             data.accessor(context, accessor, &pointer)?;
             references.push(Reference { name: name.to_owned(), accessor, pointer });
         }
+        references.sort_unstable_by(|a, b| a.name.cmp(&b.name));
         Ok(Self { references })
     }
 
     /// Finds the attribute `name`.
     pub(super) fn find(&self, name: &str) -> Option<&Reference> {
-        self.references.iter().find(|reference| reference.name == name)
+        let found = self.references.binary_search_by(|reference| reference.name.as_str().cmp(name)).ok()?;
+        self.references.get(found)
     }
 
     /// Returns the attributes `prefix0`, `prefix1`, … in order. Errors on a gap in their numbers.
@@ -186,5 +189,29 @@ impl Data<'_> {
         let accessor = self.accessor(context, reference.accessor, &reference.pointer)?;
         let quantization = self.document.uses(QUANTIZATION);
         formats::check(context, accessor, allowed, quantization, &reference.pointer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn attributes_are_found_by_their_whole_names() {
+        let reference = |(name, accessor): (&str, usize)| Reference {
+            name: name.to_owned(),
+            accessor,
+            pointer: String::new(),
+        };
+        // As JSON objects are sorted, 10 comes before 2.
+        let names = ["NORMAL", "POSITION", "TEXCOORD_0", "TEXCOORD_1", "TEXCOORD_10", "TEXCOORD_2"];
+        let attributes = Attributes { references: names.into_iter().zip(0..).map(reference).collect() };
+        for (index, name) in names.iter().enumerate() {
+            assert_eq!(attributes.find(name).map(|found| found.accessor), Some(index));
+        }
+        for missing in ["", "A", "NORMALS", "TEXCOORD_", "TEXCOORD_11", "Z"] {
+            assert!(attributes.find(missing).is_none(), "{missing}");
+        }
+        assert_eq!(attributes.first().map(|first| first.name.as_str()), Some("NORMAL"));
     }
 }

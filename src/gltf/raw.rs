@@ -7,6 +7,8 @@ use serde_json::Value;
 use super::context::Context;
 use crate::error::Result;
 
+pub(super) use crate::scene::ranges::{ANY, AT_LEAST_ONE, NOT_NEGATIVE, POSITIVE, UNIT};
+
 /// JSON value with its JSON pointer.
 #[derive(Clone, Debug)]
 pub(super) struct Raw<'a> {
@@ -249,15 +251,6 @@ fn clamp_to_unit<const N: usize>(
         clamped
     })
 }
-
-/// Range of all finite numbers.
-pub(super) const ANY: std::ops::RangeInclusive<f32> = f32::MIN..=f32::MAX;
-/// Range of all non-negative finite numbers.
-pub(super) const NOT_NEGATIVE: std::ops::RangeInclusive<f32> = 0.0..=f32::MAX;
-/// Range of all positive finite numbers.
-pub(super) const POSITIVE: std::ops::RangeInclusive<f32> = f32::MIN_POSITIVE..=f32::MAX;
-/// Range from zero to one.
-pub(super) const UNIT: std::ops::RangeInclusive<f32> = 0.0..=1.0;
 
 /// A token of a pointer that is only shown. The pointers of all objects below a long key would have it.
 pub(super) fn shortened(token: &str) -> Cow<'_, str> {

@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 
 use glam::Vec3;
 
+use super::ranges::{ANY, NOT_NEGATIVE, POSITIVE};
 use super::{Light, LightKind, Projection};
 
 /// Animatable property of a light.
@@ -48,9 +49,6 @@ pub enum ImageLightProperty {
     Rotation,
 }
 
-const ANY: RangeInclusive<f32> = f32::MIN..=f32::MAX;
-const NOT_NEGATIVE: RangeInclusive<f32> = 0.0..=f32::MAX;
-const POSITIVE: RangeInclusive<f32> = f32::MIN_POSITIVE..=f32::MAX;
 const RIGHT_ANGLE: RangeInclusive<f32> = 0.0..=FRAC_PI_2;
 /// Fields of view, up to just below 180°.
 const FIELD: RangeInclusive<f32> = f32::MIN_POSITIVE..=0.9999 * PI;

@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 
 use glam::{Vec2, Vec3, Vec4};
 
+use super::ranges::{ANY, AT_LEAST_ONE, NOT_NEGATIVE, UNIT};
 use super::{AlphaMode, Material, TextureRef, UvRotation, UvTransform};
 
 /// Animatable property of a material.
@@ -121,11 +122,6 @@ pub enum TextureSlot {
     /// The colour texture of [`Material::diffuse_transmission`].
     DiffuseTransmissionColor,
 }
-
-const ANY: RangeInclusive<f32> = f32::MIN..=f32::MAX;
-const UNIT: RangeInclusive<f32> = 0.0..=1.0;
-const NOT_NEGATIVE: RangeInclusive<f32> = 0.0..=f32::MAX;
-const AT_LEAST_ONE: RangeInclusive<f32> = 1.0..=f32::MAX;
 
 impl MaterialProperty {
     /// Number of components.

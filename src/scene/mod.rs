@@ -28,6 +28,7 @@ mod mip_lookup;
 mod mip_maps;
 mod named_kind;
 mod node;
+pub(crate) mod ranges;
 mod resolve_clips;
 mod resolve_each;
 mod resolve_selection;

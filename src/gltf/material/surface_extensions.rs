@@ -9,7 +9,7 @@ use super::part_textures::PartTextures;
 use crate::error::Result;
 use crate::gltf::context::Context;
 use crate::gltf::extension_names::{ANISOTROPY, CLEAR_COAT, IRIDESCENCE, SHEEN};
-use crate::gltf::raw::{ANY, NOT_NEGATIVE, Raw};
+use crate::gltf::raw::{ANY, AT_LEAST_ONE, NOT_NEGATIVE, Raw};
 use crate::scene::{Anisotropy, ClearCoat, Iridescence, Material, Sheen};
 
 /// Applies the extensions of this module to `material`.
@@ -80,7 +80,7 @@ fn iridescence(
     let film = Iridescence {
         factor,
         texture: textures.reference(context, extension, "iridescenceTexture")?,
-        ior: extension.number(context, "iridescenceIor", 1.3, 1.0..=f32::MAX)?,
+        ior: extension.number(context, "iridescenceIor", 1.3, AT_LEAST_ONE)?,
         thickness_minimum_nm: extension.number(
             context,
             "iridescenceThicknessMinimum",

@@ -94,7 +94,7 @@ fn decode_block(
         let mode = stream.channel_modes.get(channel).copied().unwrap_or(0);
         let mut value: [u8; CHANNEL_BYTES] = previous.first_chunk().copied().unwrap_or_default();
         for (i, row) in rows.chunks_exact_mut(stride).enumerate() {
-            let delta = planes.map(|plane| plane.get(i).copied().unwrap_or(0));
+            let delta = planes.each_ref().map(|plane| plane.get(i).copied().unwrap_or(0));
             value = add_delta(value, delta, mode);
             let (slots, _) = row.as_chunks_mut::<CHANNEL_BYTES>();
             if let Some(slot) = slots.get_mut(channel) {

@@ -15,6 +15,9 @@ use super::vertex_lists::{gather_vertices, vertex_bytes};
 use crate::error::Result;
 use crate::scene::{MorphTarget, Primitive};
 
+/// Memory that MikkTSpace takes for a triangle, as measured: 350 bytes in large meshes, up to 560 where triangles share no vertices.
+const WORKING_BYTES_PER_TRIANGLE: u64 = 560;
+
 /// Computes MikkTSpace tangents of `primitive` from its texture coordinate set `uv_set`. Vertices are split where the
 /// tangents of their triangles differ. Without vertex normals the face normals are used. Morph targets without stored tangents
 /// get deltas of their own.
@@ -27,11 +30,16 @@ pub(super) fn generate(
     let Some(uvs) = primitive.uvs.get(uv_set) else {
         return Ok(());
     };
-    let corner_count = (primitive.triangles.len() as u64).saturating_mul(3);
-    let corner_bytes = (vertex_bytes(primitive) as u64).saturating_add(size_of::<Vec4>() as u64);
-    context.charge(corner_count.saturating_mul(corner_bytes), pointer)?;
+    let triangles = primitive.triangles.len() as u64;
+    let tangent_bytes = triangles.saturating_mul(size_of::<[Vec4; 3]>() as u64);
+    let used_before = context.used_bytes();
+    context.charge(tangent_bytes, pointer)?;
+    context.charge(triangles.saturating_mul(WORKING_BYTES_PER_TRIANGLE), pointer)?;
     let corner_tangents = corner_tangents(primitive, uvs)
         .map_err(|error| context.invalid(pointer, format!("tangents cannot be computed: {error}")))?;
+    context.release_temporaries(used_before, tangent_bytes);
+    let corner_bytes = vertex_bytes(primitive) as u64;
+    context.charge(triangles.saturating_mul(3).saturating_mul(corner_bytes), pointer)?;
     split_vertices(primitive, &corner_tangents);
     add_morph_deltas(context, primitive, uv_set, pointer)
 }
@@ -230,6 +238,16 @@ mod tests {
         gather_vertices(&mut primitive, &sources);
         primitive.triangles = (0..sources.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         primitive
+    }
+
+    #[test]
+    fn tangents_take_memory_while_they_are_computed() {
+        let mut context = Context::new(std::path::Path::new("test.gltf"), 1 << 20);
+        let mut primitive = Primitive { targets: Vec::new(), ..grid() };
+        generate(&mut context, &mut primitive, 0, "").unwrap();
+        // Eight triangles with tangents of 48 bytes: first beside what MikkTSpace takes, then beside three vertices each of 64 + 8.
+        assert_eq!(context.memory().import_bytes, 8 * (48 + 560));
+        assert_eq!(context.used_bytes(), 8 * (48 + 3 * 72));
     }
 
     /// Tangents and their deltas at the corners of all triangles.

@@ -31,8 +31,8 @@ pub fn covers_enough(films: &[Film]) -> bool {
     cover >= LEAST_COVERAGE * count as f64 && cover > 0.0
 }
 
-/// Exposure, in stops, that brings the pixels' luminance to that of their base colours, or to middle grey in films without
-/// pixel-centre samples.
+/// Exposure, in stops, that brings the pixels' luminance to that of their base colours, or to middle grey where no pixel's centre shows
+/// a surface.
 ///
 /// Both enter by their geometric means, so a dark asset stays dark and a white one white: what is measured is the light on
 /// them. Pixels that emit more light than they reflect are left out where the film has light passes. The others are weighted by
@@ -41,7 +41,7 @@ pub fn covers_enough(films: &[Film]) -> bool {
 /// Without any light the exposure is 0. The value stays within [`AUTO_EXPOSURE_BOUNDS`] and is rounded to hundredths, so that the
 /// printed value can be passed as an option.
 pub fn auto_exposure_ev(films: &[Film]) -> f32 {
-    let pixels: Vec<MeteredPixel> = films.iter().flat_map(metered_pixels).collect();
+    let pixels = metered_pixels(films);
     let light = mean_stops(&pixels, |pixel| pixel.luminance);
     let target = mean_stops(&pixels, |pixel| pixel.target);
     let (Some(light), Some(target)) = (light, target) else { return 0.0 };
@@ -78,7 +78,7 @@ fn emitters(film: &Film) -> impl Iterator<Item = (f64, f64)> {
 
 /// The geometric mean of the luminance that [`auto_exposure_ev`] measures, in stops; `None` without any light.
 pub fn measured_light_stops(films: &[Film]) -> Option<f64> {
-    let pixels: Vec<MeteredPixel> = films.iter().flat_map(metered_pixels).collect();
+    let pixels = metered_pixels(films);
     mean_stops(&pixels, |pixel| pixel.luminance)
 }
 
@@ -90,11 +90,20 @@ struct MeteredPixel {
     target: f64,
 }
 
-fn metered_pixels(film: &Film) -> impl Iterator<Item = MeteredPixel> {
-    film.pixels.iter().enumerate().filter_map(|(index, &[r, g, b, alpha])| {
+/// The pixels that decide the exposure. Where the centres of some show surfaces, those whose centres show none are left out: of what covers them, a silhouette or
+/// a thin part, no base colour is known.
+fn metered_pixels(films: &[Film]) -> Vec<MeteredPixel> {
+    let mut centers = films.iter().filter_map(|film| film.aovs.centers.as_ref()).flatten();
+    let has_surfaces = centers.any(|center| center.instance.is_some());
+    films.iter().flat_map(|film| metered_pixels_of(film, has_surfaces)).collect()
+}
+
+fn metered_pixels_of(film: &Film, has_surfaces: bool) -> impl Iterator<Item = MeteredPixel> {
+    film.pixels.iter().enumerate().filter_map(move |(index, &[r, g, b, alpha])| {
         let value = f64::from(luminance(Vec3::new(r, g, b))) / f64::from(alpha);
         let center = film.aovs.centers.as_ref().map(|centers| centers[index]);
         let target = match center.filter(|center| center.instance.is_some()) {
+            None if has_surfaces => return None,
             None => MIDDLE_GREY,
             Some(center) => f64::from(luminance(center.albedo)) + REFLECTANCE,
         };
@@ -212,6 +221,22 @@ mod tests {
         // A chequer of black and white.
         let chequer = [[0.04, 0.04, 0.04, 1.0], [0.94, 0.94, 0.94, 1.0]];
         assert_eq!(auto_exposure_ev(&[film_of_surfaces(&chequer, &[0.0, 0.9])]), 0.0);
+    }
+
+    #[test]
+    fn silhouettes_do_not_decide_beside_surfaces() {
+        // White in light of 1, and as much of it in pixels whose centres miss it
+        let white = 0.94;
+        let mut film = film_of_surfaces(&[[white, white, white, 1.0], [white, white, white, 1.0]], &[0.9; 2]);
+        let centers = film.aovs.centers.as_mut().unwrap();
+        centers[1] = PixelCenterSample::default();
+        assert_eq!(auto_exposure_ev(&[film.clone()]), 0.0);
+        // Where no centre shows a surface, all are taken for grey: 0.18 / 0.94 is −2.38 stops.
+        film.aovs.centers.as_mut().unwrap()[0] = PixelCenterSample::default();
+        assert_eq!(auto_exposure_ev(&[film.clone()]), -2.38);
+        // One frame of a sequence may show some.
+        let shown = film_of_surfaces(&[[white, white, white, 1.0]], &[0.9]);
+        assert_eq!(auto_exposure_ev(&[film, shown]), 0.0);
     }
 
     #[test]

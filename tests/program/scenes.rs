@@ -201,6 +201,31 @@ fn names_of_nodes_are_listed_and_suggested() {
 }
 
 #[test]
+fn every_node_that_an_option_takes_is_listed() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("joints.gltf");
+    // More nodes than a message lists.
+    let mut nodes = vec![serde_json::json!({"name": "lens", "camera": 0}), serde_json::json!({})];
+    nodes.extend((2..32).map(|i| serde_json::json!({"name": format!("joint{i}")})));
+    let roots: Vec<usize> = (0..nodes.len()).collect();
+    let document = serde_json::json!({"asset": {"version": "2.0"}, "scenes": [{"nodes": roots}], "nodes": nodes,
+        "cameras": [{"type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1}}]});
+    std::fs::write(&scene, document.to_string()).unwrap();
+    let scene = scene.to_str().unwrap();
+
+    let refused = rayframe(&["render", scene, "--dry-run", "--look-at", "head"]);
+    let message = stderr(&refused);
+    assert!(message.contains(" and 11 more, which rayframe info --json lists"), "{message}");
+    let shown = rayframe(&["info", "--json", scene]);
+    let report: serde_json::Value = serde_json::from_slice(&shown.stdout).unwrap();
+    assert_eq!(report["holding_nodes"].as_array().unwrap().len(), 1);
+    let others = report["other_nodes"].as_array().unwrap();
+    let expected: Vec<_> =
+        (2..32).map(|i| serde_json::json!({"index": i, "name": format!("joint{i}")})).collect();
+    assert_eq!(*others, expected);
+}
+
+#[test]
 fn clips_that_do_not_begin_at_0_are_told_so() {
     let folder = tempfile::tempdir().unwrap();
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/morph/weights.gltf");

@@ -24,6 +24,8 @@ pub(super) struct Report {
     pub(super) nodes: usize,
     /// Nodes that draw, look or shine, which options take by name.
     pub(super) holding_nodes: Vec<NodeReport>,
+    /// Named nodes without these, such as joints, which options take too.
+    pub(super) other_nodes: Vec<OtherNodeReport>,
     pub(super) meshes: Vec<MeshReport>,
     pub(super) materials: Vec<MaterialReport>,
     /// Names for `--variant`.
@@ -56,6 +58,13 @@ pub(super) struct NodeReport {
     pub(super) index: usize,
     pub(super) name: Option<String>,
     pub(super) holds: Vec<&'static str>,
+}
+
+/// A named node that holds nothing.
+#[derive(Debug, Serialize)]
+pub(super) struct OtherNodeReport {
+    pub(super) index: usize,
+    pub(super) name: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -160,6 +169,7 @@ impl Report {
             scenes: scenes(scene),
             nodes: scene.nodes.len(),
             holding_nodes: holding_nodes(scene),
+            other_nodes: other_nodes(scene),
             meshes: scene.meshes.iter().map(mesh).collect(),
             materials: materials(scene),
             variants: scene.variants.iter().map(|variant| variant.name.clone()).collect(),
@@ -199,15 +209,25 @@ fn scenes(scene: &Scene) -> Vec<SceneReport> {
     scene.scenes.iter().enumerate().map(report).collect()
 }
 
+/// What a node holds, in words.
+fn held(node: &Node) -> Vec<&'static str> {
+    let held =
+        [(node.mesh.is_some(), "mesh"), (node.camera.is_some(), "camera"), (node.light.is_some(), "light")];
+    held.iter().filter(|(is, _)| *is).map(|&(_, name)| name).collect()
+}
+
 fn holding_nodes(scene: &Scene) -> Vec<NodeReport> {
     let report = |(index, node): (usize, &Node)| {
-        let held = [
-            (node.mesh.is_some(), "mesh"),
-            (node.camera.is_some(), "camera"),
-            (node.light.is_some(), "light"),
-        ];
-        let holds: Vec<_> = held.iter().filter(|(is, _)| *is).map(|&(_, name)| name).collect();
+        let holds = held(node);
         (!holds.is_empty()).then(|| NodeReport { index, name: node.name.clone(), holds })
+    };
+    scene.nodes.iter().enumerate().filter_map(report).collect()
+}
+
+fn other_nodes(scene: &Scene) -> Vec<OtherNodeReport> {
+    let report = |(index, node): (usize, &Node)| {
+        let name = node.name.clone().filter(|_| held(node).is_empty())?;
+        Some(OtherNodeReport { index, name })
     };
     scene.nodes.iter().enumerate().filter_map(report).collect()
 }

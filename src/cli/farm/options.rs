@@ -13,12 +13,15 @@ use super::engine::Engine;
 /// Options of `rayframe render` that the short help lists.
 const LISTED: [&str; 7] = ["scene", "config", "output", "frames", "resolution", "samples", "threads"];
 /// Options that have no meaning here, and why.
-const REFUSED: [(&str, &str); 3] = [
+const REFUSED: [(&str, &str); 4] = [
     ("dry_run", "farm renders nothing: look at the files of --out-dir instead"),
+    ("show", "tasks have no terminal to show frames in"),
     ("resume", "tasks always keep the whole frames of an earlier run"),
     ("progress", "the engine decides how its tasks report"),
 ];
 
+/// Settings whose files are made of all frames, which are refused.
+pub(super) const OF_ALL_FRAMES: [&str; 4] = ["movie", "contact_sheet", "stats", "manifest"];
 /// Help of options with other defaults.
 const OWN_HELP: [(&str, &str); 3] = [
     ("output", "Output name: shot.####.exr, shot.png [default: <scene>.####.exr]"),
@@ -165,7 +168,8 @@ impl Args for SharedOptions {
         let names: Vec<String> = names.get_arguments().map(|arg| arg.get_id().to_string()).collect();
         let command = names.into_iter().fold(RenderOptions::augment_args(command), |command, name| {
             let is_listed = LISTED.contains(&name.as_str());
-            let is_refused = REFUSED.iter().any(|(refused, _)| *refused == name);
+            let is_refused =
+                REFUSED.iter().any(|(refused, _)| *refused == name) || OF_ALL_FRAMES.contains(&name.as_str());
             command.mut_arg(name, |arg| arg.hide_short_help(!is_listed).hide(is_refused))
         });
         OWN_HELP.into_iter().fold(command, |command, (name, help)| {

@@ -9,11 +9,9 @@ use rayframe::shot::{RenderJob, ShotSettings, resolved_settings};
 
 use super::asset_folders::{AssetFolder, take_asset_folders};
 use super::not_unicode::not_unicode;
-use super::options::Division;
+use super::options::{Division, OF_ALL_FRAMES};
 use super::parts::{sample_ranges, tiles};
 
-/// Settings whose files are made of all frames.
-const OF_ALL_FRAMES: [&str; 4] = ["movie", "contact_sheet", "stats", "manifest"];
 /// Settings that each task has of its own, that shot files may not have, or that only matter to a terminal.
 const OF_TASKS: [&str; 17] = [
     "output",

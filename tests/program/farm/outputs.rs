@@ -64,6 +64,27 @@ fn outputs_that_are_plates_or_files_of_others_are_refused() {
     assert!(!job.exists());
 }
 
+#[test]
+fn help_lists_no_option_that_is_refused() {
+    let help = String::from_utf8(rayframe(&["farm", "--help"]).stdout).unwrap();
+    assert!(help.contains("--sample-ranges"), "{help}");
+    let folder = tempfile::tempdir().unwrap();
+    for option in [
+        &["--movie", "a.mp4"][..],
+        &["--contact-sheet", "a.png"],
+        &["--stats", "a.json"],
+        &["--manifest", "a.json"],
+        &["--show"],
+        &["--dry-run"],
+        &["--resume"],
+        &["--progress", "json"],
+    ] {
+        assert!(!help.lines().any(|line| line.trim_start().starts_with(option[0])), "{}", option[0]);
+        let refused = farm(folder.path(), "parallel", option);
+        assert_eq!(refused.status.code(), Some(2), "{}: {}", option[0], stderr(&refused));
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn merged_parts_replace_an_older_frame() {

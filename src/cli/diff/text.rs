@@ -123,10 +123,9 @@ fn table(text: &mut String, report: &Report<'_>) {
             outcome(frame)
         );
     }
-    for (name, series) in [("mean FLIP ", &report.series.mean_flip), ("worst tile", &report.series.tile_flip)]
-    {
-        let largest = series.iter().flatten().fold(0.0, |a, &b| if b > a { b } else { a });
-        let _ = writeln!(text, "{name}  {}  0 to {largest:.4}", graph(series, largest));
+    let series = &report.series;
+    for line in [graph_line("mean FLIP ", &series.mean_flip), graph_line("worst tile", &series.tile_flip)] {
+        let _ = line.map(|line| writeln!(text, "{line}"));
     }
     for (where_not, files) in [
         ("missing in the first", &report.missing_in_actual),
@@ -177,6 +176,12 @@ pub(super) fn outcome(frame: &FrameReport) -> String {
     }
 }
 
+/// A graph with its name and range; `None` where no frame has a number.
+fn graph_line(name: &str, series: &[Option<f64>]) -> Option<String> {
+    let largest = series.iter().flatten().copied().reduce(|a, b| if b > a { b } else { a })?;
+    Some(format!("{name}  {}  0 to {largest:.4}", graph(series, largest)))
+}
+
 /// One column a frame, from 0 to `largest`. A frame without a number is blank.
 fn graph(series: &[Option<f64>], largest: f64) -> String {
     let column = |value: &Option<f64>| match value {
@@ -198,5 +203,12 @@ mod tests {
     fn graphs_reach_from_the_lowest_to_the_highest_column() {
         assert_eq!(graph(&[Some(0.0), Some(0.07), None, Some(0.035)], 0.07), "▁█ ▅");
         assert_eq!(graph(&[Some(0.0)], 0.0), "▁");
+    }
+
+    #[test]
+    fn frames_that_cannot_be_compared_have_no_graph() {
+        assert_eq!(graph_line("mean", &[None, None]), None);
+        assert_eq!(graph_line("mean", &[None, Some(0.5)]), Some("mean   █  0 to 0.5000".to_owned()));
+        assert_eq!(graph_line("mean", &[Some(0.0)]), Some("mean  ▁  0 to 0.0000".to_owned()));
     }
 }

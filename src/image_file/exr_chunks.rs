@@ -8,6 +8,7 @@ use std::io::{Read, Seek, SeekFrom};
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 
+use super::exr_error::exr_error_text;
 use super::isolated::isolated;
 
 /// Message for tables or chunks beyond the end.
@@ -18,7 +19,8 @@ const DAMAGED: &str = "it is truncated or damaged";
 pub(super) fn check_chunks(reader: &mut (impl Read + Seek)) -> Result<(), String> {
     let length = reader.seek(SeekFrom::End(0)).map_err(|error| error.to_string())?;
     reader.rewind().map_err(|error| error.to_string())?;
-    let headers = || MetaData::read_from_buffered(&mut *reader, false).map_err(|error| error.to_string());
+    let headers =
+        || MetaData::read_from_buffered(&mut *reader, false).map_err(|error| exr_error_text(&error));
     let headers = isolated(headers)?;
     let has_parts = headers.requirements.is_multilayer();
     let flat: Vec<Chunks> = headers.headers.iter().map(|header| Chunks::new(header, has_parts)).collect();

@@ -15,6 +15,7 @@ use super::ExrHeader;
 use super::exr_attributes::{SAMPLE_RANGE, STAMPS, byte_text};
 use super::exr_checksum::{CHECKSUM, ExrIntegrity, ZEROS, seal, verify_exr};
 use super::exr_chunks::check_chunks;
+use super::exr_error::exr_error_text;
 use super::exr_write::{exr_channels, sort_attributes, write_compressing_in_parallel};
 use super::isolated::isolated;
 use crate::error::{Error, Result};
@@ -172,7 +173,7 @@ fn decode(path: &Path, bytes: &[u8]) -> Result<TileImage> {
         .first_valid_layer()
         .all_attributes()
         .non_parallel();
-    let decode = || decoder.from_buffered(Cursor::new(bytes)).map_err(|error| error.to_string());
+    let decode = || decoder.from_buffered(Cursor::new(bytes)).map_err(|error| exr_error_text(&error));
     isolated(|| check_chunks(&mut Cursor::new(bytes)).and_then(|()| decode()))
         .map_err(|why| Error::invalid(path, "", format!("not a readable OpenEXR file: {why}")))
 }

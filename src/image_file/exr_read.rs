@@ -11,6 +11,7 @@ use exr::meta::attribute::AttributeValue;
 use exr::meta::header::LayerAttributes;
 use exr::prelude::{ReadChannels as _, ReadLayers as _};
 
+use super::exr_error::exr_error_text;
 use super::exr_rgba::check_memory;
 use super::isolated::isolated;
 use crate::error::Error;
@@ -57,7 +58,7 @@ fn decode(bytes: &[u8]) -> Result<Image, String> {
         .all_attributes()
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
-        .map_err(|error| format!("not a readable OpenEXR file: {error}"))?;
+        .map_err(|error| format!("not a readable OpenEXR file: {}", exr_error_text(&error)))?;
     let display = image.attributes.display_window;
     let parts = image.layer_data;
     let first = parts.first().ok_or("the file holds no image")?;

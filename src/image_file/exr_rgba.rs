@@ -14,6 +14,7 @@ use rayon::prelude::*;
 
 use super::exr_chunks::check_chunks;
 use super::exr_color_layer::ColorLayer;
+use super::exr_error::exr_error_text;
 use super::isolated::isolated;
 use crate::color::Chromaticities;
 use crate::error::{Error, over_limit};
@@ -155,7 +156,7 @@ fn headers(bytes: &[u8]) -> Result<Vec<Header>, String> {
 }
 
 fn unreadable(error: &exr::error::Error) -> String {
-    format!("not a readable OpenEXR file: {error}")
+    format!("not a readable OpenEXR file: {}", exr_error_text(error))
 }
 
 /// The flat part with this index and the attributes of the file.

@@ -18,6 +18,7 @@ mod exr_compression;
 mod exr_condensed;
 mod exr_deflate;
 mod exr_dwa;
+mod exr_error;
 mod exr_header;
 mod exr_join;
 mod exr_read;

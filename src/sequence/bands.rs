@@ -9,22 +9,22 @@ use crate::render::TILE_SIZE;
 
 use super::{OutputFormat, SequenceJob};
 
-/// What rules out bands in `job`, to be read after "without"; `None` where its frames can be rendered in bands.
-pub(super) fn whole_frame_setting(job: &SequenceJob) -> Option<&'static str> {
+/// The change of settings that allows bands, where one rules them out in `job`.
+pub(super) fn change_for_bands(job: &SequenceJob) -> Option<&'static str> {
     let outputs = &job.sequence_outputs;
     let makes_sheet = outputs.contact_sheet.is_some() || outputs.is_on_common_sheet;
     let settings = [
-        (job.output.format() != OutputFormat::Exr, "an `output` of another format than EXR"),
-        (job.preview, "`preview`"),
-        (outputs.movie.is_some(), "`movie`"),
-        (makes_sheet, "`contact_sheet`"),
-        (outputs.shows_frames, "`show`"),
-        (job.denoiser.is_some(), "`denoise`"),
-        (job.plates.is_some(), "a plate as `background`"),
-        (job.checkpoint, "`checkpoint`"),
-        (job.render.path.time_limit_seconds.is_some(), "`time_limit`"),
+        (job.output.format() != OutputFormat::Exr, "with EXR files as `output`"),
+        (job.preview, "without `preview`"),
+        (outputs.movie.is_some(), "without `movie`"),
+        (makes_sheet, "without `contact_sheet`"),
+        (outputs.shows_frames, "without `show`"),
+        (job.denoiser.is_some(), "without `denoise`"),
+        (job.plates.is_some(), "without a plate as `background`"),
+        (job.checkpoint, "without `checkpoint`"),
+        (job.render.path.time_limit_seconds.is_some(), "without `time_limit`"),
     ];
-    settings.into_iter().find(|(is_set, _)| *is_set).map(|(_, setting)| setting)
+    settings.into_iter().find(|(is_set, _)| *is_set).map(|(_, change)| change)
 }
 
 /// The lowest band that a window can have.

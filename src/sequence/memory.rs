@@ -26,7 +26,7 @@ use pixels::further_sum_bytes;
 use surfaces::{Motion, PosedCounts, bytes_a_part};
 
 use super::SequenceJob;
-use super::bands::{least_rows, rows_of, whole_frame_setting};
+use super::bands::{change_for_bands, least_rows, rows_of};
 use super::job::triangle_count;
 
 /// What helps besides more memory where an image needs too much.
@@ -233,10 +233,10 @@ pub(super) fn check(job: &SequenceJob) -> Result<Option<u32>> {
         return Err(Error::refused(&job.scene.path, "", message));
     }
     let Err(refused) = check_whole_frames(job) else { return Ok(None) };
-    match (band_rows(job), whole_frame_setting(job), refused) {
+    match (band_rows(job), change_for_bands(job), refused) {
         (Some(rows), None, _) => Ok(Some(rows)),
-        (Some(_), Some(setting), Error::Refused { message, .. }) => {
-            let message = format!("{message}; without {setting} it is rendered in bands of rows, which fit");
+        (Some(_), Some(change), Error::Refused { message, .. }) => {
+            let message = format!("{message}; {change} it is rendered in bands of rows, which fit");
             Err(Error::over_memory(&job.scene.path, "", message, SMALLER_IMAGE))
         }
         (.., refused) => Err(refused),

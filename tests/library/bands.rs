@@ -140,6 +140,9 @@ fn bands_are_planned_where_whole_frames_do_not_fit() {
         );
         assert!(error.exit_code() == 77 && error.to_string().contains(&message), "{error}");
     }
+    let limited = ["frames=0", "resolution=4096x4096", "max_memory=1500M"];
+    let error = Plan::new(&job("path/box.toml", folder.path(), "a.png", &limited)).unwrap_err().to_string();
+    assert!(error.contains("; with EXR files as `output` it is rendered in bands of rows"), "{error}");
     // The program alone needs more.
     let mut too_little = job("path/box.toml", folder.path(), "a.exr", &["frames=0", "resolution=4096x4096"]);
     too_little.max_memory_bytes = 5_000_000;

@@ -65,7 +65,7 @@ fn dry_runs_name_bands_and_refusals_the_setting_that_rules_them_out() {
     let refused = render(&output.with_extension("png"), &limit);
     let said = stderr(&refused);
     assert!(
-        refused.status.code() == Some(77) && said.contains("without an --output of another format than EXR"),
+        refused.status.code() == Some(77) && said.contains("with EXR files as --output it is rendered"),
         "{said}"
     );
 }

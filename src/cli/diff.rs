@@ -77,7 +77,7 @@ fn run_images(args: &DiffArgs) -> Result<bool> {
     let report = Report::new(args, frames, &paired);
     if args.json {
         print_json(&report.json()?);
-    } else {
+    } else if args.prints(report.verdict) {
         print_output(&text::text(args, &report, is_sequence));
     }
     Ok(!args.fail_on.value().fails(report.verdict))

@@ -349,6 +349,15 @@ fn images_that_changed_within_limits_are_told_from_identical_ones() {
     let code = |actual: &str| rayframe(&["diff", actual, &old, "--fail-on", "changed"]).status.code();
     assert_eq!((code(&new), code(&old)), (Some(1), Some(0)));
     assert_eq!(rayframe(&["diff", &new, &old, "--fail-on", "different"]).status.code(), Some(2));
+    // Quiet where nothing fails.
+    let quiet = |more: &[&str]| {
+        let output = rayframe(&[&["diff", &new, &old, "-q"], more].concat());
+        (output.status.code(), printed(&output).lines().next().unwrap_or_default().to_owned())
+    };
+    assert_eq!(quiet(&[]), (Some(0), String::new()));
+    let (code, line) = quiet(&["--fail-on", "changed"]);
+    assert!(code == Some(1) && line.starts_with("changed within limits"), "{line}");
+    assert_eq!(quiet(&["--json"]), (Some(0), "{".to_owned()));
     // The page shows changed images.
     let folder = stage.at("report");
     rayframe(&["diff", &new, &old, "--report", &folder]);

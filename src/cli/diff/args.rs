@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rayframe::error::{Error, Result};
-use rayframe::regression::Preset;
+use rayframe::regression::{Preset, Verdict};
 use rayframe::shot::memory_limit::default_max_memory_bytes;
 
 use super::super::fail_on::FailOnOption;
@@ -47,6 +47,9 @@ pub(in crate::cli) struct DiffArgs {
     /// Print JSON
     #[arg(long)]
     pub(super) json: bool,
+    /// Print nothing where nothing fails
+    #[arg(short, long)]
+    quiet: bool,
     #[command(flatten)]
     pub(super) limits: LimitOptions,
     #[command(flatten)]
@@ -57,6 +60,11 @@ impl DiffArgs {
     /// Memory of one of the two images or scenes, bytes.
     pub(super) fn bytes_a_side(&self) -> u64 {
         self.max_memory.unwrap_or_else(default_max_memory_bytes) / 2
+    }
+
+    /// Whether a comparison with this verdict is printed as text.
+    pub(super) fn prints(&self, verdict: Verdict) -> bool {
+        !self.quiet || self.fail_on.value().fails(verdict)
     }
 }
 

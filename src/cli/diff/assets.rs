@@ -58,7 +58,7 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
         let [actual, reference] = pair.facts();
         report.asset = Some(AssetReport { losses, changes: &difference.changes, actual, reference });
         print_json(&report.json()?);
-    } else {
+    } else if args.prints(report.verdict) {
         print_output(&asset_text::text(args, &report, difference, &losses));
     }
     Ok(!args.fail_on.value().fails(report.verdict))

@@ -18,7 +18,7 @@
 //! - Settings: [`Renderer::set`] takes every setting of `rayframe render` by its name; [`settings`] defines them.
 //! - Sequences: [`Renderer::sequence`] writes numbered files and reports [`sequence::SequenceEvent`]s.
 //! - Comparison: [`regression`] measures how images differ and tests suites of scenes against reference images.
-//! - Errors: [`Error`] has a kind for each cause and names file, place and remedy.
+//! - Errors: [`Error`] has a kind for each cause, names file and place, and mostly a remedy.
 //!
 //! Equal scenes, settings and versions give equal bytes, whatever the number of threads and the processor.
 //!

@@ -57,8 +57,12 @@ pub(crate) fn render_settings(
 fn pixel_window(args: &SettingValues, (width, height): (u32, u32)) -> Result<PixelWindow> {
     match args.crop {
         Some(crop) if crop.x1 <= width && crop.y1 <= height => Ok(crop),
-        Some(_) if !args.crop_gives_way => {
-            Err(Error::setting("crop", format!("reaches beyond the image of {width}x{height} pixels")))
+        Some(crop) if !args.crop_gives_way => {
+            let message = format!(
+                "{},{},{},{} reaches beyond the image of {width}x{height} pixels, which is 0,0,{width},{height}",
+                crop.x0, crop.y0, crop.x1, crop.y1
+            );
+            Err(Error::setting("crop", message))
         }
         _ => Ok(PixelWindow::full(width, height)),
     }

@@ -52,6 +52,7 @@ pub(super) fn files(plan: &JobPlan) -> Result<Vec<JobFile>> {
         json!({ "name": "OutputFolder", "value": plan.output_folder }),
         json!({ "name": "deadline:maxRetriesPerTask", "value": 0 }),
     ];
+    values.extend(plan.at_most.map(|most| json!({ "name": "deadline:maxWorkerCount", "value": most })));
     // openjd-cli reads parameters by their names.
     let mut named = json!({ "Scene": plan.scene, "OutputFolder": plan.output_folder });
     for (definition, variable, value) in asset_parameters(plan) {
@@ -207,6 +208,19 @@ mod tests {
             data.contains("'1-2') set -- '--frames=1-2'") && data.contains("--progress openjd"),
             "{data}"
         );
+    }
+
+    #[test]
+    fn workers_are_limited_where_it_is_asked_for() {
+        let limit = |plan: &JobPlan| {
+            let files = files(plan).unwrap();
+            let file = files.iter().find(|file| file.name == "parameter_values.json").unwrap();
+            let values: Value = serde_json::from_str(&file.content).unwrap();
+            let values = values["parameterValues"].as_array().unwrap().clone();
+            values.into_iter().find(|value| value["name"] == "deadline:maxWorkerCount")
+        };
+        assert_eq!(limit(&plan()), Some(json!({ "name": "deadline:maxWorkerCount", "value": 7 })));
+        assert_eq!(limit(&still()), None);
     }
 
     #[test]

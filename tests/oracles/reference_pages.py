@@ -190,7 +190,9 @@ def schema_part(file):
     variants = schema["oneOf"]
     lists = [list(fields(variant)) for variant in variants]
     common = [field for field in lists[0] if all(field in other for other in lists)]
-    page += f"In each object:\n\n{field_table(common)}"
+    names = [variant["properties"]["event"]["const"] for variant in variants]
+    event = ("event", {"enum": names, "description": "What happened; each has a table below"}, True)
+    page += f"In each object:\n\n{field_table([event, *common])}"
     for variant, rows in zip(variants, lists):
         name = variant["properties"]["event"]["const"]
         page += f"\n### Event `{name}`\n\n{escaped(variant['description'])}.\n"

@@ -46,6 +46,12 @@ impl BaseMaterialLanes {
         self.base_color.get(lane)
     }
 
+    /// Metallic shares of all lanes.
+    #[inline(always)]
+    pub(crate) fn metallic(&self) -> &F32Lanes {
+        &self.metallic
+    }
+
     /// Perceptual roughness of all lanes.
     #[inline(always)]
     pub(crate) fn roughness(&self) -> &F32Lanes {

@@ -13,11 +13,6 @@ use crate::geometry::Ray;
 use crate::scene::{AlphaMode, Encoding, Material, TextureRef};
 use crate::scene_view::SceneView;
 
-/// Highest mip level of [`blurred_color_at`].
-const MAX_BLURRED_LEVEL: usize = 3;
-/// Texels along the shorter side of its mip level, unless the image has fewer: the colours of palettes do not mix.
-const MIN_BLURRED_SIDE: u32 = 16;
-
 /// The surface point of a hit (see [`SurfacePoint::new`]) and all material values there.
 pub fn surface_at<'a>(
     view: SceneView<'a>,
@@ -168,25 +163,8 @@ fn longest_edge_texels(
     texels(b - a).max(texels(c - b)).max(texels(a - c))
 }
 
-/// Base colour around a hit: the texture is looked up in a mip level of an eighth of its size, but of at least 16 texels a side.
-pub fn blurred_color_at(view: SceneView<'_>, hit: &Hit) -> Vec3 {
-    let instance = view.frame.instance(hit.triangle);
-    let material = &view.frame.materials[instance.material.index()];
-    let corners = corner_indices(view, instance, hit.triangle);
-    let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-    let texture = material.base_color_texture.as_ref().map_or(Vec4::ONE, |reference| {
-        let [a, b, c] = instance.uvs(view.scene, reference.uv_set as usize, corners);
-        let uv = a * weights[0] + b * weights[1] + c * weights[2];
-        let image = &view.scene.images[view.scene.textures[reference.texture.index()].image.index()];
-        let halvings = (image.width.min(image.height) / MIN_BLURRED_SIDE).checked_ilog2().unwrap_or(0);
-        let blurred_level = MAX_BLURRED_LEVEL.min(halvings as usize);
-        texture_lookup::sample_in_level(view.scene, reference, base_encoding(material), (uv, blurred_level))
-    });
-    (material.base_color * texture * vertex_color(view, instance, corners, weights)).truncate()
-}
-
 /// The encoding of a material's base colour texture.
-fn base_encoding(material: &Material) -> Encoding {
+pub(super) fn base_encoding(material: &Material) -> Encoding {
     if material.alpha_mode == AlphaMode::Opaque { Encoding::Srgb } else { Encoding::CoveredSrgb }
 }
 
@@ -286,7 +264,12 @@ fn alpha_at_corners(
 }
 
 #[inline(always)]
-fn vertex_color(view: SceneView<'_>, instance: &MeshInstance, corners: [u32; 3], weights: [f32; 3]) -> Vec4 {
+pub(super) fn vertex_color(
+    view: SceneView<'_>,
+    instance: &MeshInstance,
+    corners: [u32; 3],
+    weights: [f32; 3],
+) -> Vec4 {
     match instance.colors(view.scene, corners) {
         Some([a, b, c]) => a * weights[0] + b * weights[1] + c * weights[2],
         None => Vec4::ONE,

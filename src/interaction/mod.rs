@@ -4,6 +4,7 @@
 //! [`alpha_at`] the coverage alone. Lights and the use of the values are not known here.
 
 mod base_material_lanes;
+mod blurred_material;
 mod material;
 mod material_extensions;
 mod material_sample;
@@ -16,9 +17,10 @@ mod surface_point;
 mod texture_lookup;
 
 pub(crate) use base_material_lanes::BaseMaterialLanes;
+pub use blurred_material::BlurredMaterial;
 pub use material::{
-    alpha_at, blurred_color_at, catches_shadows, clear_coat_at, emission_at, is_constant, material_values,
-    surface_at, untextured_color,
+    alpha_at, catches_shadows, clear_coat_at, emission_at, is_constant, material_values, surface_at,
+    untextured_color,
 };
 pub(crate) use material::{emission_around, emission_texels, is_opaque_at, transmits_at};
 pub use material_sample::{

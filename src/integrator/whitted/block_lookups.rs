@@ -6,7 +6,7 @@ use super::traced_share::traced_share;
 use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec3Lanes, vectorized};
 use crate::integrator::IntegratorContext;
 use crate::integrator::local_frame::mirror_direction;
-use crate::integrator::prefiltered_lobe::PrefilteredLobe;
+use crate::integrator::prefiltered_lobe::{PrefilteredLobe, RoughLobe, has_broad_part};
 use crate::interaction::{MaterialSample, SurfaceBlock};
 use crate::scene::LookupLanes;
 
@@ -18,6 +18,9 @@ pub(super) struct BlockLookups {
     irradiance: Vec3Lanes,
     /// Lanes with a lobe.
     specular: ActiveLanes,
+    /// Those of them that are metallic.
+    metallic: ActiveLanes,
+    broad: Vec3Lanes,
     lobe_direction: Vec3Lanes,
     lobe_roughness: F32Lanes,
     prefiltered: Vec3Lanes,
@@ -33,7 +36,7 @@ impl BlockLookups {
         materials: &[MaterialSample],
     ) {
         let environment = context.view.environment;
-        (self.diffuse, self.specular) = (ActiveLanes::default(), ActiveLanes::default());
+        (self.diffuse, self.specular, self.metallic) = Default::default();
         if environment.is_uniform() {
             return;
         }
@@ -43,39 +46,43 @@ impl BlockLookups {
             material.sheen.is_some() || (material.metallic < 1.0 && material.transmission < 1.0)
         };
         let normals = block.normals();
-        self.diffuse = lanes.filtered(|lane| !materials[lane].unlit && reflects_diffusely(&materials[lane]));
+        let looks_up = |material: &MaterialSample| {
+            context.settings.glossy_samples == 0
+                && material.anisotropy.is_none()
+                && traced_share(material.roughness) < 1.0
+        };
+        self.diffuse = lanes.filtered(|lane| {
+            let material = &materials[lane];
+            !material.unlit
+                && (reflects_diffusely(material) || (looks_up(material) && has_broad_part(material)))
+        });
         if !self.diffuse.is_empty() {
             let lookups = LookupLanes { level, directions: normals, lanes: self.diffuse };
             environment.irradiances(&lookups, &mut self.irradiance);
         }
 
-        if context.settings.glossy_samples > 0 {
-            return;
-        }
-        let is_looked_up = |material: &MaterialSample| {
-            !material.unlit && material.anisotropy.is_none() && traced_share(material.roughness) < 1.0
-        };
-        self.specular = lanes.filtered(|lane| is_looked_up(&materials[lane]));
+        self.specular = lanes.filtered(|lane| !materials[lane].unlit && looks_up(&materials[lane]));
         if self.specular.is_empty() {
             return;
-        }
-        let mut roughness = F32Lanes::default();
-        for (roughness, material) in roughness.iter_mut().zip(materials) {
-            *roughness = material.roughness;
         }
         let viewers = block.viewers();
         let Self { lobe_direction, lobe_roughness, .. } = self;
         vectorized!(level, {
-            for lane in 0..LANES {
+            for (lane, material) in materials.iter().enumerate() {
                 let (normal, wo) = (normals.get(lane), viewers.get(lane));
-                let mirrored = mirror_direction(wo, normal);
-                let lobe = PrefilteredLobe::new(mirrored, normal, normal.dot(wo), roughness[lane]);
+                let directions = (mirror_direction(wo, normal), normal);
+                let lobe = RoughLobe::of(material, directions, normal.dot(wo)).narrow;
                 lobe_direction.set(lane, lobe.direction);
                 lobe_roughness[lane] = lobe.roughness;
             }
         });
         let lookups = LookupLanes { level, directions: &self.lobe_direction, lanes: self.specular };
         environment.prefiltered_lanes(&lookups, &self.lobe_roughness, &mut self.prefiltered);
+        self.metallic = self.specular.filtered(|lane| materials[lane].metallic > 0.0);
+        if !self.metallic.is_empty() {
+            let lookups = LookupLanes { level, directions: normals, lanes: self.metallic };
+            environment.prefiltered_lanes(&lookups, &[1.0; LANES], &mut self.broad);
+        }
     }
 
     /// The lanes with an irradiance along the shading normal.
@@ -91,6 +98,11 @@ impl BlockLookups {
     /// The irradiance along the shading normal of a surface, where it was looked up.
     pub(super) fn irradiance(&self, lane: usize) -> Option<Vec3> {
         self.diffuse.contains(lane).then(|| self.irradiance.get(lane))
+    }
+
+    /// The prefiltered radiance of roughness 1 along the shading normal of a metallic surface, where it was looked up.
+    pub(super) fn broad(&self, lane: usize) -> Option<Vec3> {
+        self.metallic.contains(lane).then(|| self.broad.get(lane))
     }
 
     /// The prefiltered radiance of the reflection of a surface and its lobe, where it was looked up.

@@ -8,13 +8,10 @@ use super::environment_lookup::{EnvironmentLookup, EnvironmentLookups, LookupLob
 use super::shading::Shading;
 use crate::bsdf::Bsdf;
 use crate::integrator::local_frame::mirror_direction;
-use crate::integrator::prefiltered_lobe::PrefilteredLobe;
+use crate::integrator::prefiltered_lobe::{PrefilteredLobe, RoughLobe, has_broad_part};
 use crate::integrator::tracing::Tracer;
 use crate::interaction::is_opaque_at;
 use crate::scene::KeyLight;
-
-/// Least square of the lobe's width, so that narrow lobes stay finite.
-const MIN_ALPHA_SQUARED: f32 = 1e-6;
 
 impl Tracer<'_, '_> {
     /// Adds diffuse light of the environment and the prefiltered share of rough lobes.
@@ -37,21 +34,31 @@ impl Tracer<'_, '_> {
         self.add_lookups(shading, &mut lookups);
     }
 
-    /// Diffuse lobes and sheen. `reached` multiplies light that leaves from below the coat.
+    /// Diffuse lobes, sheen, and the broad part of the reflected specular lobe. `reached` multiplies light that leaves from below the coat.
     fn look_up_diffuse(&self, shading: &Shading<'_, '_>, reached: Vec3, lookups: &mut EnvironmentLookups) {
         let environment = self.context.view.environment;
         let Shading { point, albedos, .. } = shading;
         let normal = point.shading_normal;
-        for (albedo, normal, is_outside) in
-            [(albedos.diffuse + albedos.sheen, normal, true), (albedos.diffuse_transmission, -normal, false)]
-        {
-            if albedo != Vec3::ZERO && (is_outside || !self.is_covered(shading)) {
-                let albedo = reached * albedo;
+        let broad = prefiltered_albedo(shading) * broad_share(shading);
+        for (diffuse, broad, normal, is_outside) in [
+            (albedos.diffuse + albedos.sheen, broad, normal, true),
+            (albedos.diffuse_transmission, Vec3::ZERO, -normal, false),
+        ] {
+            if diffuse + broad != Vec3::ZERO && (is_outside || !self.is_covered(shading)) {
+                let (diffuse, broad) = (reached * diffuse, reached * broad);
                 let looked_up = self.whitted.block_lookups.irradiance(shading.index).filter(|_| is_outside);
                 let irradiance = looked_up.unwrap_or_else(|| environment.irradiance(normal));
+                let mean = irradiance * FRAC_1_PI;
+                // Irradiance stands for the broad part of the faint lobes of dielectrics.
+                let seen = if shading.material.metallic > 0.0 && broad != Vec3::ZERO {
+                    let looked_up = self.whitted.block_lookups.broad(shading.index);
+                    looked_up.unwrap_or_else(|| environment.prefiltered(normal, 1.0))
+                } else {
+                    mean
+                };
                 lookups.push(EnvironmentLookup {
-                    radiance: albedo * irradiance * FRAC_1_PI,
-                    albedo,
+                    radiance: diffuse * mean + broad * seen,
+                    albedo: diffuse + broad,
                     lobe: LookupLobe::Diffuse { normal },
                     is_outside,
                 });
@@ -65,20 +72,18 @@ impl Tracer<'_, '_> {
         touching.is_some_and(|touching| is_opaque_at(self.context.view, &touching.hit))
     }
 
-    /// The reflected specular lobe.
+    /// The narrow part of the reflected specular lobe.
     fn look_up_specular(
         &mut self,
         shading: &Shading<'_, '_>,
         reached: Vec3,
         lookups: &mut EnvironmentLookups,
     ) {
-        // Facets follow the rest.
-        let prefiltered_share = (1.0 - shading.traced_share) * (1.0 - shading.facet_share);
-        if prefiltered_share == 0.0 {
+        let albedo = reached * (prefiltered_albedo(shading) * (1.0 - broad_share(shading)));
+        if albedo == Vec3::ZERO {
             return;
         }
         let (seen, lobe) = self.prefiltered_reflection(shading);
-        let albedo = reached * (shading.albedos.specular * prefiltered_share);
         lookups.push(EnvironmentLookup { radiance: albedo * seen, albedo, lobe, is_outside: true });
     }
 
@@ -116,16 +121,7 @@ impl Tracer<'_, '_> {
 
     /// Light of the environment's peaks in the lobe of a prefiltered lookup: for a view along the normal.
     pub(super) fn peaks_in_lobe(&self, lobe: PrefilteredLobe) -> Vec3 {
-        let PrefilteredLobe { direction, roughness } = lobe;
-        let alpha = roughness * roughness;
-        let alpha_squared = (alpha * alpha).max(MIN_ALPHA_SQUARED);
-        let seen = |peak: &KeyLight| {
-            // The half vector's cosine with both directions
-            let cosine_squared = (1.0 + direction.dot(peak.direction_to_light)) * 0.5;
-            let denominator = 1.0 - cosine_squared * (1.0 - alpha_squared);
-            // The density of mirrored directions is a quarter of that of normals.
-            peak.irradiance * (alpha_squared * FRAC_1_PI * 0.25 / (denominator * denominator))
-        };
+        let seen = |peak: &KeyLight| peak.irradiance * lobe.density(peak.direction_to_light);
         self.context.peaks.iter().map(seen).sum()
     }
 
@@ -138,7 +134,7 @@ impl Tracer<'_, '_> {
         let normal = shading.point.shading_normal;
         let mirrored = mirror_direction(shading.point.wo, normal);
         if shading.material.anisotropy.is_none() {
-            let lobe = PrefilteredLobe::new(mirrored, normal, shading.wo.z, roughness);
+            let lobe = RoughLobe::of(shading.material, (mirrored, normal), shading.wo.z).narrow;
             return (environment.prefiltered(lobe.direction, lobe.roughness), LookupLobe::Glossy(lobe));
         }
         // Shadow rays follow one lobe as wide as the widest.
@@ -155,6 +151,22 @@ impl Tracer<'_, '_> {
         let mean = |seen: f32, shares: f32| if shares > 0.0 { seen / shares } else { 0.0 };
         let seen = Vec3::new(mean(seen.x, shares.x), mean(seen.y, shares.y), mean(seen.z, shares.z));
         (seen, LookupLobe::Glossy(lobe))
+    }
+}
+
+/// Albedo of the reflected specular lobe as far as it is looked up.
+fn prefiltered_albedo(shading: &Shading<'_, '_>) -> Vec3 {
+    // Facets follow the rest.
+    shading.albedos.specular * ((1.0 - shading.traced_share) * (1.0 - shading.facet_share))
+}
+
+/// Share of that light that is looked up with diffuse light. Anisotropic lobes are looked up in several directions of their own.
+fn broad_share(shading: &Shading<'_, '_>) -> f32 {
+    let material = shading.material;
+    if material.anisotropy.is_none() && has_broad_part(material) {
+        RoughLobe::broad_share(material.roughness.clamp(0.0, 1.0))
+    } else {
+        0.0
     }
 }
 

@@ -21,6 +21,7 @@ mod lookup_keys;
 mod lookup_rays;
 mod occluder_buffers;
 mod occluder_light;
+mod occluder_surface;
 mod opaque_block;
 mod reflected_environment;
 mod reflected_lobe;

@@ -1,26 +1,24 @@
 //! Light of the environment that its occluders reflect: one bounce along the shadow rays that they stop.
 //!
-//! The closest opaque surface along a stopped ray is taken to be flat and diffuse, of its base colour. It receives the environment's irradiance and its own
+//! The closest opaque surface along a stopped ray is taken to be flat, a metal or diffuse, of its base colour. It receives the environment's irradiance and its own
 //! lights, as far as two shadow rays let them through: one to one of these lights, one along a direction from which the rest comes. Where
-//! the latter is stopped, too, it receives what was estimated for an unknown occluder of the looked-up light, but no more than where it is not. What transparent surfaces before it
+//! the latter is stopped, too, it receives what was estimated for an unknown occluder of the looked-up light, but no more than that light or than where it is not. What transparent surfaces before it
 //! absorb is lost.
 
-use std::f32::consts::FRAC_1_PI;
 use std::time::Instant;
 
 use glam::Vec3;
 
 use super::environment_shadows::on_side;
 use super::occluder_buffers::{LitOccluder, OccluderBuffers, OccluderTask, StoppedTask};
+use super::occluder_surface::{OccluderSurface, ReflectedKey};
 use crate::bvh::{Hit, TriangleFlags};
-use crate::color::luminance;
 use crate::geometry::{Facing, Ray};
-use crate::integrator::IntegratorContext;
 use crate::integrator::glass_passage::GlassPassage;
 use crate::integrator::media::SurfaceMedia;
 use crate::integrator::shadow::stops_light;
 use crate::integrator::tracing::{ShadowTask, Tracer, seconds_since};
-use crate::interaction::{SurfacePoint, blurred_color_at, transmits_at};
+use crate::interaction::{SurfacePoint, transmits_at};
 
 /// What stops a shadow ray.
 struct FoundOccluder<'o> {
@@ -28,14 +26,6 @@ struct FoundOccluder<'o> {
     hit: &'o Hit,
     /// Share of its light that transparent surfaces before it let through.
     transmittance: Vec3,
-}
-
-/// Light of the environment's own lights on an occluder.
-struct KeyIrradiance {
-    /// Irradiance without shadows by one of the lights, over its probability.
-    irradiance: Vec3,
-    /// Direction to the light.
-    wi: Vec3,
 }
 
 impl Tracer<'_, '_> {
@@ -106,7 +96,7 @@ impl Tracer<'_, '_> {
         lit.clear();
         for (index, ((ray, hit), task)) in rays.iter().zip(&*occluders).zip(&*tasks).enumerate() {
             let Some(hit) = hit else { continue };
-            if !self.is_diffuse(hit) {
+            if !self.can_be_lit(hit) {
                 self.limit_estimate(&task.task);
                 continue;
             }
@@ -142,9 +132,9 @@ impl Tracer<'_, '_> {
         self.add(sample, light_pass, task.limited - task.reflected);
     }
 
-    /// Whether the occluder at a hit can be lit as a diffuse surface. Others keep the estimate: the back of single-sided surfaces, which nothing sees, unlit
+    /// Whether the occluder at a hit can be lit. Others keep the estimate: the back of single-sided surfaces, which nothing sees, unlit
     /// surfaces, and glass that casts full shadows.
-    fn is_diffuse(&self, hit: &Hit) -> bool {
+    fn can_be_lit(&self, hit: &Hit) -> bool {
         let frame = self.context.view.frame;
         let material = &frame.materials[frame.instance(hit.triangle).material.index()];
         let is_seen = hit.facing == Facing::Front
@@ -163,45 +153,23 @@ impl Tracer<'_, '_> {
         let ShadowTask { sample, light_pass, .. } = self.shadows.tasks[task.task as usize];
         let context = self.context;
         let point = SurfacePoint::flat(context.view, ray, hit);
-        let normal = point.geometric_normal;
-        let color = blurred_color_at(context.view, hit).clamp(Vec3::ZERO, Vec3::ONE);
-        let scattered = task.albedo * transmittance * color * FRAC_1_PI;
+        let surface = OccluderSurface::new(context, &point, hit);
         let end = point.shadow_end_outside(Vec3::ZERO);
 
-        let directions = context.environment_directions.as_ref();
-        let sampled = directions.map_or(normal, |directions| directions.diffuse(normal, *direction));
-        let open = scattered * context.view.environment.irradiance(normal);
+        let (radiance, sampled) = surface.reflected_environment(context, *light, *direction);
+        let open = task.albedo * transmittance * radiance;
         // In shadow, it is not brighter than in the open, either.
-        let shadowed = (task.reflected * transmittance * color).min(open);
+        let shadowed = (task.limited * transmittance * surface.albedo()).min(open);
         let by_most = LitOccluder {
             sample,
             light_pass,
             open: open - task.reflected,
             shadowed: shadowed - task.reflected,
         };
-        let by_key = KeyIrradiance::new(context, (point.position, normal), *light).map(|key| {
-            let open = scattered * key.irradiance;
+        let by_key = ReflectedKey::new(context, &surface, *light).map(|key| {
+            let open = task.albedo * transmittance * key.radiance;
             (LitOccluder { sample, light_pass, open, shadowed: Vec3::ZERO }, Ray::new(end, key.wi))
         });
-        [Some((by_most, Ray::new(end, on_side(sampled, normal, true)))), by_key]
-    }
-}
-
-impl KeyIrradiance {
-    /// One of the lights on a flat surface, chosen by luminance; `None` if none faces it. `u` is a random number in [0, 1).
-    fn new(context: &IntegratorContext<'_>, (position, normal): (Vec3, Vec3), u: f32) -> Option<Self> {
-        let lights = || {
-            let lights = context.environment_lights().iter();
-            lights
-                .filter_map(|light| light.incidence(position))
-                .map(|incidence| (incidence.irradiance * incidence.wi.dot(normal).max(0.0), incidence.wi))
-        };
-        let sum: f32 = lights().map(|(irradiance, _)| luminance(irradiance)).sum();
-        let mut left = u * sum;
-        let (irradiance, wi) = lights().find(|(irradiance, _)| {
-            left -= luminance(*irradiance);
-            left < 0.0
-        })?;
-        Some(Self { irradiance: irradiance * (sum / luminance(irradiance)), wi })
+        [Some((by_most, Ray::new(end, on_side(sampled, surface.normal, true)))), by_key]
     }
 }

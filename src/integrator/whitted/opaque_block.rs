@@ -17,7 +17,7 @@ use crate::integrator::IntegratorContext;
 use crate::integrator::least_weights::MIN_SCATTERED;
 use crate::integrator::lights::{Incidence, IncidenceLanes};
 use crate::integrator::local_frame::{local_frame, mirror_direction};
-use crate::integrator::prefiltered_lobe::PrefilteredLobe;
+use crate::integrator::prefiltered_lobe::{PrefilteredLobe, RoughLobe};
 use crate::integrator::surface_hit::SurfaceHit;
 use crate::integrator::wavefront::Wavefront;
 use crate::interaction::{BaseMaterialLanes, MaterialSample, SurfaceBlock};
@@ -74,7 +74,7 @@ pub(super) struct ReflectedLanes {
     cos_o: F32Lanes,
     pub(super) mirrored: Vec3Lanes,
     pub(super) lobe_roughness: F32Lanes,
-    /// Axis and roughness of the lobe that is looked up for the specular one.
+    /// Axis and roughness of the narrow lobe that is looked up for the specular one.
     looked_up: (Vec3Lanes, F32Lanes),
     /// Share of the specular lobe that rays follow.
     traced_share: F32Lanes,
@@ -83,9 +83,11 @@ pub(super) struct ReflectedLanes {
     specular_albedo: Vec3Lanes,
     /// Weight of the mirror ray.
     pub(super) specular: Vec3Lanes,
-    /// Irradiance of the environment, then the light of it that leaves the surface.
+    /// Irradiance of the environment, then the light of it that leaves the surface: diffuse light, and that of the broad part of the specular lobe.
     diffuse: Vec3Lanes,
-    /// Prefiltered radiance of the specular lobe, then the light of it that leaves the surface.
+    /// Prefiltered radiance of the broad part of the specular lobe.
+    broad: Vec3Lanes,
+    /// Prefiltered radiance of the narrow lobe, then the light of it that leaves the surface.
     prefiltered: Vec3Lanes,
     /// What both would be in light of radiance 1 from everywhere.
     diffuse_albedo: Vec3Lanes,
@@ -150,7 +152,7 @@ impl<'a> OpaqueBlock<'a> {
             (level, ActiveLanes::first(hits.len())),
             view.environment,
             surfaces.normals(),
-            table,
+            (&materials.base, table),
         );
         vectorized!(level, reflected.reflect(materials, block_material));
         if context.environment_directions.is_some() {
@@ -210,7 +212,7 @@ impl ReflectedLanes {
             let mirrored = mirror_direction(wo, normal);
             self.mirrored.set(lane, mirrored);
             let roughness = materials.base.roughness()[lane].clamp(0.0, 1.0);
-            let looked_up = PrefilteredLobe::new(mirrored, normal, local_wo.z, roughness);
+            let looked_up = RoughLobe::new(mirrored, normal, local_wo.z, roughness).narrow;
             self.looked_up.0.set(lane, looked_up.direction);
             self.looked_up.1[lane] = looked_up.roughness;
             self.lobe_roughness[lane] = roughness;
@@ -224,7 +226,7 @@ impl ReflectedLanes {
         (level, lanes): (Level, ActiveLanes),
         environment: &Environment,
         normals: &Vec3Lanes,
-        table: &AlbedoTable,
+        (materials, table): (&BaseMaterialLanes, &AlbedoTable),
     ) {
         table.terms((level, lanes), &self.cos_o, &self.lobe_roughness, &mut self.albedos);
         let normals = LookupLanes { level, directions: normals, lanes };
@@ -234,6 +236,12 @@ impl ReflectedLanes {
             let (directions, roughness) = &self.looked_up;
             let directions = LookupLanes { level, directions, lanes };
             environment.prefiltered_lanes(&directions, roughness, &mut self.prefiltered);
+        }
+        // Irradiance stands for the broad part of the faint lobes of dielectrics.
+        let lanes = lanes.filtered(|lane| materials.metallic()[lane] > 0.0);
+        if !lanes.is_empty() {
+            let normals = LookupLanes { lanes, ..normals };
+            environment.prefiltered_lanes(&normals, &[1.0; LANES], &mut self.broad);
         }
     }
 
@@ -253,10 +261,16 @@ impl ReflectedLanes {
             let prefiltered_share = 1.0 - self.traced_share[lane];
             let weight = materials.weight.get(lane);
             let reached = weight * materials.occlusion[lane];
-            let diffuse = reached * albedos.diffuse;
-            self.diffuse_albedo.set(lane, diffuse);
-            self.diffuse.set(lane, diffuse * self.diffuse.get(lane) * FRAC_1_PI);
-            let prefiltered = reached * (albedos.specular * prefiltered_share);
+            let specular = albedos.specular * prefiltered_share;
+            // The broad part of the rough lobe is looked up with the diffuse one.
+            let broad_share = RoughLobe::broad_share(self.lobe_roughness[lane]);
+            let (diffuse, broad) = (reached * albedos.diffuse, reached * (specular * broad_share));
+            let mean = self.diffuse.get(lane) * FRAC_1_PI;
+            let is_metallic = materials.base.metallic()[lane] > 0.0;
+            let seen = if is_metallic { self.broad.get(lane) } else { mean };
+            self.diffuse_albedo.set(lane, diffuse + broad);
+            self.diffuse.set(lane, diffuse * mean + broad * seen);
+            let prefiltered = reached * (specular * (1.0 - broad_share));
             self.prefiltered_albedo.set(lane, prefiltered);
             let seen = prefiltered * self.prefiltered.get(lane);
             self.prefiltered.set(lane, if prefiltered_share > 0.0 { seen } else { Vec3::ZERO });

@@ -1,6 +1,6 @@
-//! Irradiance map of an equirectangular image.
+//! Irradiance map of an equirectangular image, and means of it under other lobes as wide.
 //!
-//! The image is integrated directly. Spherical harmonics would ring around a sun. On an equirectangular grid the cosine kernel
+//! The image is integrated directly. Spherical harmonics would ring around a sun. On an equirectangular grid a kernel of the cosine
 //! depends only on the two rows and the difference of the columns, so it is computed once for each pair of rows.
 
 use std::f64::consts::PI;
@@ -21,9 +21,14 @@ const HEIGHT: usize = WIDTH / 2;
 ///
 /// The sum of the kernel is scaled to π for each normal, so that uniform light is exact.
 pub(super) fn irradiance_map(source: &EquirectImage) -> BorderedImage {
-    let source = Source::new(source);
-    let poles = [0.0, PI].map(|polar| Vec3::from(source.irradiance_row(polar)[0]));
-    BorderedImage::with_poles(&source.irradiance_image(), poles)
+    let source = Source::new(source, |cosine| cosine);
+    let poles = [0.0, PI].map(|polar| Vec3::from(source.row(polar, PI)[0]));
+    BorderedImage::with_poles(&source.image(PI), poles)
+}
+
+/// Means of the image around the normals of [`irradiance_map`], by a weight of the cosine between 0 and 1.
+pub(super) fn mean_image(source: &EquirectImage, weight: fn(f64) -> f64) -> EquirectImage {
+    Source::new(source, weight).image(1.0)
 }
 
 /// The image with what all rows of the result need.
@@ -32,26 +37,29 @@ struct Source {
     columns: Vec<ColumnRow>,
     /// See [`azimuth_cosines`].
     azimuth_cosines: Vec<f64>,
+    /// Weight of light by its cosine with the normal.
+    weight: fn(f64) -> f64,
 }
 
 impl Source {
-    fn new(image: &EquirectImage) -> Self {
+    fn new(image: &EquirectImage, weight: fn(f64) -> f64) -> Self {
         let columns = image.pixels.chunks_exact(image.width).map(ColumnRow::new).collect();
-        Self { columns, azimuth_cosines: azimuth_cosines(image.width) }
+        Self { columns, azimuth_cosines: azimuth_cosines(image.width), weight }
     }
 
-    fn irradiance_image(&self) -> EquirectImage {
+    /// Sums of the light by weights whose own sum is `total`.
+    fn image(&self, total: f64) -> EquirectImage {
         let polar = |row: usize| (row as f64 + 0.5) / HEIGHT as f64 * PI;
-        let rows = (0..HEIGHT).into_par_iter().map(|row| self.irradiance_row(polar(row)));
+        let rows = (0..HEIGHT).into_par_iter().map(|row| self.row(polar(row), total));
         let rows: Vec<[[f32; 3]; WIDTH]> = rows.collect();
         EquirectImage { width: WIDTH, height: HEIGHT, pixels: rows.concat() }
     }
 
-    fn irradiance_row(&self, normal_polar: f64) -> [[f32; 3]; WIDTH] {
+    fn row(&self, normal_polar: f64, total: f64) -> [[f32; 3]; WIDTH] {
         let mut sums = [[0.0_f64; 3]; WIDTH];
         let mut kernel_sum = 0.0;
         for (row, columns) in self.columns.iter().enumerate() {
-            let kernel = row_kernel(self.columns.len(), row, &self.azimuth_cosines, normal_polar);
+            let kernel = self.kernel(row, normal_polar);
             let row_sum: f64 = kernel.iter().map(|&weight| f64::from(weight)).sum();
             if row_sum == 0.0 {
                 continue;
@@ -59,25 +67,25 @@ impl Source {
             kernel_sum += row_sum;
             columns.add(&kernel, &mut sums);
         }
-        sums.map(|sum| sum.map(|channel| (channel * PI / kernel_sum) as f32))
+        sums.map(|sum| sum.map(|channel| (channel * total / kernel_sum) as f32))
+    }
+
+    /// Weights of the texels of a source row, from the texel whose left edge is at or before the normal's azimuth.
+    fn kernel(&self, row: usize, normal_polar: f64) -> Vec<f32> {
+        let height = self.columns.len() as f64;
+        let band = libm::cos(row as f64 / height * PI) - libm::cos((row as f64 + 1.0) / height * PI);
+        let polar = (row as f64 + 0.5) / height * PI;
+        let along = libm::cos(polar) * libm::cos(normal_polar);
+        let across = libm::sin(polar) * libm::sin(normal_polar);
+        let weight = |azimuth_cosine: &f64| {
+            let cosine = along + across * azimuth_cosine;
+            if cosine > 0.0 { ((self.weight)(cosine) * band) as f32 } else { 0.0 }
+        };
+        self.azimuth_cosines.iter().map(weight).collect()
     }
 }
 
-/// Weights of the texels of a source row, from the texel whose left edge is at or before the normal's azimuth.
-fn row_kernel(height: usize, row: usize, azimuth_cosines: &[f64], normal_polar: f64) -> Vec<f32> {
-    let height = height as f64;
-    let band = libm::cos(row as f64 / height * PI) - libm::cos((row as f64 + 1.0) / height * PI);
-    let polar = (row as f64 + 0.5) / height * PI;
-    let along = libm::cos(polar) * libm::cos(normal_polar);
-    let across = libm::sin(polar) * libm::sin(normal_polar);
-    let weight = |azimuth_cosine: &f64| {
-        let cosine = along + across * azimuth_cosine;
-        if cosine > 0.0 { (cosine * band) as f32 } else { 0.0 }
-    };
-    azimuth_cosines.iter().map(weight).collect()
-}
-
-/// Cosines of the azimuths between a normal and the texels of a row, in the order of [`row_kernel`].
+/// Cosines of the azimuths between a normal and the texels of a row, in the order of [`Source::kernel`].
 fn azimuth_cosines(source_width: usize) -> Vec<f64> {
     let offset = first_texel_offset(source_width);
     let azimuth = |step: usize| (step as f64 + offset) / source_width as f64 * 2.0 * PI;
@@ -135,7 +143,8 @@ mod tests {
     fn uniform_light_gives_pi() {
         for width in [64, 128, 256] {
             let result =
-                Source::new(&EquirectImage::of(width, |_| Vec3::new(1.0, 2.0, 0.0))).irradiance_image();
+                Source::new(&EquirectImage::of(width, |_| Vec3::new(1.0, 2.0, 0.0)), |cosine| cosine)
+                    .image(PI);
             for pixel in &result.pixels {
                 assert!((pixel[0] - std::f32::consts::PI).abs() < 1e-4);
                 assert!((pixel[1] - 2.0 * std::f32::consts::PI).abs() < 2e-4);
@@ -190,7 +199,7 @@ mod tests {
         let edge = |row: usize| libm::cos(row as f64 / 128.0 * PI) as f32;
         let band = edge(row) - edge(row + 1);
         let power = 1e4 * band * 2.0 * std::f32::consts::PI / 256.0;
-        let result = Source::new(&image).irradiance_image();
+        let result = Source::new(&image, |cosine| cosine).image(PI);
         for row in 0..HEIGHT {
             for column in 0..WIDTH {
                 let n = direction_from_uv(result.texel_uv(column, row));

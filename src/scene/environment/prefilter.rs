@@ -1,7 +1,7 @@
 //! Prefiltered environment maps: means of an equirectangular image under GGX lobes of increasing roughness.
 //!
 //! Source: Karis, "Real Shading in Unreal Engine 4" (SIGGRAPH 2013 course), section "Pre-Filtered Environment Map". The
-//! view is assumed along the normal, and each sample is weighted by its cosine. A sample of more solid angle reads a coarser
+//! view is assumed along the normal, and each sample is weighted by its cosine; roughness 1 has another view ([`roughest_weight`]). A sample of more solid angle reads a coarser
 //! pyramid level, which removes noise (Křivánek and Colbert, "Real-time Shading with Filtered Importance Sampling", 2008,
 //! section 4). The sample points are a fixed Hammersley set, the same for every texel.
 
@@ -12,11 +12,22 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::equirect::{EquirectImage, direction_from_uv, uvs_from_directions};
+use super::irradiance::mean_image;
 use super::lobe_level::{LobeLevel, LobeSums, RUN};
 use crate::geometry::{ActiveLanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
 
 /// Steps of roughness from 0 (the full image, which is not stored here) to 1.
 pub(super) const STEPS: usize = 8;
+
+/// Cosine of the view for which lobes of roughness 1 are averaged. Those have no direction but the normal, so that a common view can stand for all:
+/// seen from farther aside, more of their light comes from near the horizon.
+const ROUGHEST_VIEW: f64 = 0.6;
+
+/// Weight of light in the lobe of roughness 1 by its cosine: facets face all ways alike, so that masking and shadowing alone shape it (Heitz 2014,
+/// equation 99).
+pub(super) fn roughest_weight(cosine: f64) -> f64 {
+    cosine / (cosine + ROUGHEST_VIEW)
+}
 
 /// Image pyramid of power-of-two grids with an aspect ratio of 2:1, each half as wide as the one before.
 pub(super) struct Pyramid {
@@ -66,7 +77,7 @@ struct Lobe {
 
 /// Means of the image under lobes of roughness 1/8, 2/8, … 1.
 pub(super) fn prefiltered_images(pyramid: &Pyramid) -> Vec<EquirectImage> {
-    let lobes: Vec<Lobe> = (1..=STEPS)
+    let lobes: Vec<Lobe> = (1..STEPS)
         .map(|step| {
             // Narrow lobes need more texels and fewer samples for the same quality.
             let (width, samples) = match step {
@@ -82,7 +93,9 @@ pub(super) fn prefiltered_images(pyramid: &Pyramid) -> Vec<EquirectImage> {
     let samples = lobes.iter().flat_map(|lobe| &lobe.samples);
     let finest = samples.map(|sample| sample.level as usize).min().unwrap_or_default();
     let levels: Vec<LobeLevel> = pyramid.levels[finest..].iter().map(LobeLevel::new).collect();
-    lobes.iter().map(|lobe| lobe_image((&levels, finest), lobe, Level::new())).collect()
+    let narrow = lobes.iter().map(|lobe| lobe_image((&levels, finest), lobe, Level::new()));
+    // Light at the horizon, where samples would be blurred, has much of the last one.
+    narrow.chain([mean_image(pyramid.at_most(256), roughest_weight)]).collect()
 }
 
 fn lobe_samples(pyramid: &Pyramid, alpha: f32, count: u32) -> Vec<LobeSample> {
@@ -191,7 +204,8 @@ mod tests {
                 let cos_half_squared = f64::midpoint(1.0, cosine);
                 let a2 = f64::from(alpha * alpha);
                 let slope = cos_half_squared * (a2 - 1.0) + 1.0;
-                let weight = a2 / (slope * slope) * cosine * band;
+                let weight =
+                    if alpha < 1.0 { a2 / (slope * slope) * cosine } else { roughest_weight(cosine) } * band;
                 sum += glam::Vec3::from_array(image.pixels[row * image.width + column]).as_dvec3() * weight;
                 total += weight;
             }

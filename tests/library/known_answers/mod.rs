@@ -15,6 +15,7 @@ mod ground;
 mod lamps_through_glass;
 mod light;
 mod light_passes;
+mod lit_occluders;
 mod material_extensions;
 mod normals;
 mod path;

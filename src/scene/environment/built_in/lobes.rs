@@ -1,6 +1,6 @@
 //! Means of a built-in light under GGX lobes, and its irradiance.
 //!
-//! As in [`super::super::prefilter`], the view is assumed along the normal, and each direction is weighted by its cosine. A
+//! As in [`super::super::prefilter`], the view is assumed along the normal, and each direction is weighted by its cosine; roughness 1 has another view. A
 //! sample of more solid angle takes the mean of the radiance over a wider square.
 
 use std::f32::consts::PI;
@@ -29,7 +29,7 @@ struct Sample {
 }
 
 impl Lobe {
-    /// GGX lobe of a roughness of `step` eighths.
+    /// GGX lobe of a roughness of `step` eighths, below 1.
     pub(super) fn ggx(step: usize) -> Self {
         // Narrow lobes need more cells, wide ones more samples.
         let (cells, count) = match step {
@@ -87,8 +87,12 @@ fn sample(index: u32, cosine: f32, solid_angle: f32) -> Sample {
     Sample { direction, weight: cosine, width }
 }
 
-/// Irradiance of all normals from a radiance that is asked for around a direction, over a square of a width.
-pub(super) fn irradiance_image(radiance: impl Fn(Vec3, f32) -> Vec3) -> OctahedralImage {
+/// Means for all normals of a radiance that is asked for around a direction, over a square of a width: by a weight of the cosine, times `total`.
+pub(super) fn mean_image(
+    radiance: impl Fn(Vec3, f32) -> Vec3,
+    weight: fn(f64) -> f64,
+    total: f32,
+) -> OctahedralImage {
     const CELLS: usize = 24;
     const COUNT: u32 = 1024;
     let width = (4.0 * PI / COUNT as f32).sqrt();
@@ -99,15 +103,16 @@ pub(super) fn irradiance_image(radiance: impl Fn(Vec3, f32) -> Vec3) -> Octahedr
         })
         .collect();
     OctahedralImage::new(CELLS, |normal| {
-        let (mut sum, mut total) = (Vec3::ZERO, 0.0);
+        let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
         for (direction, radiance) in &seen {
             let cosine = normal.dot(*direction);
             if cosine > 0.0 {
-                sum += *radiance * cosine;
-                total += cosine;
+                let weight = weight(f64::from(cosine)) as f32;
+                sum += *radiance * weight;
+                weights += weight;
             }
         }
         // Uniform light is exact.
-        sum * (PI / total)
+        sum * (total / weights)
     })
 }

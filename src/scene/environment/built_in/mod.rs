@@ -12,6 +12,8 @@ mod lobes;
 
 use std::sync::{Arc, OnceLock};
 
+use std::f32::consts::PI;
+
 use glam::Vec3;
 
 use super::distribution::EnvironmentDistribution;
@@ -19,13 +21,14 @@ use super::key_light::KeyLight;
 use super::light_grid::LightGrid;
 use super::lookup_lanes::LookupLanes;
 use super::octahedral::OctahedralImage;
+use super::prefilter::roughest_weight;
 use super::sectors::SectorTables;
 use crate::color::luminance;
 use crate::geometry::{F32Lanes, LANES, Vec3Lanes, vectorized};
 use area::{Area, Parallelogram, direction};
 use designs::Design;
 use gradient::Gradient;
-use lobes::{Lobe, STEPS, irradiance_image};
+use lobes::{Lobe, STEPS, mean_image};
 
 /// Rows of the distribution of samples.
 const DISTRIBUTION_ROWS: usize = 128;
@@ -207,9 +210,12 @@ impl Prepared {
         self.sectors.get_or_init(|| SectorTables::of(DISTRIBUTION_ROWS, luminance)).as_ref()
     }
 
+    fn mean_image(&self, weight: fn(f64) -> f64, total: f32) -> OctahedralImage {
+        mean_image(|towards, width| self.radiance_over_square(towards, width), weight, total)
+    }
+
     fn irradiance_image(&self) -> &OctahedralImage {
-        self.irradiance
-            .get_or_init(|| irradiance_image(|towards, width| self.radiance_over_square(towards, width)))
+        self.irradiance.get_or_init(|| self.mean_image(|cosine| cosine, PI))
     }
 
     /// See [`super::Environment::prefiltered`]; `lookup` looks up the direction in the image of a lobe.
@@ -252,6 +258,9 @@ impl Prepared {
     /// Means under the lobe of a roughness of `step` eighths, from 1 to 8.
     fn lobe_image(&self, step: usize) -> &OctahedralImage {
         self.lobes[step - 1].get_or_init(|| {
+            if step == STEPS {
+                return self.mean_image(roughest_weight, 1.0);
+            }
             let lobe = Lobe::ggx(step);
             OctahedralImage::new(lobe.cells, |direction| {
                 lobe.mean(direction, |towards, width| self.radiance_over_square(towards, width))

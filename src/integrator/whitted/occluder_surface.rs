@@ -1,0 +1,115 @@
+//! What the surface of an occluder reflects of an environment: a flat metal, or a diffuse one, of the material's base.
+
+use std::f32::consts::FRAC_1_PI;
+
+use glam::{Vec2, Vec3};
+
+use crate::bvh::Hit;
+use crate::color::luminance;
+use crate::integrator::IntegratorContext;
+use crate::integrator::local_frame::mirror_direction;
+use crate::integrator::prefiltered_lobe::RoughLobe;
+use crate::interaction::{BlurredMaterial, SurfacePoint};
+
+/// Metallic occluders are at least as rough: what lobes sharper than that light would be white dots.
+const MIN_ROUGHNESS: f32 = 0.5;
+
+/// The surface of an occluder as its light's receiver: a diffuse part, and a metallic one.
+pub(super) struct OccluderSurface {
+    position: Vec3,
+    pub(super) normal: Vec3,
+    /// Directional albedos of both parts.
+    diffuse: Vec3,
+    metallic: Vec3,
+    /// The lobe of the metallic part towards the lookup.
+    lobe: RoughLobe,
+}
+
+/// Light of one of the environment's own lights, as an occluder reflects it.
+pub(super) struct ReflectedKey {
+    /// Radiance without shadows by one of the lights, over its probability.
+    pub(super) radiance: Vec3,
+    /// Direction to the light.
+    pub(super) wi: Vec3,
+}
+
+impl OccluderSurface {
+    pub(super) fn new(context: &IntegratorContext<'_>, point: &SurfacePoint<'_>, hit: &Hit) -> Self {
+        let BlurredMaterial { color, metallic, roughness } = BlurredMaterial::at(context.view, hit);
+        let (color, metallic) = (color.clamp(Vec3::ZERO, Vec3::ONE), metallic.clamp(0.0, 1.0));
+        let normal = point.geometric_normal;
+        let mirrored = mirror_direction(point.wo, normal);
+        let roughness = roughness.clamp(MIN_ROUGHNESS, 1.0);
+        Self {
+            position: point.position,
+            normal,
+            diffuse: color * (1.0 - metallic),
+            metallic: color * metallic,
+            lobe: RoughLobe::new(mirrored, normal, point.wo.dot(normal), roughness),
+        }
+    }
+
+    pub(super) fn albedo(&self) -> Vec3 {
+        self.diffuse + self.metallic
+    }
+
+    /// The radiance that it reflects of the environment without shadows, and a direction from which that light comes: of the narrow lobe or of the rest, by the
+    /// share of the luminance, which `part` in [0, 1) decides.
+    pub(super) fn reflected_environment(
+        &self,
+        context: &IntegratorContext<'_>,
+        part: f32,
+        direction: (Vec2, f32),
+    ) -> (Vec3, Vec3) {
+        let environment = context.view.environment;
+        let RoughLobe { narrow, broad_share } = self.lobe;
+        let broad_albedo = self.metallic * broad_share;
+        let mut broad = self.diffuse * environment.irradiance(self.normal) * FRAC_1_PI;
+        if broad_albedo != Vec3::ZERO {
+            broad += broad_albedo * environment.prefiltered(self.normal, 1.0);
+        }
+        let narrow_albedo = self.metallic * (1.0 - broad_share);
+        let seen = if narrow_albedo == Vec3::ZERO {
+            Vec3::ZERO
+        } else {
+            narrow_albedo * environment.prefiltered(narrow.direction, narrow.roughness)
+        };
+        let radiance = broad + seen;
+        let is_narrow = part * luminance(radiance) < luminance(seen);
+        let sampled = context.environment_directions.as_ref().map_or(self.normal, |directions| {
+            if is_narrow {
+                directions.glossy(narrow.direction, narrow.roughness, direction)
+            } else {
+                directions.diffuse(self.normal, direction)
+            }
+        });
+        (radiance, sampled)
+    }
+
+    /// Radiance for irradiance 1 of a surface that faces the light.
+    fn scattered(&self, wi: Vec3) -> Vec3 {
+        let RoughLobe { narrow, broad_share } = self.lobe;
+        let broad = (self.diffuse + self.metallic * broad_share) * (wi.dot(self.normal) * FRAC_1_PI);
+        broad + self.metallic * ((1.0 - broad_share) * narrow.density(wi))
+    }
+}
+
+impl ReflectedKey {
+    /// One of the lights on a surface, chosen by luminance; `None` if none faces it. `u` is a random number in [0, 1).
+    pub(super) fn new(context: &IntegratorContext<'_>, surface: &OccluderSurface, u: f32) -> Option<Self> {
+        let lights = || {
+            let lights = context.environment_lights().iter();
+            lights
+                .filter_map(|light| light.incidence(surface.position))
+                .filter(|incidence| incidence.wi.dot(surface.normal) > 0.0)
+                .map(|incidence| (incidence.irradiance * surface.scattered(incidence.wi), incidence.wi))
+        };
+        let sum: f32 = lights().map(|(radiance, _)| luminance(radiance)).sum();
+        let mut left = u * sum;
+        let (radiance, wi) = lights().find(|(radiance, _)| {
+            left -= luminance(*radiance);
+            left < 0.0
+        })?;
+        Some(Self { radiance: radiance * (sum / luminance(radiance)), wi })
+    }
+}

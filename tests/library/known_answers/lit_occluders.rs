@@ -1,6 +1,7 @@
 //! Light that occluders reflect by what they are made of and by how much of it reaches them.
 
 use glam::Vec3;
+use rayframe::error::Result;
 use rayframe::render::{EnvSamples, Integrator};
 use rayframe::scene::{Environment, EnvironmentImage, EnvironmentMap, Material};
 
@@ -9,7 +10,7 @@ use super::path::{floor, middle};
 use crate::stage::{Stage, lambert, rectangle};
 
 /// Light of these radiances from above and from below the horizon.
-fn halves(above: f32, below: f32) -> Environment {
+fn halves(above: f32, below: f32) -> Result<Environment> {
     let (width, height) = (256, 128);
     let pixel = |index: u32| if index / width < height / 2 { [above; 3] } else { [below; 3] };
     let image = EnvironmentImage {
@@ -18,7 +19,7 @@ fn halves(above: f32, below: f32) -> Environment {
         pixels: (0..width * height).map(pixel).collect(),
         content_hash: [0; 32],
     };
-    Environment::Map(EnvironmentMap::new("halves.hdr".as_ref(), image, 0.0).unwrap())
+    Ok(Environment::Map(EnvironmentMap::new("halves.hdr".as_ref(), image, 0.0)?))
 }
 
 fn stage_in(environment: Environment) -> Stage {
@@ -32,7 +33,7 @@ fn stage_in(environment: Environment) -> Stage {
 fn hollows_that_face_the_dark_are_not_brighter_than_what_is_beside_them() {
     // White walls around the seen point would see the light from below, but the floor hides it.
     let seen = |has_walls: bool| {
-        let mut stage = stage_in(halves(0.1, 1.0));
+        let mut stage = stage_in(halves(0.1, 1.0).unwrap());
         stage.add(floor(500.0), lambert(Vec3::splat(0.5)));
         for (out, along) in
             [(Vec3::X, Vec3::NEG_Z), (Vec3::NEG_X, Vec3::Z), (Vec3::Z, Vec3::X), (Vec3::NEG_Z, Vec3::NEG_X)]
@@ -52,7 +53,7 @@ fn hollows_that_face_the_dark_are_not_brighter_than_what_is_beside_them() {
 fn metals_light_what_they_hide_by_what_they_mirror() {
     // A wall beside the floor mirrors the sky to it; paper would have half of that light.
     let light = |integrator: Integrator, color: f32, roughness: f32, metallic: f32| {
-        let mut stage = stage_in(halves(1.0, 0.0));
+        let mut stage = stage_in(halves(1.0, 0.0).unwrap());
         stage.settings.integrator = integrator;
         // A dark floor reflects nothing to the wall.
         stage.add(floor(500.0), lambert(Vec3::splat(0.02)));

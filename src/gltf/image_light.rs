@@ -20,7 +20,8 @@ use crate::scene::{CubeLevel, ImageLight, ImageLightIndex, image_bytes_for_cube}
 /// Largest cube edge, texels.
 const MAX_TEXELS: usize = 4096;
 
-/// Imports all image-based lights.
+/// Imports all image-based lights. Their faces stay with the scene. The equirectangular image that a render samples in place of one light is
+/// reserved, and counted with the environment of the frames.
 pub(super) fn import(
     context: &mut Context,
     data: &Data,
@@ -33,8 +34,15 @@ pub(super) fn import(
     let Some(lights) = extension.field("lights") else {
         return Err(context.invalid(format!("{}/lights", extension.pointer), "is missing"));
     };
-    let lights = lights.elements(context)?;
-    lights.iter().map(|light| import_light(context, data, resources, light)).collect()
+    let raw_lights = lights.elements(context)?;
+    let used_before = context.used_bytes();
+    let imported: Result<Vec<ImageLight>> =
+        raw_lights.iter().map(|light| import_light(context, data, resources, light)).collect();
+    let imported = imported?;
+    context.keep_since(used_before);
+    let sizes = imported.iter().filter_map(|light| Some(light.levels.first()?.size));
+    context.charge(sizes.map(image_bytes_for_cube).max().unwrap_or(0), &lights.pointer)?;
+    Ok(imported)
 }
 
 /// The image-based light of the scene `raw`; the file has `count` lights.
@@ -99,8 +107,6 @@ fn levels(
         return Err(context
             .invalid(pointer, "must have at least one level, and at most one for each halving of the size"));
     }
-    // The renderer samples an equirectangular image with the resolution of the cube. Reserve memory for it.
-    context.charge(image_bytes_for_cube(u32::try_from(size).unwrap_or(u32::MAX)), &pointer)?;
     let mut levels = Vec::new();
     for (i, row) in rows.iter().enumerate() {
         let size = u32::try_from(size.checked_shr(u32::try_from(i).unwrap_or(32)).unwrap_or(0)).unwrap_or(0);

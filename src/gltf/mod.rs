@@ -162,8 +162,8 @@ fn import_file(
     let meshes = mesh::import(&mut context, &data, &materials)?;
     let variants = variants::import(&context, &document)?;
     let lights = light::import(&mut context, &document)?;
-    let used_before = context.used_bytes();
     let image_lights = image_light::import(&mut context, &data, &mut resources)?;
+    let used_before = context.used_bytes();
     let cameras = camera::import(&mut context, &document)?;
     let skins = skin::import(&mut context, &data)?;
     let light_counts = LightCounts { punctual: lights.len(), image_based: image_lights.len() };

@@ -6,6 +6,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use serde_json::{Value, json};
 
 use super::{Document, error_text, import_bytes};
+use crate::gltf::{ImportOptions, import};
 
 /// PNG with all texels equal, as a `data:` URI.
 fn png_image(size: u32, texel: [u8; 4]) -> Value {
@@ -53,11 +54,27 @@ fn cube_maps_are_decoded_from_rgbd() {
 }
 
 #[test]
-fn image_lights_take_memory_for_their_faces_and_for_an_image_with_mip_levels() {
-    // Six faces of 2x2 texels and of one, and 64x32 + 32x16 + … texels, a third more than the first, of 12 bytes each. The triangle has three
-    // vertices of 64 bytes.
-    let scene = import_bytes("a.gltf", lit().to_string().as_bytes()).unwrap();
-    assert_eq!(scene.memory.kept_bytes, 30 * 12 + 64 * 32 * 12 * 4 / 3 + 3 * 64 + 12);
+fn image_lights_keep_their_faces_and_reserve_one_image() {
+    // Six faces of 2x2 texels and of one, of 12 bytes each. The triangle has three vertices of 64 bytes.
+    let of_mesh = 3 * 64 + 12;
+    let one = import_bytes("a.gltf", lit().to_string().as_bytes()).unwrap().memory;
+    assert_eq!(one.kept_bytes, 30 * 12 + of_mesh);
+    let mut document = lit();
+    let lights = document["extensions"]["EXT_lights_image_based"]["lights"].as_array_mut().unwrap();
+    lights.push(lights[0].clone());
+    let text = document.to_string();
+    let two = import_bytes("a.gltf", text.as_bytes()).unwrap().memory;
+    assert_eq!(two.kept_bytes, 2 * 30 * 12 + of_mesh);
+    // An image of 64x32 + 32x16 + … texels, a third more than the first, for the light that is chosen: it is the last of what the import
+    // reserves. A further light takes less than an image.
+    let image = 64 * 32 * 12 * 4 / 3;
+    assert!(two.import_bytes - one.import_bytes < image, "{one:?} {two:?}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    std::fs::write(&path, text).unwrap();
+    let options = ImportOptions { max_memory_bytes: two.import_bytes - 1, ..ImportOptions::default() };
+    let error = error_text(import(&path, &options), 77);
+    assert!(error.contains("/extensions/EXT_lights_image_based/lights:"), "{error}");
 }
 
 #[test]

@@ -6,6 +6,7 @@
 //! Source: glTF 2.0 specification, section 3.6 (binary data storage).
 
 use std::borrow::Cow;
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use gltf::json::Accessor;
@@ -53,6 +54,34 @@ impl<'a> StridedElements<'a> {
     /// The bytes that start at element `i`.
     fn element(&self, i: usize) -> &'a [u8] {
         i.checked_mul(self.stride).and_then(|start| self.bytes.get(start..)).unwrap_or_default()
+    }
+}
+
+/// Indices of the elements that sparse values replace, in increasing order.
+struct SparseTargets<'a> {
+    indices: StridedElements<'a>,
+    component: ComponentType,
+    count: usize,
+}
+
+impl SparseTargets<'_> {
+    /// The element that the value `i` replaces.
+    fn target(&self, i: usize) -> u32 {
+        component::unsigned(self.indices.element(i), self.component)
+    }
+
+    /// The value that replaces the element `target`.
+    fn find(&self, target: u32) -> Option<usize> {
+        let (mut first, mut end) = (0, self.count);
+        while first < end {
+            let middle = usize::midpoint(first, end);
+            match self.target(middle).cmp(&target) {
+                Ordering::Less => first = middle.saturating_add(1),
+                Ordering::Equal => return Some(middle),
+                Ordering::Greater => end = middle,
+            }
+        }
+        None
     }
 }
 
@@ -281,38 +310,72 @@ impl<'a> Data<'a> {
         if let Some(values) = sparse_values(accessor).filter(|_| decoded.is_none()) {
             let values =
                 self.strided_elements(context, &values, &layout, &format!("{pointer}/sparse/values"))?;
-            let targets = self.sparse_targets(context, accessor, &pointer)?;
-            for (i, target) in targets.into_iter().enumerate() {
-                let slot = match chosen {
-                    Some(chosen) => chosen.binary_search(&target).ok(),
-                    None => Some(target as usize),
-                };
-                if let Some(element) = slot.and_then(|slot| elements.get_mut(slot)) {
-                    *element = read(values.element(i));
+            let targets = self.sparse_targets(context, index, &pointer)?;
+            match chosen {
+                None => {
+                    for i in 0..targets.count {
+                        if let Some(element) = elements.get_mut(targets.target(i) as usize) {
+                            *element = read(values.element(i));
+                        }
+                    }
+                }
+                Some(chosen) => {
+                    for (element, &index) in elements.iter_mut().zip(chosen) {
+                        if let Some(i) = targets.find(index) {
+                            *element = read(values.element(i));
+                        }
+                    }
                 }
             }
         }
         Ok(elements)
     }
 
-    /// Indices of the elements that sparse values replace: strictly increasing and in range.
-    fn sparse_targets(&self, context: &Context, accessor: &Accessor, pointer: &str) -> Result<Vec<u32>> {
+    /// The elements that sparse values of the accessor `index` replace: strictly increasing and in range, which is checked once.
+    fn sparse_targets(
+        &self,
+        context: &mut Context,
+        index: usize,
+        pointer: &str,
+    ) -> Result<SparseTargets<'a>> {
+        let accessor = self.accessor(context, index, pointer)?;
         let pointer = format!("{pointer}/sparse");
         let (range, component) = sparse_indices(context, accessor, &pointer)?;
         let layout = ElementLayout::new(Type::Scalar, component);
         let pointer = format!("{pointer}/indices");
-        let strided = self.strided_elements(context, &range, &layout, &pointer)?;
+        let indices = self.strided_elements(context, &range, &layout, &pointer)?;
         let count = usize::try_from(range.count).unwrap_or(usize::MAX);
-        let targets: Vec<u32> =
-            (0..count).map(|i| component::unsigned(strided.element(i), component)).collect();
-        if !targets.is_sorted_by(|a, b| a < b) {
+        let targets = SparseTargets { indices, component, count };
+        if !context.checked_sparse_accessors.insert(index) {
+            return Ok(targets);
+        }
+        if !(0..count).map(|i| targets.target(i)).is_sorted_by(|a, b| a < b) {
             return Err(context.invalid(pointer, "are not strictly increasing"));
         }
-        match targets.last() {
-            Some(&last) if u64::from(last) >= accessor.count.0 => {
+        match count.checked_sub(1).map(|last| targets.target(last)) {
+            Some(last) if u64::from(last) >= accessor.count.0 => {
                 Err(context.invalid(pointer, format!("replace element {last} of {}", accessor.count.0)))
             }
             _ => Ok(targets),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sparse_values_are_found_by_the_elements_that_they_replace() {
+        let targets = [0_u16, 3, 4, 9, 500, 65_535];
+        let bytes: Vec<u8> = targets.iter().flat_map(|target| target.to_le_bytes()).collect();
+        for count in 0..=targets.len() {
+            let indices = StridedElements { bytes: &bytes, stride: 2 };
+            let found = SparseTargets { indices, component: ComponentType::U16, count };
+            for target in 0..=65_536 {
+                let naive = targets[..count].iter().position(|&other| u32::from(other) == target);
+                assert_eq!(found.find(target), naive, "{target} of {count}");
+            }
         }
     }
 }

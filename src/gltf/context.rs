@@ -23,6 +23,8 @@ pub(super) struct Context<'a> {
     pub(super) animates_properties: bool,
     /// The first element that is not finite of each accessor of floats that was read as a whole; `None` for one without.
     pub(super) first_wrong_elements: BTreeMap<usize, Option<usize>>,
+    /// Accessors whose sparse indices are known to be increasing and in range.
+    pub(super) checked_sparse_accessors: BTreeSet<usize>,
 }
 
 impl<'a> Context<'a> {
@@ -38,6 +40,7 @@ impl<'a> Context<'a> {
             warned_of_variants: BTreeSet::new(),
             animates_properties: false,
             first_wrong_elements: BTreeMap::new(),
+            checked_sparse_accessors: BTreeSet::new(),
         }
     }
 

@@ -91,19 +91,21 @@ struct MeteredPixel {
 }
 
 /// The pixels that decide the exposure. Where the centres of some show surfaces, those whose centres show none are left out: of what covers them, a silhouette or
-/// a thin part, no base colour is known.
+/// a thin part, no base colour is known. Centres of pixels that are not metered, on lamps or where nothing covers, leave out none.
 fn metered_pixels(films: &[Film]) -> Vec<MeteredPixel> {
-    let mut centers = films.iter().filter_map(|film| film.aovs.centers.as_ref()).flatten();
-    let has_surfaces = centers.any(|center| center.instance.is_some());
-    films.iter().flat_map(|film| metered_pixels_of(film, has_surfaces)).collect()
+    let (of_surfaces, others): (Vec<_>, Vec<_>) =
+        films.iter().flat_map(metered_pixels_of).partition(|(_, shows_surface)| *shows_surface);
+    let deciding = if of_surfaces.is_empty() { others } else { of_surfaces };
+    deciding.into_iter().map(|(pixel, _)| pixel).collect()
 }
 
-fn metered_pixels_of(film: &Film, has_surfaces: bool) -> impl Iterator<Item = MeteredPixel> {
-    film.pixels.iter().enumerate().filter_map(move |(index, &[r, g, b, alpha])| {
+/// The metered pixels of a film, each with whether its centre shows a surface.
+fn metered_pixels_of(film: &Film) -> impl Iterator<Item = (MeteredPixel, bool)> {
+    film.pixels.iter().enumerate().filter_map(|(index, &[r, g, b, alpha])| {
         let value = f64::from(luminance(Vec3::new(r, g, b))) / f64::from(alpha);
         let center = film.aovs.centers.as_ref().map(|centers| centers[index]);
-        let target = match center.filter(|center| center.instance.is_some()) {
-            None if has_surfaces => return None,
+        let surface = center.filter(|center| center.instance.is_some());
+        let target = match surface {
             None => MIDDLE_GREY,
             Some(center) => f64::from(luminance(center.albedo)) + REFLECTANCE,
         };
@@ -111,7 +113,8 @@ fn metered_pixels_of(film: &Film, has_surfaces: bool) -> impl Iterator<Item = Me
         let emitted = passes.map_or(0.0, |emission| f64::from(luminance(Vec3::from_array(emission))));
         let is_reflector = emitted <= value * f64::from(alpha) * 0.5;
         let is_metered = alpha > 0.0 && value.is_finite() && target.is_finite() && is_reflector;
-        is_metered.then_some(MeteredPixel { cover: f64::from(alpha), luminance: value, target })
+        let pixel = MeteredPixel { cover: f64::from(alpha), luminance: value, target };
+        is_metered.then_some((pixel, surface.is_some()))
     })
 }
 
@@ -237,6 +240,21 @@ mod tests {
         // One frame of a sequence may show some.
         let shown = film_of_surfaces(&[[white, white, white, 1.0]], &[0.9]);
         assert_eq!(auto_exposure_ev(&[film, shown]), 0.0);
+    }
+
+    #[test]
+    fn centres_that_are_not_metered_leave_silhouettes_to_decide() {
+        // A silhouette of twice grey, beside a pixel whose centre shows a surface that no sample found: one stop too bright
+        let pixels = [[0.36, 0.36, 0.36, 1.0], [0.0; 4]];
+        let mut film = film_of_surfaces(&pixels, &[0.9; 2]);
+        film.aovs.centers.as_mut().unwrap()[0] = PixelCenterSample::default();
+        assert_eq!(auto_exposure_ev(&[film.clone()]), -1.0);
+        // Or beside a lamp.
+        film.pixels[1] = [9.0, 9.0, 9.0, 1.0];
+        let pass =
+            |emitted: f32, direct: f32| [[emitted; 3], [direct; 3], [0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]];
+        film.aovs.light = Some(vec![pass(0.0, 0.36), pass(9.0, 0.0)]);
+        assert_eq!(auto_exposure_ev(&[film]), -1.0);
     }
 
     #[test]

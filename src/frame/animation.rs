@@ -241,6 +241,8 @@ fn rotation_at(keyframes: &Keyframes, time_seconds: f64) -> Quat {
 }
 
 fn normalized(q: Quat) -> Quat {
+    // The squares of long ones overflow.
+    let q = if q.length().is_infinite() { q * 1e-20 } else { q };
     let length = q.length();
     if length > 0.0 { q * (1.0 / length) } else { Quat::IDENTITY }
 }
@@ -383,6 +385,7 @@ mod tests {
         let values = [zero, q, zero, zero, q.map(|c| -c), zero].concat();
         let rotation = rotation_at(&keyframes(4, values, Interpolation::CubicSpline), 1.5);
         assert!(rotation.abs_diff_eq(Quat::from_array(q), 1e-6), "{rotation}");
+        assert!(normalized(Quat::from_array(q.map(|c| c * 3e38))).abs_diff_eq(Quat::from_array(q), 1e-6));
     }
 
     #[test]

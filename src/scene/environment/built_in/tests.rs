@@ -159,7 +159,11 @@ fn prefiltered_agrees_with_quadrature() {
                     towards,
                     |cosine| {
                         let slope = f64::midpoint(1.0, cosine) * (a2 - 1.0) + 1.0;
-                        if cosine > 0.0 { a2 / (slope * slope) * cosine } else { 0.0 }
+                        match cosine {
+                            _ if cosine <= 0.0 => 0.0,
+                            _ if roughness == 1.0 => roughest_weight(cosine),
+                            _ => a2 / (slope * slope) * cosine,
+                        }
                     },
                 );
                 let (found, expected) = (light.prefiltered(towards, roughness), (sum / total).as_vec3());

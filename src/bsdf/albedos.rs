@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::fresnel::FresnelCurve;
 use super::isotropic_albedo::{self, AlbedoTerms};
+use super::multiple_scattering::single_scattering;
 use super::{Bsdf, anisotropic_albedo, share_below};
 
 /// Directional albedos of all lobes: their shares of uniform light, for one view.
@@ -125,7 +126,7 @@ impl Bsdf {
             Vec3::ONE
         };
         let metal = if self.metallic > 0.0 {
-            let bare = self.metal_albedo(terms.total, terms.schlick);
+            let bare = single_scattering(self.base_color, terms.total, terms.schlick);
             film.map_or(bare, |film| film.over(bare, film.metal * terms.total)) * scale.metal
         } else {
             Vec3::ZERO
@@ -142,11 +143,6 @@ impl Bsdf {
             None if exact => self.albedo_slice.terms(wo.z, self.lobe.roughness),
             None => isotropic_albedo::schlick_terms(wo.z, self.lobe.roughness),
         }
-    }
-
-    #[inline(always)]
-    fn metal_albedo(&self, total: f32, grazing: f32) -> Vec3 {
-        self.base_color * total + (Vec3::ONE - self.base_color) * grazing
     }
 
     /// Share of the diffuse reflection in what is not metal.

@@ -57,6 +57,7 @@ pub use coat::Coat;
 pub use coat_lobe::OrientedCoat;
 pub(crate) use fresnel::{LARGEST_SCALED_IOR, exact as dielectric_reflectance};
 pub(crate) use isotropic_albedo::AlbedoTerms;
+pub(crate) use multiple_scattering::metallic_albedo;
 pub use scattering::Scattering;
 pub(crate) use scattering_lanes::{ScatteredLanes, ScatteringLanes};
 pub(crate) use scattering_sampling::FacetSample;

@@ -8,6 +8,8 @@
 
 use glam::Vec3;
 
+use super::isotropic_albedo::{AlbedoTerms, schlick_terms};
+
 /// Factors of a specular lobe; at least 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Compensation {
@@ -23,4 +25,17 @@ impl Compensation {
         let factor = |f0: Vec3| f0.map(|f0| 1.0 + lost * if f0 < 1.0 { f0 } else { 1.0 });
         Self { dielectric: factor(dielectric), metal: factor(metal) }
     }
+}
+
+/// Directional albedo of a metal of this colour and roughness, seen at `cos_o` from the normal.
+pub(crate) fn metallic_albedo(color: Vec3, cos_o: f32, roughness: f32) -> Vec3 {
+    let AlbedoTerms { total, schlick, .. } = schlick_terms(cos_o, roughness);
+    let Compensation { metal, .. } = Compensation::new((Vec3::ZERO, color), total);
+    metal * single_scattering(color, total, schlick)
+}
+
+/// Albedo of a metal without what its facets reflect more than once, by [`AlbedoTerms`].
+#[inline(always)]
+pub(super) fn single_scattering(color: Vec3, total: f32, schlick: f32) -> Vec3 {
+    color * total + (Vec3::ONE - color) * schlick
 }

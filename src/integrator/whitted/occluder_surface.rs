@@ -4,6 +4,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::{Vec2, Vec3};
 
+use crate::bsdf::metallic_albedo;
 use crate::bvh::Hit;
 use crate::color::luminance;
 use crate::integrator::IntegratorContext;
@@ -39,13 +40,13 @@ impl OccluderSurface {
         let (color, metallic) = (color.clamp(Vec3::ZERO, Vec3::ONE), metallic.clamp(0.0, 1.0));
         let normal = point.geometric_normal;
         let mirrored = mirror_direction(point.wo, normal);
-        let roughness = roughness.clamp(MIN_ROUGHNESS, 1.0);
+        let (cos_o, roughness) = (point.wo.dot(normal), roughness.clamp(0.0, 1.0));
         Self {
             position: point.position,
             normal,
             diffuse: color * (1.0 - metallic),
-            metallic: color * metallic,
-            lobe: RoughLobe::new(mirrored, normal, point.wo.dot(normal), roughness),
+            metallic: metallic_albedo(color, cos_o, roughness) * metallic,
+            lobe: RoughLobe::new(mirrored, normal, cos_o, roughness.max(MIN_ROUGHNESS)),
         }
     }
 

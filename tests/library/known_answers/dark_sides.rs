@@ -1,36 +1,37 @@
 //! Shadows of the environment on surfaces that face its dark side.
 
 use glam::Vec3;
-use rayframe::render::EnvSamples;
+use rayframe::render::{EnvSamples, Integrator};
 use rayframe::scene::{Environment, EnvironmentImage, EnvironmentMap};
 
 use super::environment_shadows::{stage, window};
-use super::path::{floor, middle, square_form_factor};
+use super::path::{floor, middle};
 use crate::stage::{assert_close, lambert, rectangle};
 
 #[test]
 fn surfaces_that_face_away_from_all_light_get_what_lit_sides_reflect() {
-    // The light comes from below, where the floor hides it from the card above.
-    let mean = 10.0 * (1.0 - libm::cosf(15.0_f32.to_radians()));
-    for half_width in [0.5, 2.0] {
-        let seen = |card: Option<[Vec3; 2]>| {
-            let mut stage = stage(4096);
-            stage.environment = window(true).unwrap();
-            stage.settings.env_samples = EnvSamples::Fixed(1);
-            stage.settings.show_background = false;
-            stage.add(floor(5.0), lambert(Vec3::splat(0.5)));
-            if let Some([u, v]) = card {
-                stage.add(rectangle(Vec3::Y, u * half_width, v * half_width), lambert(Vec3::ONE));
-            }
-            middle(&stage)
-        };
-        assert_close(seen(None), Vec3::ZERO, 1e-6);
-        // Towards the floor, the card faces the light.
-        let hidden = square_form_factor(half_width, 1.0);
-        assert_close(seen(Some([Vec3::X, Vec3::Z])), Vec3::splat(0.5 * mean / 3.0 * hidden), 0.003);
-        // Its back reflects nothing.
-        assert_close(seen(Some([Vec3::Z, Vec3::X])), Vec3::ZERO, 1e-6);
-    }
+    // The light comes from below. It passes a small floor on its way to the wide card above.
+    let seen = |floor_half_width: f32, card: Option<[Vec3; 2]>, integrator: Integrator| {
+        let mut stage = stage(4096);
+        stage.environment = window(true).unwrap();
+        stage.settings.integrator = integrator;
+        stage.settings.env_samples = EnvSamples::Fixed(1);
+        stage.settings.show_background = false;
+        stage.add(floor(floor_half_width), lambert(Vec3::splat(0.5)));
+        if let Some([u, v]) = card {
+            stage.add(rectangle(Vec3::Y, u * 2.0, v * 2.0), lambert(Vec3::ONE));
+        }
+        middle(&stage)
+    };
+    let whitted = |half_width, card| seen(half_width, card, Integrator::Whitted);
+    let (towards, away) = ([Vec3::X, Vec3::Z], [Vec3::Z, Vec3::X]);
+    assert_close(whitted(0.3, None), Vec3::ZERO, 1e-6);
+    // Towards the floor, the card faces the light.
+    let (lit, path) = (whitted(0.3, Some(towards)).x, seen(0.3, Some(towards), Integrator::Path).x);
+    assert!(path > 0.02 && (lit / path - 1.0).abs() < 0.1, "{lit} of {path}");
+    // A wide floor hides the light from it, and its back reflects nothing.
+    assert_close(whitted(5.0, Some(towards)), Vec3::ZERO, 1e-6);
+    assert_close(whitted(0.3, Some(away)), Vec3::ZERO, 1e-6);
 }
 
 #[test]

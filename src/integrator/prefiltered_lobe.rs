@@ -55,7 +55,7 @@ impl RoughLobe {
         Self { narrow, broad_share: Self::broad_share(roughness) }
     }
 
-    /// The lobe that a surface of this material reflects. That of smooth dielectrics beside nothing diffuse, such as glass, is too faint for another lookup.
+    /// The lobe that a surface of this material reflects. That of dielectrics without a diffuse part, such as glass, is too faint for another lookup.
     #[inline(always)]
     pub(super) fn of(material: &MaterialSample, (mirrored, normal): (Vec3, Vec3), cos_o: f32) -> Self {
         let roughness = material.roughness.clamp(0.0, 1.0);

@@ -13,8 +13,10 @@ use crate::scene::LookupLanes;
 /// Irradiance and prefiltered radiance at the points of a block.
 #[derive(Debug, Default)]
 pub(super) struct BlockLookups {
-    /// Lanes with an irradiance.
+    /// Lanes with a lookup along the shading normal.
     diffuse: ActiveLanes,
+    /// Those of them that need the irradiance: all but metals.
+    irradiated: ActiveLanes,
     irradiance: Vec3Lanes,
     /// Lanes with a lobe.
     specular: ActiveLanes,
@@ -36,7 +38,7 @@ impl BlockLookups {
         materials: &[MaterialSample],
     ) {
         let environment = context.view.environment;
-        (self.diffuse, self.specular, self.metallic) = Default::default();
+        (self.diffuse, self.irradiated, self.specular, self.metallic) = Default::default();
         if environment.is_uniform() {
             return;
         }
@@ -56,8 +58,12 @@ impl BlockLookups {
             !material.unlit
                 && (reflects_diffusely(material) || (looks_up(material) && has_broad_part(material)))
         });
-        if !self.diffuse.is_empty() {
-            let lookups = LookupLanes { level, directions: normals, lanes: self.diffuse };
+        self.irradiated = self.diffuse.filtered(|lane| {
+            let material = &materials[lane];
+            material.metallic <= 0.0 || reflects_diffusely(material)
+        });
+        if !self.irradiated.is_empty() {
+            let lookups = LookupLanes { level, directions: normals, lanes: self.irradiated };
             environment.irradiances(&lookups, &mut self.irradiance);
         }
 
@@ -85,7 +91,7 @@ impl BlockLookups {
         }
     }
 
-    /// The lanes with an irradiance along the shading normal.
+    /// The lanes with a lookup along the shading normal.
     pub(super) fn diffuse(&self) -> ActiveLanes {
         self.diffuse
     }
@@ -97,7 +103,7 @@ impl BlockLookups {
 
     /// The irradiance along the shading normal of a surface, where it was looked up.
     pub(super) fn irradiance(&self, lane: usize) -> Option<Vec3> {
-        self.diffuse.contains(lane).then(|| self.irradiance.get(lane))
+        self.irradiated.contains(lane).then(|| self.irradiance.get(lane))
     }
 
     /// The prefiltered radiance of roughness 1 along the shading normal of a metallic surface, where it was looked up.

@@ -46,18 +46,22 @@ impl Tracer<'_, '_> {
         ] {
             if diffuse + broad != Vec3::ZERO && (is_outside || !self.is_covered(shading)) {
                 let (diffuse, broad) = (reached * diffuse, reached * broad);
-                let looked_up = self.whitted.block_lookups.irradiance(shading.index).filter(|_| is_outside);
-                let irradiance = looked_up.unwrap_or_else(|| environment.irradiance(normal));
-                let mean = irradiance * FRAC_1_PI;
-                // Irradiance stands for the broad part of the faint lobes of dielectrics.
-                let seen = if shading.material.metallic > 0.0 && broad != Vec3::ZERO {
-                    let looked_up = self.whitted.block_lookups.broad(shading.index);
-                    looked_up.unwrap_or_else(|| environment.prefiltered(normal, 1.0))
+                let block = &self.whitted.block_lookups;
+                let mean = || {
+                    let looked_up = block.irradiance(shading.index).filter(|_| is_outside);
+                    looked_up.unwrap_or_else(|| environment.irradiance(normal)) * FRAC_1_PI
+                };
+                let radiance = if shading.material.metallic > 0.0 && broad != Vec3::ZERO {
+                    let looked_up = block.broad(shading.index);
+                    let of_lobe = broad * looked_up.unwrap_or_else(|| environment.prefiltered(normal, 1.0));
+                    if diffuse == Vec3::ZERO { of_lobe } else { diffuse * mean() + of_lobe }
                 } else {
-                    mean
+                    // Irradiance stands for the broad part of the faint lobes of dielectrics.
+                    let mean = mean();
+                    diffuse * mean + broad * mean
                 };
                 lookups.push(EnvironmentLookup {
-                    radiance: diffuse * mean + broad * seen,
+                    radiance,
                     albedo: diffuse + broad,
                     lobe: LookupLobe::Diffuse { normal },
                     is_outside,

@@ -19,10 +19,14 @@ const MIN_ROUGHNESS: f32 = 0.5;
 pub(super) struct OccluderSurface {
     position: Vec3,
     pub(super) normal: Vec3,
-    /// Directional albedos of both parts.
+    /// Albedo of the diffuse part.
     diffuse: Vec3,
-    metallic: Vec3,
-    /// The lobe of the metallic part towards the lookup.
+    metallic: Option<MetallicPart>,
+}
+
+/// The lobe of a metal towards the lookup, with its directional albedo.
+struct MetallicPart {
+    albedo: Vec3,
     lobe: RoughLobe,
 }
 
@@ -39,19 +43,24 @@ impl OccluderSurface {
         let BlurredMaterial { color, metallic, roughness } = BlurredMaterial::at(context.view, hit);
         let (color, metallic) = (color.clamp(Vec3::ZERO, Vec3::ONE), metallic.clamp(0.0, 1.0));
         let normal = point.geometric_normal;
-        let mirrored = mirror_direction(point.wo, normal);
-        let (cos_o, roughness) = (point.wo.dot(normal), roughness.clamp(0.0, 1.0));
+        let metal = || {
+            let mirrored = mirror_direction(point.wo, normal);
+            let (cos_o, roughness) = (point.wo.dot(normal), roughness.clamp(0.0, 1.0));
+            MetallicPart {
+                albedo: metallic_albedo(color, cos_o, roughness) * metallic,
+                lobe: RoughLobe::new(mirrored, normal, cos_o, roughness.max(MIN_ROUGHNESS)),
+            }
+        };
         Self {
             position: point.position,
             normal,
             diffuse: color * (1.0 - metallic),
-            metallic: metallic_albedo(color, cos_o, roughness) * metallic,
-            lobe: RoughLobe::new(mirrored, normal, cos_o, roughness.max(MIN_ROUGHNESS)),
+            metallic: (metallic > 0.0).then(metal),
         }
     }
 
     pub(super) fn albedo(&self) -> Vec3 {
-        self.diffuse + self.metallic
+        self.diffuse + self.metallic.as_ref().map_or(Vec3::ZERO, |part| part.albedo)
     }
 
     /// The radiance that it reflects of the environment without shadows, and a direction from which that light comes: of the narrow lobe or of the rest, by the
@@ -63,35 +72,39 @@ impl OccluderSurface {
         direction: (Vec2, f32),
     ) -> (Vec3, Vec3) {
         let environment = context.view.environment;
-        let RoughLobe { narrow, broad_share } = self.lobe;
-        let broad_albedo = self.metallic * broad_share;
-        let mut broad = self.diffuse * environment.irradiance(self.normal) * FRAC_1_PI;
-        if broad_albedo != Vec3::ZERO {
-            broad += broad_albedo * environment.prefiltered(self.normal, 1.0);
-        }
-        let narrow_albedo = self.metallic * (1.0 - broad_share);
-        let seen = if narrow_albedo == Vec3::ZERO {
+        let mut radiance = if self.diffuse == Vec3::ZERO {
             Vec3::ZERO
         } else {
-            narrow_albedo * environment.prefiltered(narrow.direction, narrow.roughness)
+            self.diffuse * environment.irradiance(self.normal) * FRAC_1_PI
         };
-        let radiance = broad + seen;
-        let is_narrow = part * luminance(radiance) < luminance(seen);
-        let sampled = context.environment_directions.as_ref().map_or(self.normal, |directions| {
-            if is_narrow {
-                directions.glossy(narrow.direction, narrow.roughness, direction)
-            } else {
-                directions.diffuse(self.normal, direction)
+        let mut narrow_part = None;
+        if let Some(MetallicPart { albedo, lobe: RoughLobe { narrow, broad_share } }) = &self.metallic {
+            radiance += *albedo * *broad_share * environment.prefiltered(self.normal, 1.0);
+            if *broad_share < 1.0 {
+                let seen = environment.prefiltered(narrow.direction, narrow.roughness);
+                let seen = *albedo * (1.0 - broad_share) * seen;
+                radiance += seen;
+                narrow_part = Some((narrow, seen));
             }
-        });
+        }
+        // The direction is one of the narrow lobe where that is the chosen part.
+        let chosen = narrow_part.filter(|(_, seen)| part * luminance(radiance) < luminance(*seen));
+        let sampled =
+            context.environment_directions.as_ref().map_or(self.normal, |directions| match chosen {
+                Some((lobe, _)) => directions.glossy(lobe.direction, lobe.roughness, direction),
+                None => directions.diffuse(self.normal, direction),
+            });
         (radiance, sampled)
     }
 
     /// Radiance for irradiance 1 of a surface that faces the light.
     fn scattered(&self, wi: Vec3) -> Vec3 {
-        let RoughLobe { narrow, broad_share } = self.lobe;
-        let broad = (self.diffuse + self.metallic * broad_share) * (wi.dot(self.normal) * FRAC_1_PI);
-        broad + self.metallic * ((1.0 - broad_share) * narrow.density(wi))
+        let cosine = wi.dot(self.normal) * FRAC_1_PI;
+        let Some(MetallicPart { albedo, lobe: RoughLobe { narrow, broad_share } }) = &self.metallic else {
+            return self.diffuse * cosine;
+        };
+        let broad = (self.diffuse + albedo * broad_share) * cosine;
+        broad + albedo * ((1.0 - broad_share) * narrow.density(wi))
     }
 }
 

@@ -4,7 +4,7 @@
 //! the exponent 1.25. The largest channel p goes to y = p^1.25 / (p^1.25 + m), with m such that mid-grey 0.18 is a
 //! fixed point (slope in stops there 1.025: natural contrast, a gentle toe, a long shoulder, white only at infinity). The other
 //! channels keep their ratio to it, then the colour moves towards white by y⁶, so that bright saturated light desaturates as
-//! on film. The curve is a bijection from non-negative light to the unit cube without its far faces.
+//! on film. Different light gives different colours, and no channel of a colour is below y⁷: a bright primary is never pure.
 
 use glam::Vec3;
 
@@ -54,5 +54,11 @@ mod tests {
         assert!((apply(Vec3::ONE).x - 0.651_84).abs() < 1e-4);
         let light = Vec3::new(4.0, 0.5, 0.01);
         assert!((invert(apply(light)) - light).abs().max_element() < 1e-4);
+    }
+
+    #[test]
+    fn pure_light_shows_the_least_of_the_other_channels() {
+        // y(1) = 0.65184, and 0.65184^7 = 0.0500.
+        assert!((apply(Vec3::X) - Vec3::new(0.651_84, 0.05, 0.05)).abs().max_element() < 1e-4);
     }
 }

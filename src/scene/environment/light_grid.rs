@@ -8,12 +8,12 @@ use super::LuminanceImage;
 use super::lookup_lanes::LookupLanes;
 use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
 
-/// Cells along an edge of the square of directions: 6° to 9° each.
+/// Cells along an edge of the square of directions: 4° to 9° each.
 const CELLS: usize = 32;
 /// Parts along an edge of a cell: those of the grid of luminances.
 const PARTS: usize = LuminanceImage::CELLS / CELLS;
 
-/// Intervals between normals along an edge of their square: 11° to 17° each.
+/// Intervals between normals along an edge of their square: 8° to 17° each.
 const NORMAL_STEPS: usize = 16;
 
 /// Directions by the luminance of an environment, and its irradiance on surfaces.

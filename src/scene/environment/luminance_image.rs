@@ -17,7 +17,7 @@ const ROUGHNESS: f32 = 0.125;
 pub(crate) struct LuminanceImage(OctahedralImage<f32>);
 
 impl LuminanceImage {
-    /// Cells along an edge of the grid: 1.4° to 2.4° each.
+    /// Cells along an edge of the grid: 0.9° to 2.2° each.
     pub(crate) const CELLS: usize = 128;
 
     /// The luminance of an environment by its prefiltered radiance: `prefiltered` is [`super::Environment::prefiltered_lanes`].

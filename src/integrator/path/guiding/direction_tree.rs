@@ -6,7 +6,7 @@ use super::photon::{Photon, PhotonPath};
 use crate::geometry::DirectionSample;
 use crate::scene::LuminanceImage;
 
-/// Levels of squares; those of the last have 1.4° to 2.4°.
+/// Levels of squares; those of the last have 0.9° to 2.2°.
 const LEVELS: u32 = 7;
 /// A square with fewer photons is not divided: more would be chance.
 const LEAST_PHOTONS: usize = 32;

@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-/// Directional light of an environment that casts shadows. Lookups of the environment do not contain it.
+/// Directional light of an environment that casts shadows. Lookups do not contain that of [`super::Environment::key_light`];
+/// [`super::Environment::peaks`] says which of them contain those of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeyLight {
     /// Unit vector towards the light.

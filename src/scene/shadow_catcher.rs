@@ -9,7 +9,7 @@ use super::{
 
 /// Makes all materials and all nodes' meshes named `name` shadow catchers. Returns their number.
 ///
-/// A node gets a copy of its mesh with materials of its own, so that other nodes with the same mesh remain unchanged.
+/// A node gets a copy of its mesh with other materials, so that nodes of other names with the same mesh remain unchanged.
 pub fn mark_shadow_catchers(scene: &mut Scene, name: &str) -> usize {
     let has_name = |own: &Option<String>| own.as_deref() == Some(name);
     let mut marked = 0;
@@ -17,10 +17,12 @@ pub fn mark_shadow_catchers(scene: &mut Scene, name: &str) -> usize {
         *material = catcher(material);
         marked += 1;
     }
+    let mut copies = BTreeMap::new();
     for index in 0..scene.nodes.len() {
         let node = &scene.nodes[index];
         if let Some(mesh) = node.mesh.filter(|_| has_name(&node.name)) {
-            scene.nodes[index].mesh = Some(catching_copy(scene, mesh));
+            let copy = *copies.entry(mesh.index()).or_insert_with(|| catching_copy(scene, mesh));
+            scene.nodes[index].mesh = Some(copy);
             marked += 1;
         }
     }
@@ -236,6 +238,18 @@ mod tests {
         }
         // One copy of each.
         assert_eq!(scene.materials.len(), 4);
+    }
+
+    #[test]
+    fn nodes_of_one_name_share_the_copy_of_their_mesh() {
+        let mut scene = scene();
+        let floor = scene.nodes[0].clone();
+        scene.nodes.extend([floor.clone(), floor]);
+        assert_eq!(mark_shadow_catchers(&mut scene, "floor"), 3);
+        let meshes: Vec<_> = scene.nodes.iter().map(|node| node.mesh.unwrap().index()).collect();
+        assert_eq!((meshes, scene.meshes.len()), (vec![1, 0, 1, 1], 2));
+        // Two materials and their copies, and the animated weights of the mesh and of its copy
+        assert_eq!((scene.materials.len(), scene.animations[0].channels.len()), (4, 2));
     }
 
     #[test]

@@ -6,11 +6,12 @@ use rayon::prelude::*;
 
 use super::lookup_lanes::LookupLanes;
 use super::octahedral::{OctahedralImage, direction_from_uv, node_directions, uv_from_direction};
+use super::prefilter::STEPS;
 use crate::color::luminance;
 use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec3Lanes};
 
 /// Roughness of the lobe that the radiance is averaged over: the first step, whose width is about that of a cell, so that no lamp falls between.
-const ROUGHNESS: f32 = 0.125;
+const ROUGHNESS: f32 = 1.0 / STEPS as f32;
 
 /// Luminance by direction.
 #[derive(Debug)]

@@ -16,7 +16,7 @@ use super::irradiance::mean_image;
 use super::lobe_level::{LobeLevel, LobeSums, RUN};
 use crate::geometry::{ActiveLanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
 
-/// Steps of roughness from 0 (the full image, which is not stored here) to 1.
+/// Steps of roughness from 0 (the radiance itself, which is not stored here) to 1, for images and built-in lights.
 pub(super) const STEPS: usize = 8;
 
 /// Cosine of the view for which lobes of roughness 1 are averaged. Those have no direction but the normal, so that a common view can stand for all:

@@ -8,10 +8,8 @@ use std::f32::consts::PI;
 use glam::Vec3;
 
 use super::super::octahedral::OctahedralImage;
+use super::super::prefilter::STEPS;
 use crate::geometry::{GOLDEN_ANGLE, spiral_direction};
-
-/// Steps of roughness from 0 (the radiance itself) to 1.
-pub(super) const STEPS: usize = 8;
 
 /// Directions around +Z with the squares that they stand for.
 pub(super) struct Lobe {

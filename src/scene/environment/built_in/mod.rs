@@ -21,14 +21,14 @@ use super::key_light::KeyLight;
 use super::light_grid::LightGrid;
 use super::lookup_lanes::LookupLanes;
 use super::octahedral::OctahedralImage;
-use super::prefilter::roughest_weight;
+use super::prefilter::{STEPS, roughest_weight};
 use super::sectors::SectorTables;
 use crate::color::luminance;
 use crate::geometry::{F32Lanes, LANES, Vec3Lanes, vectorized};
 use area::{Area, Parallelogram, direction};
 use designs::Design;
 use gradient::Gradient;
-use lobes::{Lobe, STEPS, mean_image};
+use lobes::{Lobe, mean_image};
 
 /// Rows of the distribution of samples.
 const DISTRIBUTION_ROWS: usize = 128;

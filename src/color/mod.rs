@@ -50,7 +50,8 @@ pub(crate) fn srgb8_table() -> &'static [f32; 256] {
     TABLE.get_or_init(|| std::array::from_fn(|code| decode(code as f64 / 255.0) as f32))
 }
 
-/// Equal cells of the unit interval in [`Srgb8Codes`]. No cell contains more than one edge: edges are at least 1 / (255 · 12.92) apart.
+/// Equal cells of the unit interval in [`Srgb8Codes`]. No cell contains more than one edge beyond its start: from the edge of code 1 on they are at
+/// least 1 / (255 · 12.92) apart.
 const SRGB8_CELLS: usize = 4096;
 
 /// [`linear_to_srgb8`] by table.

@@ -3,7 +3,8 @@
 //! Source: Williams, "Pyramidal Parametrics" (SIGGRAPH 1983). A texel is the mean of its area (a box filter) in linear
 //! light. Odd sizes are halved and rounded down. A texel then covers parts of up to three texels a side, weighted by area.
 //! Means pass from level to level as floats and are rounded once, to the bit depth of the image. A level takes four bytes
-//! a texel for eight-bit images and eight for sixteen-bit ones. All levels of one use take a third of the image's memory.
+//! a texel for eight-bit images and eight for sixteen-bit ones. All levels of one use take about a third of the
+//! image's memory, and all but as much as the image for one that is a texel wide or high.
 //!
 //! The mean depends on the encoding, so each pair of image and encoding has its own levels. This module does not select the
 //! level of a lookup.

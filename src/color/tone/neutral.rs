@@ -1,7 +1,7 @@
 //! Khronos PBR Neutral, for accurate product colours.
 //!
-//! Source: Khronos, "PBR Neutral Tone Mapper" (2024). It subtracts the reflection of a common dielectric, 0.04. Colours up
-//! to about 0.8 are otherwise unchanged; brighter ones are compressed towards white.
+//! Source: Khronos, "PBR Neutral Tone Mapper" (2024). It subtracts the reflection of a common dielectric, 0.04. Light up to
+//! 0.8, that of base colours up to 0.76, is otherwise unchanged; brighter light is compressed towards white.
 
 use glam::Vec3;
 
@@ -41,9 +41,11 @@ mod tests {
     #[test]
     fn base_colours_are_unchanged() {
         // Lit by white light, a dielectric of base colour c reflects c + 0.04.
-        for base in [Vec3::new(0.6, 0.3, 0.1), Vec3::new(0.05, 0.7, 0.4)] {
+        for base in [Vec3::new(0.6, 0.3, 0.1), Vec3::new(0.05, 0.7, 0.4), Vec3::new(0.759, 0.1, 0.2)] {
             assert!((apply(base + REFLECTANCE) - base).abs().max_element() < 1e-6);
         }
+        // 1 − 0.24² / (0.8 + 0.24 − 0.76) = 0.79429.
+        assert!((apply(Vec3::splat(0.84)) - Vec3::splat(0.794_29)).abs().max_element() < 1e-5);
     }
 
     #[test]

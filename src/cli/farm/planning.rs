@@ -16,7 +16,7 @@ use super::frame_costs::{FrameCosts, Workload};
 use super::job_plan::{DEFAULT_THREADS, JobPlan, Pin, Resources, Task};
 use super::not_unicode::not_unicode;
 use super::options::FarmArgs;
-use super::settings::{check_shared_files, of_first_part, of_tasks, parts, shot_file};
+use super::settings::{check_shared, of_first_part, of_tasks, parts, shot_file};
 
 /// Frames of a task where no costs are known.
 const DEFAULT_CHUNK: usize = 10;
@@ -30,7 +30,7 @@ const SPARE_BYTES: u64 = 128 << 20;
 /// # Errors
 /// Those of `rayframe render --dry-run`, wrong options, and names that are not Unicode.
 pub(super) fn plan(shot: &ShotSettings, args: &FarmArgs, folder: &Path) -> Result<(JobPlan, ShotOutline)> {
-    check_shared_files(shot)?;
+    check_shared(shot)?;
     // The lower limit counts, and errors name its option.
     let own_limit = shot.values.max_memory.unwrap_or(u64::MAX);
     let limit_of_request = args.memory.map(limit_within).filter(|limit| *limit < own_limit);

@@ -33,11 +33,15 @@ const OF_TASKS: [&str; 17] = [
     "verbose",
 ];
 
-/// Refuses files that every task would write.
+/// Refuses files that every task would write, and `show`.
 ///
 /// # Errors
 /// [`Error::Setting`] with the first of them.
-pub(super) fn check_shared_files(shot: &ShotSettings) -> Result<()> {
+pub(super) fn check_shared(shot: &ShotSettings) -> Result<()> {
+    if shot.values.show {
+        let why = "has no meaning for farms, as tasks have no terminal; leave it out";
+        return Err(shot.settings.error("show", why));
+    }
     let refused = |name: &str, remedy: &str| {
         let why = "is one file of all frames, which the tasks of a farm cannot write together";
         Err(shot.settings.error(name, format!("{why}; {remedy}")))

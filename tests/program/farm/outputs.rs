@@ -87,6 +87,20 @@ fn help_lists_no_option_that_is_refused() {
     }
 }
 
+#[test]
+fn shot_files_that_show_frames_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (shot, job) = (folder.path().join("shot.toml"), folder.path().join("job"));
+    for (show, code) in [("true", 65), ("false", 0)] {
+        let settings = format!("scene = '{SCENE}'\nresolution = \"16x9\"\nframes = \"0\"\nshow = {show}\n");
+        std::fs::write(&shot, settings).unwrap();
+        let wrote = rayframe(&["farm", "parallel", text(&shot), "--out-dir", text(&job)]);
+        assert_eq!(wrote.status.code(), Some(code), "{show}: {}", stderr(&wrote));
+        assert_eq!(stderr(&wrote).contains("tasks have no terminal; leave it out"), code != 0);
+        assert_eq!(job.exists(), code == 0);
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn merged_parts_replace_an_older_frame() {

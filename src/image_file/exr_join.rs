@@ -137,7 +137,7 @@ fn encode(image: &TileImage, tile: &ExrTile) -> Result<Vec<u8>> {
     let encoder = || write_compressing_in_parallel(image, &mut bytes);
     let why = match catch_unwind(AssertUnwindSafe(encoder)) {
         Ok(Ok(())) => None,
-        Ok(Err(error)) => Some(error.to_string()),
+        Ok(Err(error)) => Some(exr_error_text(&error)),
         Err(_) => Some("its content is inconsistent".to_owned()),
     };
     if let Some(why) = why {
@@ -241,4 +241,23 @@ fn check_attributes(tile: &ExrTile, joined: &[u8]) -> Result<()> {
 
 fn cannot_merge(tile: &ExrTile, why: &str) -> Error {
     Error::invalid(&tile.path, "", format!("cannot be merged: {why}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::ColorEncoding;
+    use crate::image_file::{ExrCompression, FrameAttributes, encode_exr};
+
+    #[test]
+    fn encoder_errors_are_told_in_the_words_of_reader_errors() {
+        let image = Image::from_rgba((4, 4), ColorEncoding::Linear, &[[0.5; 4]; 16]);
+        let bytes = encode_exr(image, ExrCompression::Zip, &FrameAttributes::unknown()).unwrap();
+        let path = PathBuf::from("a.exr");
+        let tile = ExrTile::new(path.clone(), ExrHeader::parse(&mut bytes.as_slice()).unwrap());
+        let mut image = decode(&path, &bytes).unwrap();
+        image.attributes.pixel_aspect = 0.0;
+        let error = encode(&image, &tile).unwrap_err().to_string();
+        assert_eq!(error, "a.exr: cannot be merged: its content is inconsistent (pixel aspect ratio)");
+    }
 }

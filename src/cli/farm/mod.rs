@@ -22,6 +22,7 @@ mod task_script;
 #[cfg(test)]
 mod test_plan;
 
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use rayon::ThreadPoolBuilder;
@@ -74,18 +75,24 @@ fn folders(out_dir: &Path, shots: &[NamedShot]) -> Vec<PathBuf> {
     if let [_] = shots {
         return vec![out_dir.to_owned()];
     }
-    let mut names: Vec<String> = Vec::new();
-    for shot in shots {
+    let mut taken = HashSet::new();
+    let mut numbers = HashMap::new();
+    let folder = |shot: &NamedShot| {
         let stem = shot.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let taken = |name: &String| names.contains(name);
-        let numbered = (2..).map(|number| format!("{stem}-{number}"));
-        let name = std::iter::once(stem.clone()).chain(numbered).find(|name| !taken(name));
-        names.push(name.unwrap_or_default());
-    }
-    names.into_iter().map(|name| out_dir.join(name)).collect()
+        let next: &mut usize = numbers.entry(stem.to_lowercase()).or_insert(1);
+        loop {
+            let name = if *next == 1 { stem.clone() } else { format!("{stem}-{next}") };
+            *next += 1;
+            // Many file systems take names that differ in case only for one.
+            if taken.insert(name.to_lowercase()) {
+                return out_dir.join(name);
+            }
+        }
+    };
+    shots.iter().map(folder).collect()
 }
 
-/// `shot: 10 tasks of 4 threads and 512 MiB, 240 frames, 7 assets; job files in farm/shot`.
+/// `shot: 10 tasks of 4 threads and 512 MiB, 7 assets; job files in farm/shot`.
 fn summary(plan: &JobPlan, folder: &Path) -> String {
     let resources = plan.resources;
     format!(
@@ -97,4 +104,23 @@ fn summary(plan: &JobPlan, folder: &Path) -> String {
         counted(plan.assets.len() as u64, "asset"),
         folder.display(),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shots_of_one_name_have_folders_of_their_own() {
+        let named = |path: &str| NamedShot { path: path.into(), settings: Err(Error::usage("")) };
+        let folders_of = |paths: &[&str]| {
+            let shots: Vec<_> = paths.iter().map(|path| named(path)).collect();
+            let folders = folders(Path::new("jobs"), &shots);
+            folders.iter().map(|folder| folder.display().to_string()).collect::<Vec<_>>()
+        };
+        assert_eq!(folders_of(&["a/s.glb"]), ["jobs"]);
+        let four = ["a/s.glb", "b/s.glb", "s-2.glb", "c/S.glb"];
+        assert_eq!(folders_of(&four), ["jobs/s", "jobs/s-2", "jobs/s-2-2", "jobs/S-3"]);
+        assert_eq!(folders_of(&["s-2.glb", "a/s.glb", "b/s.glb"]), ["jobs/s-2", "jobs/s", "jobs/s-3"]);
+    }
 }

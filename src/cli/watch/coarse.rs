@@ -9,7 +9,7 @@ use rayframe::film::{AovFlags, Film, PixelWindow};
 use rayframe::frame::Frame;
 use rayframe::image_file::{inspect_exr, inspect_png, write_atomically};
 use rayframe::output::{exr_file, frame_attributes, png_file};
-use rayframe::render::{PixelFilter, RenderSettings};
+use rayframe::render::{PathSettings, PixelFilter, RenderSettings};
 use rayframe::sequence::{OutputFormat, PlannedFrame, SequenceJob, exposure_ev, render_single_frame};
 
 /// Side of a coarse pixel, in pixels of the full image.
@@ -87,6 +87,8 @@ fn few_pixels(job: &SequenceJob, frame: &Frame, cancel: &CancelFlag) -> Result<F
         filter: PixelFilter::Box,
         lens: None,
         aovs: AovFlags::NONE,
+        // The one sample is of no range.
+        path: PathSettings { sample_range: None, ..job.render.path },
         ..job.render.clone()
     };
     Ok(render_single_frame(job, frame, &settings, cancel)?.0)
@@ -110,6 +112,13 @@ fn scaled_up(coarse: &Film, resolution: (u32, u32), window: PixelWindow) -> Film
 
 #[cfg(test)]
 mod tests {
+    use std::ffi::OsStr;
+
+    use rayframe::error::Provenance;
+    use rayframe::gltf::ImageLoading;
+    use rayframe::settings::Settings;
+    use rayframe::shot::{ShotSettings, resolve};
+
     use super::*;
 
     #[test]
@@ -123,5 +132,20 @@ mod tests {
             let values: Vec<f32> = row.iter().map(|pixel| pixel[0]).collect();
             assert_eq!(values, [[1.0; 2].as_slice(), &[2.0; 6], &[3.0; 7]].concat());
         }
+    }
+    #[test]
+    fn ranges_of_later_samples_have_a_coarse_image() {
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/light/point.gltf");
+        let mut settings = Settings::default();
+        let values =
+            [("integrator", "path"), ("samples", "4"), ("sample_range", "2-3"), ("background", "none")];
+        for (name, text) in values {
+            settings.set(name, OsStr::new(text), &Provenance::CommandLine).unwrap();
+        }
+        let shot = ShotSettings::read_with(&scene, settings).unwrap();
+        let job = resolve(&shot, ImageLoading::Texels).unwrap().sequence;
+        let frame = Frame::at(&job.scene, &job.selection, 0.0);
+        let film = few_pixels(&job, &frame, &CancelFlag::new()).unwrap();
+        assert!(film.pixels.iter().any(|pixel| pixel[3] > 0.0));
     }
 }

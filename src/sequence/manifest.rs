@@ -59,15 +59,24 @@ impl Manifest {
     /// [`Error::Missing`], and [`Error::Invalid`] for what is no manifest.
     pub fn read(path: &Path) -> Result<Self> {
         let metadata = std::fs::metadata(path).map_err(Error::missing(path))?;
+        let no_manifest = |why: &str| {
+            Error::invalid(
+                path,
+                "",
+                format!("is not a manifest{why}; name a file of rayframe render --manifest"),
+            )
+        };
         if !metadata.is_file() || metadata.len() > MOST_BYTES {
-            return Err(Error::invalid(path, "", "is not a manifest"));
+            return Err(no_manifest(""));
         }
         let bytes = std::fs::read(path).map_err(Error::missing(path))?;
-        let manifest: ManifestFile = serde_json::from_slice(&bytes).map_err(|error| {
-            Error::invalid(path, "", format!("is not a manifest: {}", json_error_text(&error)))
-        })?;
+        let manifest: ManifestFile = serde_json::from_slice(&bytes)
+            .map_err(|error| no_manifest(&format!(" ({})", json_error_text(&error))))?;
         if manifest.schema != 1 {
-            let message = format!("is a manifest of version {}, and only 1 is known", manifest.schema);
+            let message = format!(
+                "is a manifest of version {}, and only 1 is known; check it with the version that wrote it",
+                manifest.schema
+            );
             return Err(Error::invalid(path, "/schema", message));
         }
         let mut read = Self::default();
@@ -101,5 +110,27 @@ impl ManifestEntry {
     fn file(&self) -> PathBuf {
         let decoded = |encoded: &str| percent_decode_str(encoded).decode_utf8_lossy().into_owned();
         self.path_percent.as_deref().map_or_else(|| self.path.clone(), decoded).into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn other_files_are_refused_with_what_to_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("m.json");
+        for (text, advice) in [
+            ("", "; name a file of rayframe render --manifest"),
+            ("[1]", "; name a file of rayframe render --manifest"),
+            (r#"{"schema": 2, "frames": []}"#, "version 2, and only 1 is known; check it with the version"),
+        ] {
+            std::fs::write(&path, text).unwrap();
+            let error = Manifest::read(&path).unwrap_err();
+            assert!(error.exit_code() == 65 && error.to_string().contains(advice), "{text}: {error}");
+        }
+        let error = Manifest::read(folder.path()).unwrap_err().to_string();
+        assert!(error.ends_with("is not a manifest; name a file of rayframe render --manifest"), "{error}");
     }
 }

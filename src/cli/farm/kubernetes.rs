@@ -22,7 +22,7 @@ const HASH_DIGITS: usize = 8;
 /// Exit codes of failures that repeat themselves.
 const PERMANENT: [i32; 6] = [2, 65, 66, 70, 73, 77];
 
-/// `job.k8s.json`, `merge.k8s.json` and `submit.sh`.
+/// `job.k8s.json`, `submit.sh`, `tasks.txt`, and for stills `merge.k8s.json`.
 ///
 /// # Errors
 /// [`Error::Usage`] for more tasks than a ConfigMap describes.
@@ -30,9 +30,9 @@ pub(super) fn files(plan: &JobPlan) -> Result<Vec<JobFile>> {
     let scripts = numbered_files(plan);
     if scripts.iter().map(|file| file.content.len()).sum::<usize>() > MAX_CONFIG_BYTES {
         let count = plan.tasks.len();
-        return Err(Error::usage(format!(
-            "{count} tasks need more than the 1 MiB of a ConfigMap; raise --chunk"
-        )));
+        let remedy =
+            if plan.parts.is_empty() { "raise --chunk" } else { "divide the still into fewer parts" };
+        return Err(Error::usage(format!("{count} tasks need more than the 1 MiB of a ConfigMap; {remedy}")));
     }
     let name = name(plan, &scripts);
     let data: serde_json::Map<String, Value> =
@@ -227,8 +227,10 @@ mod tests {
 
     #[test]
     fn jobs_that_no_config_map_holds_are_refused() {
-        let mut large = plan();
-        large.tasks = vec![large.tasks[0].clone(); 30_000];
-        assert_eq!(files(&large).unwrap_err().exit_code(), 2);
+        for (mut large, remedy) in [(plan(), "raise --chunk"), (still(), "fewer parts")] {
+            large.tasks = vec![large.tasks[0].clone(); 30_000];
+            let error = files(&large).unwrap_err();
+            assert!(error.exit_code() == 2 && error.to_string().ends_with(remedy), "{error}");
+        }
     }
 }

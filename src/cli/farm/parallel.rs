@@ -10,7 +10,7 @@ use super::job_files::JobFile;
 use super::job_plan::JobPlan;
 use super::task_script::{MERGE, TASK_SCRIPT, TRANSIENT, numbered_files};
 
-/// `task.sh`, `shot.toml`, `tasks` and `run.sh`.
+/// `task.sh`, `shot.toml`, `tasks`, `run.sh` and `tasks.txt`.
 pub(super) fn files(plan: &JobPlan) -> Vec<JobFile> {
     let mut files = numbered_files(plan).to_vec();
     let numbers: Vec<String> = (0..plan.tasks.len()).map(|index| index.to_string()).collect();

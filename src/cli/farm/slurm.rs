@@ -13,7 +13,7 @@ use super::task_script::{MERGE, TASK_SCRIPT, TRANSIENT, numbered_files, run_and_
 /// Seconds before the time limit when a task is told to end. It needs one.
 const GRACE_SECONDS: u32 = 60;
 
-/// `task.sh`, `shot.toml`, `array.sbatch`, `submit.sh`, and for stills `merge.sbatch`.
+/// `task.sh`, `shot.toml`, `array.sbatch`, `submit.sh`, `tasks.txt`, and for stills `merge.sbatch`.
 pub(super) fn files(plan: &JobPlan) -> Vec<JobFile> {
     let mut files = numbered_files(plan).to_vec();
     files.push(JobFile { name: "array.sbatch", content: array(plan) });

@@ -30,9 +30,9 @@ pub(super) fn run(args: &ManArgs, mut program: Command) -> Result<()> {
     let Some(folder) = &args.folder else {
         let command = match &args.verb {
             None => &program,
-            Some(verb) => program
-                .find_subcommand(verb)
-                .ok_or_else(|| Error::usage(format!("'{verb}' is no verb of rayframe")))?,
+            Some(verb) => {
+                program.find_subcommand(verb).ok_or_else(|| Error::usage(unknown_verb(verb, &program)))?
+            }
         };
         print_generated(&String::from_utf8_lossy(&page(command)?.1));
         return Ok(());
@@ -51,6 +51,12 @@ pub(super) fn run(args: &ManArgs, mut program: Command) -> Result<()> {
     Ok(())
 }
 
+fn unknown_verb(verb: &str, program: &Command) -> String {
+    let verbs = program.get_subcommands().filter(|command| !command.is_hide_set());
+    let verbs: Vec<_> = verbs.map(Command::get_name).collect();
+    format!("'{verb}' is no verb of rayframe; there are {}", verbs.join(", "))
+}
+
 /// The name and the contents of a command's page.
 fn page(command: &Command) -> Result<(String, Vec<u8>)> {
     let version = concat!("rayframe ", env!("CARGO_PKG_VERSION"));
@@ -58,4 +64,16 @@ fn page(command: &Command) -> Result<(String, Vec<u8>)> {
     let mut text = Vec::new();
     man.render(&mut text).map_err(|error| Error::Internal { message: format!("manual page: {error}") })?;
     Ok((man.get_filename(), text))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn verbs_are_listed_where_one_is_not_known() {
+        let verbs = [Command::new("render"), Command::new("old").hide(true), Command::new("info")];
+        let program = Command::new("rayframe").subcommands(verbs);
+        assert_eq!(unknown_verb("rendr", &program), "'rendr' is no verb of rayframe; there are render, info");
+    }
 }

@@ -133,6 +133,7 @@ mod tests {
             assert_eq!(values, [[1.0; 2].as_slice(), &[2.0; 6], &[3.0; 7]].concat());
         }
     }
+
     #[test]
     fn ranges_of_later_samples_have_a_coarse_image() {
         let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/light/point.gltf");

@@ -57,17 +57,13 @@ fn run_images(args: &DiffArgs) -> Result<bool> {
     let mut frames = Vec::with_capacity(paired.pairs.len());
     for pair in &paired.pairs {
         let (report, map) = compared(args, pair, page.as_mut())?;
-        for pattern in [&heat_map, &flip_map].into_iter().flatten() {
-            match &map {
-                Some((map, windows)) => {
-                    write_single_file(&pattern.path(pair.frame), &pattern.encoded(map, *windows)?)?;
-                }
-                None => print_warning(&format!(
-                    "{} and {}: no map, because their sizes differ or they have no colours",
-                    pair.actual.display(),
-                    pair.reference.display()
-                )),
+        let patterns = || [&heat_map, &flip_map].into_iter().flatten();
+        if let Some((map, windows)) = &map {
+            for pattern in patterns() {
+                write_single_file(&pattern.path(pair.frame), &pattern.encoded(map, *windows)?)?;
             }
+        } else if patterns().next().is_some() && args.prints(report.verdict) {
+            print_warning(&text::no_map(pair, &report.comparison));
         }
         frames.push(report);
     }

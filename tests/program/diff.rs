@@ -322,6 +322,15 @@ fn aovs_show_the_cause_of_a_change() {
     let lit = stage.rendered("lit.exr", "light/point.gltf", |_| {}, &[]);
     let brighter = stage.rendered("brighter.exr", "light/point.gltf", |_| {}, &["--light-scale", "1.3"]);
     assert_eq!(kind(&brighter, &lit), "light");
+    // Depth has no map, which is told once, and not by --quiet where nothing fails.
+    let told = |options: &[&str]| {
+        let maps = ["--heat-map", &stage.at("none.png"), "--flip-map", &stage.at("none.exr")];
+        let fixed = ["diff", &lit, &lit, "--aovs", "depth"];
+        let output = rayframe(&[&fixed[..], &maps[..], options].concat());
+        assert_eq!(output.status.code(), Some(0));
+        String::from_utf8_lossy(&output.stderr).matches("no map, because they have no colours").count()
+    };
+    assert_eq!((told(&[]), told(&["--quiet"])), (1, 0));
     // Only the selected AOVs count.
     let code = |aovs| rayframe(&["diff", &brighter, &lit, "--preset", "exact", "--aovs", aovs]).status.code();
     assert_eq!((code("data"), code("beauty"), code("depth,albedo")), (Some(0), Some(1), Some(0)));

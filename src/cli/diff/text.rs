@@ -6,7 +6,7 @@ use super::super::summary::counted;
 use super::args::{DiffArgs, shown};
 use super::report::{FrameReport, Report};
 use crate::progress::one_line;
-use rayframe::regression::{Mismatch, Verdict, VerdictCounts};
+use rayframe::regression::{Comparison, FilePair, Mismatch, Verdict, VerdictCounts};
 
 /// Columns of a graph, from low to high.
 const COLUMNS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
@@ -40,6 +40,17 @@ fn image(text: &mut String, frame: &FrameReport, preset: &str) {
 /// Which file is compared with which as the reference.
 pub(super) fn names(actual: &str, reference: &str) -> String {
     format!("{} against the reference {}", one_line(actual), one_line(reference))
+}
+
+/// Why `--heat-map` and `--flip-map` write nothing for two images.
+pub(super) fn no_map(pair: &FilePair, comparison: &Comparison) -> String {
+    let is_size = |mismatch: &Mismatch| matches!(mismatch, Mismatch::Size { .. });
+    let why = if comparison.mismatches.iter().any(is_size) {
+        "their sizes differ"
+    } else {
+        "they have no colours to compare"
+    };
+    format!("{} and {}: no map, because {why}", pair.actual.display(), pair.reference.display())
 }
 
 pub(super) fn details(text: &mut String, frame: &FrameReport) {
@@ -198,6 +209,17 @@ fn graph(series: &[Option<f64>], largest: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_map_that_is_not_written_has_one_reason() {
+        let pair = FilePair { frame: None, actual: "a.exr".into(), reference: "b.exr".into() };
+        let mut comparison = Comparison::default();
+        let colours = "a.exr and b.exr: no map, because they have no colours to compare";
+        assert_eq!(no_map(&pair, &comparison), colours);
+        let (actual, reference) = ([(4, 2), (0, 0), (4, 2)], [(2, 2), (0, 0), (2, 2)]);
+        comparison.mismatches.push(Mismatch::Size { actual, reference });
+        assert_eq!(no_map(&pair, &comparison), "a.exr and b.exr: no map, because their sizes differ");
+    }
 
     #[test]
     fn graphs_reach_from_the_lowest_to_the_highest_column() {

@@ -19,7 +19,7 @@ use rayframe::sequence::{ListedFile, canonical};
 
 use super::summary::counted;
 use checked_file::{CheckedFile, FileStatus};
-use delivered::{DeliveredFile, all_files, frames};
+use delivered::{DeliveredFile, all_files, each_once, frames};
 use listed::Listed;
 use verdict::of_file;
 
@@ -72,7 +72,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<bool> {
         }
     }
     match &args.manifest {
-        None => files.par_extend(given.par_iter().map(|file| checked(&file.path, None))),
+        None => files.par_extend(each_once(given).par_iter().map(|file| checked(&file.path, None))),
         Some(manifest) => {
             let matched = Listed::read(manifest)?.matched((!args.files.is_empty()).then_some(&*given));
             files.extend(matched.not_rendered);

@@ -1,10 +1,12 @@
 //! The files of a delivery: those that are named, and those of folders.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use rayframe::error::{Error, Result};
 use rayframe::image_file::{OutputKind, is_output};
 use rayframe::regression::{all_files_below, is_sequence, readable_sequence_files};
+use rayframe::sequence::canonical;
 
 /// Files that Windows adds to folders.
 const OF_WINDOWS: [&str; 2] = ["Thumbs.db", "desktop.ini"];
@@ -55,4 +57,26 @@ pub(super) fn all_files(path: &Path) -> Result<Found> {
     let above = path.components().count();
     let below = |file: PathBuf| DeliveredFile { depth: file.components().count() - above, path: file };
     Ok((all_files_below(path)?.into_iter().map(below).collect(), Vec::new()))
+}
+
+/// The files, each once: a file may be named twice, or with its folder.
+pub(super) fn each_once(mut files: Vec<DeliveredFile>) -> Vec<DeliveredFile> {
+    let mut known = HashSet::new();
+    files.retain(|file| known.insert(canonical(&file.path)));
+    files
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_that_are_named_twice_count_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str| DeliveredFile { path: folder.path().join(name), depth: 1 };
+        std::fs::create_dir(folder.path().join("below")).unwrap();
+        let names = ["a.exr", "a.exr", "./a.exr", "b.exr", "below/../a.exr", "below/a.exr"];
+        let files = each_once(names.map(file).to_vec());
+        assert_eq!(files, ["a.exr", "b.exr", "below/a.exr"].map(file));
+    }
 }

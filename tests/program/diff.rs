@@ -108,6 +108,15 @@ fn images_beyond_the_memory_limit_are_refused() {
     assert_eq!(output.status.code(), Some(77));
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(message.contains("more than the limit of 500.0 kB"), "{message}");
+    // A page reads files without a counterpart, too.
+    for folder in ["new", "old"] {
+        std::fs::create_dir(stage.at(folder)).unwrap();
+        stage.square(&format!("{folder}/a.0001.exr"), (8, 8), 4);
+    }
+    std::fs::rename(&a, stage.at("new/a.0002.exr")).unwrap();
+    let report = ["--report", &stage.at("report"), "--max-memory", "1M"];
+    let output = rayframe(&[&["diff", &stage.at("new"), &stage.at("old")], &report[..]].concat());
+    assert_eq!(output.status.code(), Some(77), "{output:?}");
 }
 
 #[test]

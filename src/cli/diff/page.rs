@@ -64,10 +64,10 @@ impl DiffPage {
     /// Adds the files without a counterpart, and writes page and summary.
     pub(super) fn finish(mut self, args: &DiffArgs, paired: &PairedFiles) -> Result<()> {
         for file in &paired.only_in_actual {
-            self.add_unpaired(file, FrameStatus::Missing)?;
+            self.add_unpaired(args, file, FrameStatus::Missing)?;
         }
         for file in &paired.only_in_reference {
-            self.add_unpaired(file, FrameStatus::Orphaned)?;
+            self.add_unpaired(args, file, FrameStatus::Orphaned)?;
         }
         if self.frames.iter().all(|frame| frame.frame.is_some()) {
             self.frames.sort_by_key(|frame| frame.frame);
@@ -102,8 +102,8 @@ impl DiffPage {
         self.files.write(&page)
     }
 
-    fn add_unpaired(&mut self, file: &Path, status: FrameStatus) -> Result<()> {
-        let image = EncodedImage::new(&Image::read(file)?);
+    fn add_unpaired(&mut self, args: &DiffArgs, file: &Path, status: FrameStatus) -> Result<()> {
+        let image = EncodedImage::new(&Image::read_within(file, args.bytes_a_side())?);
         let is_missing = status == FrameStatus::Missing;
         let message = if is_missing { "has no reference" } else { "is a reference without an image" };
         let (actual, expected) = if is_missing { (image, None) } else { (None, image) };

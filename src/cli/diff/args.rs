@@ -62,6 +62,11 @@ impl DiffArgs {
         self.max_memory.unwrap_or_else(default_max_memory_bytes) / 2
     }
 
+    /// Whether warnings are printed before the verdict is known.
+    pub(super) fn warns_first(&self) -> bool {
+        !self.quiet
+    }
+
     /// Whether a comparison with this verdict is printed as text.
     pub(super) fn prints(&self, verdict: Verdict) -> bool {
         !self.quiet || self.fail_on.value().fails(verdict)

@@ -24,8 +24,8 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     settings.set("max_memory", args.bytes_a_side().to_string().as_ref(), &Provenance::CommandLine)?;
     let pair = AssetPair::open(&args.actual, &args.reference, &settings, &CancelFlag::new())?;
     check_names(args, &pair.files(), &[])?;
-    for (path, warnings) in [&args.actual, &args.reference].into_iter().zip(pair.warnings()) {
-        report_warnings(path, warnings, false)?;
+    if args.warns_first() {
+        warn(args, &pair)?;
     }
     let difference = pair.difference();
     let losses: Vec<_> = difference.losses().filter(|change| args.assets.fails(change)).collect();
@@ -54,6 +54,9 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
         report.same = false;
         report.verdict = Verdict::Failed;
     }
+    if !args.warns_first() && args.prints(report.verdict) {
+        warn(args, &pair)?;
+    }
     if args.json {
         let [actual, reference] = pair.facts();
         report.asset = Some(AssetReport { losses, changes: &difference.changes, actual, reference });
@@ -62,6 +65,12 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
         print_output(&asset_text::text(args, &report, difference, &losses));
     }
     Ok(!args.fail_on.value().fails(report.verdict))
+}
+
+/// Prints what of the scenes is not honoured.
+fn warn(args: &DiffArgs, pair: &AssetPair) -> Result<()> {
+    let mut scenes = [&args.actual, &args.reference].into_iter().zip(pair.warnings());
+    scenes.try_for_each(|(path, warnings)| report_warnings(path, warnings, false))
 }
 
 fn compared(

@@ -207,6 +207,25 @@ fn options_and_files_of_the_wrong_kind_are_refused() {
 }
 
 #[test]
+fn quiet_tells_warnings_only_where_something_fails() {
+    let stage = Stage::new();
+    let version = |name, red: f64| {
+        stage.version(name, BALLS, |scene| {
+            scene["nodes"][0]["extensions"]["EXT_unknown"] = value!({});
+            scene["materials"][1]["pbrMetallicRoughness"]["baseColorFactor"] = value!([red, 0.0, 0.0, 1.0]);
+        })
+    };
+    let (dark, bright) = (version("dark.gltf", 0.01), version("bright.gltf", 0.9));
+    let told = |reference: &str, options: &[&str]| {
+        let output = rayframe(&[&["diff", &dark, reference], &SMALL[..], options].concat());
+        let warned = String::from_utf8_lossy(&output.stderr).contains("EXT_unknown is not supported");
+        (output.status.code(), warned)
+    };
+    assert_eq!([told(&dark, &[]), told(&dark, &["-q"])], [(Some(0), true), (Some(0), false)]);
+    assert_eq!(told(&bright, &["-q"]), (Some(1), true));
+}
+
+#[test]
 fn the_page_has_the_changes_and_all_images() {
     let stage = Stage::new();
     let old = stage.version("old.gltf", BALLS, |_| {});

@@ -1,5 +1,6 @@
 //! The difference of two assets as rows of text.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::difference::{AssetDifference, Change, ChangeKind, PropertyChange};
@@ -102,17 +103,18 @@ fn list_text(before: &[String], after: &[String]) -> String {
 
 /// The elements of `list` that `other` does not have as often.
 fn without<'a>(list: &'a [String], other: &[String]) -> Vec<&'a String> {
-    let mut others: Vec<&String> = other.iter().collect();
-    let mut rest = Vec::new();
-    for name in list {
-        match others.iter().position(|other| *other == name) {
-            Some(found) => {
-                others.swap_remove(found);
-            }
-            None => rest.push(name),
-        }
+    let mut counts = BTreeMap::<_, usize>::new();
+    for name in other {
+        *counts.entry(name).or_default() += 1;
     }
-    rest
+    let is_left = |name: &&String| match counts.get_mut(*name) {
+        Some(count) if *count > 0 => {
+            *count -= 1;
+            false
+        }
+        _ => true,
+    };
+    list.iter().filter(is_left).collect()
 }
 
 #[cfg(test)]

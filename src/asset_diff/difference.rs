@@ -156,19 +156,25 @@ fn changed(
             actual: name(actual),
         });
     }
+    let [ours, theirs] = [actual, reference].map(by_name);
     for Property { name, value } in &reference.properties {
-        let ours = actual.value(name);
+        let ours = ours.get(name.as_str()).copied();
         if ours.is_none_or(|ours| !is_same(ours, value, matchings)) {
             properties.push(property_change(name, Some(value), ours));
         }
     }
-    let new = actual.properties.iter().filter(|property| reference.value(&property.name).is_none());
+    let new = actual.properties.iter().filter(|property| !theirs.contains_key(property.name.as_str()));
     properties.extend(new.map(|property| property_change(&property.name, None, Some(&property.value))));
     let is_loss = reference.is_content && !actual.is_content
         || properties.iter().any(|change| loses_morph_targets(change) || loses_motion(change));
     let name = if reference.is_named { &reference.name } else { &actual.name };
     let change = Change { group, kind: ChangeKind::Changed, name: name.clone(), is_loss, properties };
     (change.is_loss || !change.properties.is_empty()).then_some(change)
+}
+
+/// The values of properties. Of equal names the first counts.
+fn by_name(item: &Item) -> BTreeMap<&str, &Value> {
+    item.properties.iter().rev().map(|property| (property.name.as_str(), &property.value)).collect()
 }
 
 /// Whether two values are equal; items are where they are a pair, whatever their names and indices.

@@ -9,7 +9,8 @@ use super::texture_names::texture_name;
 
 /// Textures in the order of first use. Names of files count without folder and ending, which change with the format.
 pub(super) fn textures(scene: &Scene) -> Vec<Item> {
-    scene.textures.iter().enumerate().map(|(index, item)| texture(scene, index, item)).collect()
+    let items = scene.textures.iter().zip(uses(scene)).enumerate();
+    items.map(|(index, (item, uses))| texture(scene, index, (item, uses))).collect()
 }
 
 /// Memory of an image with mip maps on a graphics processor: one byte a texel for KTX2, which stays compressed there, four for all
@@ -21,15 +22,22 @@ pub(super) fn texture_memory_bytes(scene: &Scene, image: usize) -> u64 {
     texels * if is_compressed { 1 } else { 4 } * 4 / 3
 }
 
-fn texture(scene: &Scene, index: usize, texture: &Texture) -> Item {
-    let own = TextureIndex(index as u32);
-    let mut item = Item::new(texture_name(scene, own), index);
-    let mut uses = Vec::new();
+/// The slots that each texture fills, in the order of the materials.
+fn uses(scene: &Scene) -> Vec<Vec<String>> {
+    let mut uses = vec![Vec::new(); scene.textures.len()];
     for (number, material) in scene.materials.iter().enumerate() {
         let name = material.name.clone().unwrap_or_else(|| format!("#{number}"));
-        let slots = texture_slots(material).into_iter().filter(|(_, slot)| slot.texture == own);
-        uses.extend(slots.map(|(slot, _)| format!("{name}: {slot}")));
+        for (slot, filled) in texture_slots(material) {
+            if let Some(uses) = uses.get_mut(filled.texture.index()) {
+                uses.push(format!("{name}: {slot}"));
+            }
+        }
     }
+    uses
+}
+
+fn texture(scene: &Scene, index: usize, (texture, mut uses): (&Texture, Vec<String>)) -> Item {
+    let mut item = Item::new(texture_name(scene, TextureIndex(index as u32)), index);
     item.alias = uses.first().cloned();
     uses.sort();
     let image = texture.image.index();

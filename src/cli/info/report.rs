@@ -1,5 +1,7 @@
 //! What is in a file, as plain data. `--json` prints it as `schema/info.schema.json` describes.
 
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 
 use rayframe::error::Warning;
@@ -314,12 +316,13 @@ fn clips(scene: &Scene) -> Vec<ClipReport> {
 }
 
 fn cameras(scene: &Scene) -> Vec<CameraReport> {
+    let held: BTreeSet<_> = scene.nodes.iter().filter_map(|node| node.camera).collect();
     let report = |(index, camera): (usize, &rayframe::scene::Camera)| {
         let index = CameraIndex(index as u32);
         CameraReport {
             name: scene.camera_name(index).map(ToOwned::to_owned),
             kind: camera.projection.name(),
-            is_placed: scene.nodes.iter().any(|node| node.camera == Some(index)),
+            is_placed: held.contains(&index),
             support: SUPPORTED,
         }
     };
@@ -327,12 +330,13 @@ fn cameras(scene: &Scene) -> Vec<CameraReport> {
 }
 
 fn lights(scene: &Scene) -> Vec<LightReport> {
+    let held: BTreeSet<_> = scene.nodes.iter().filter_map(|node| node.light).collect();
     let report = |(index, light): (usize, &rayframe::scene::Light)| {
         let index = LightIndex(index as u32);
         LightReport {
             name: scene.light_name(index).map(ToOwned::to_owned),
             kind: light.kind.name(),
-            is_placed: scene.nodes.iter().any(|node| node.light == Some(index)),
+            is_placed: held.contains(&index),
             support: SUPPORTED,
         }
     };
@@ -354,8 +358,7 @@ fn image_lights(scene: &Scene) -> Vec<ImageLightReport> {
 }
 
 fn extensions(scene: &Scene) -> Vec<ExtensionReport> {
-    let named: std::collections::BTreeSet<_> =
-        scene.extensions_used.iter().chain(&scene.extensions_required).collect();
+    let named: BTreeSet<_> = scene.extensions_used.iter().chain(&scene.extensions_required).collect();
     let report = |name: &String| {
         let is_required = scene.extensions_required.contains(name);
         ExtensionReport {
@@ -372,7 +375,7 @@ fn extensions(scene: &Scene) -> Vec<ExtensionReport> {
 }
 
 fn warnings(warnings: &[Warning]) -> Vec<WarningReport> {
-    let unique: std::collections::BTreeSet<_> = warnings.iter().collect();
+    let unique: BTreeSet<_> = warnings.iter().collect();
     let report = |warning: &Warning| WarningReport {
         pointer: warning.pointer.clone(),
         message: option_names(&warning.message),

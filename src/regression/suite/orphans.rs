@@ -98,7 +98,9 @@ pub fn finish(
     let rendered: BTreeSet<&str> =
         results.iter().flat_map(|shot| &shot.frames).map(|frame| frame.name.as_str()).collect();
     // A shot that was not tested, or could not be opened, may render any frame.
-    let is_known = |shot: &str| results.iter().any(|result| result.name == shot && !result.is_unopened);
+    let opened = results.iter().filter(|shot| !shot.is_unopened);
+    let known: BTreeSet<&str> = opened.map(|shot| shot.name.as_str()).collect();
+    let is_known = |shot: &str| known.contains(shot);
     // Without a shot, it belongs to the part that its shot would belong to.
     let is_here = |name: &str| {
         options.shard.is_none_or(|shard| shard.includes(possible_shots(name).last().unwrap_or(name)))

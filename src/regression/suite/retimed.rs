@@ -20,6 +20,9 @@ pub(super) fn explain_unpaired(suite: &Suite, shots: &mut [ShotResult], orphaned
 fn name_durations(shots: &mut [ShotResult], orphaned: &mut [FrameResult]) {
     for shot in shots {
         let durations = durations_of(shot);
+        if durations.is_empty() {
+            continue;
+        }
         let missing = shot.frames.iter_mut().filter(|frame| frame.status == FrameStatus::Missing);
         let is_of_shot = |image: &str| possible_shots(image).any(|name| name == shot.name);
         let orphaned = orphaned.iter_mut().filter(|frame| is_of_shot(&frame.name));

@@ -60,6 +60,7 @@ impl MergePlan {
     ///
     /// # Errors
     /// [`Error::Missing`] and [`Error::Invalid`] for files that are not tiles, tiles of other images, gaps and overlaps;
+    /// [`Error::Unsupported`] for tiles of lossy compression;
     /// [`Error::Usage`] for unusable output names; [`Error::CannotCreate`] when another file has the name;
     /// [`Error::Refused`] when an image needs more than `max_memory_bytes`.
     pub fn new(

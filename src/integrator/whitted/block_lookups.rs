@@ -15,7 +15,7 @@ use crate::scene::LookupLanes;
 pub(super) struct BlockLookups {
     /// Lanes with a lookup along the shading normal.
     diffuse: ActiveLanes,
-    /// Those of them that need the irradiance: all but metals.
+    /// Those of them that need the irradiance: all but metals without sheen.
     irradiated: ActiveLanes,
     irradiance: Vec3Lanes,
     /// Lanes with a lobe.

@@ -99,11 +99,11 @@ impl OccluderSurface {
 
     /// Radiance for irradiance 1 of a surface that faces the light.
     fn scattered(&self, wi: Vec3) -> Vec3 {
-        let cosine = wi.dot(self.normal) * FRAC_1_PI;
+        let cosine_density = wi.dot(self.normal) * FRAC_1_PI;
         let Some(MetallicPart { albedo, lobe: RoughLobe { narrow, broad_share } }) = &self.metallic else {
-            return self.diffuse * cosine;
+            return self.diffuse * cosine_density;
         };
-        let broad = (self.diffuse + albedo * broad_share) * cosine;
+        let broad = (self.diffuse + albedo * broad_share) * cosine_density;
         broad + albedo * ((1.0 - broad_share) * narrow.density(wi))
     }
 }

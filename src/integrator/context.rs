@@ -8,6 +8,7 @@ use super::environment_directions::EnvironmentDirections;
 use super::glass_passage::GlassPassage;
 use super::interiors::Interiors;
 use super::lights::PreparedLight;
+use super::lookup_environment::LookupEnvironment;
 use super::media::{MediaStack, Medium, VolumeId};
 use super::occluders::OccluderBox;
 use super::opaque_materials::OpaqueAlbedos;
@@ -56,8 +57,12 @@ pub struct IntegratorContext<'a> {
     pub(super) visible_environment: Option<Arc<VisibleEnvironment<'a>>>,
     /// For [`Integrator::Path`], where smooth surfaces focus the light of emissive triangles.
     pub(super) path_guide: Option<Arc<PathGuide>>,
+    /// The environment that the surfaces of [`Integrator::Whitted`] look up.
+    pub(super) lookups: LookupEnvironment<'a>,
     /// Share of the environment's light that shadow rays decide about.
     pub(super) occluded_share: f32,
+    /// Share of the light of `lookups` that they decide about.
+    pub(super) occluded_lookup_share: f32,
     /// Share of the samples whose lookups send these rays.
     pub(super) traced_samples: f32,
     /// Share of what the occluders of those rays reflect for which the occluders are found; the rest is estimated without.
@@ -68,7 +73,7 @@ pub struct IntegratorContext<'a> {
     pub(super) uses_seeds: bool,
     /// The environment's peaks, which lookups of Whitted's tree do not contain.
     pub(super) peaks: Vec<KeyLight>,
-    /// Mean radiance of the environment without its peaks, where shadow rays decide about its light.
+    /// Mean radiance of `lookups`, where shadow rays decide about their light.
     pub(super) mean_radiance: Vec3,
     /// Luminance of the environment's irradiance on the ground that no shadow rays decide about.
     pub(super) ground_irradiance: f32,
@@ -104,7 +109,7 @@ impl IntegratorContext<'_> {
     /// Factor on light of the environment, by that of an occlusion map, which stands for what shadow rays do not decide about.
     #[inline]
     pub(super) fn untraced_occlusion(&self, occlusion: f32) -> f32 {
-        1.0 + (occlusion - 1.0) * (1.0 - self.occluded_share)
+        1.0 + (occlusion - 1.0) * (1.0 - self.occluded_lookup_share)
     }
 
     /// Whether a sampled ray of Whitted's tree follows what frosted glass transmits. Glossy samples do so on their own, and an environment without shadow

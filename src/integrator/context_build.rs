@@ -1,6 +1,5 @@
 //! Preparing a frame for an integrator.
 
-use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
@@ -11,6 +10,7 @@ use super::environment_directions::EnvironmentDirections;
 use super::environment_shares::EnvironmentShares;
 use super::interiors::Interiors;
 use super::lights::{self, PreparedLight};
+use super::lookup_environment::LookupEnvironment;
 use super::occluders::OccluderBox;
 use super::opaque_materials::{OpaqueAlbedos, is_opaque};
 use super::path::{EmissiveTriangles, PathGuide, VisibleEnvironment};
@@ -19,13 +19,9 @@ use super::settings::{EnvSamples, Integrator, IntegratorSettings, LightSize, Pat
 use super::zsobol::ZSobol;
 use crate::color::luminance;
 use crate::frame::Frame;
-use crate::geometry::spiral_direction;
 use crate::interaction::is_constant;
-use crate::scene::{AlphaMode, Environment, Material};
+use crate::scene::{AlphaMode, Material};
 use crate::scene_view::SceneView;
-
-/// Normals whose irradiances tell the mean radiance of the environment.
-const MEAN_NORMALS: u32 = 64;
 
 impl<'a> IntegratorContext<'a> {
     /// Prepares lights and volumes, and finds the volumes that contain the camera.
@@ -41,8 +37,10 @@ impl<'a> IntegratorContext<'a> {
         let lamp_volume =
             |light: &PreparedLight| light.position().filter(|_| !is_path).and_then(volume_around);
         let lamp_volumes = lights.iter().map(lamp_volume).collect();
-        let EnvironmentShares { occluded: occluded_share, bounced: bounce_share } =
-            traced_shares(view, &settings);
+        let shares = traced_shares(view, &settings);
+        let EnvironmentShares { occluded: occluded_share, bounced: bounce_share, .. } = shares;
+        let lookups = LookupEnvironment::new(view.environment, &shares);
+        let occluded_lookup_share = lookups.occluded_share(occluded_share);
         let traces_environment = !is_path && occluded_share > 0.0;
         let follows_rough_lobes = !is_path
             && (follows_rough_reflection(view, &settings)
@@ -80,13 +78,15 @@ impl<'a> IntegratorContext<'a> {
             visible_environment: if is_path { VisibleEnvironment::new(view).map(Arc::new) } else { None },
             path_guide: None,
             occluded_share,
-            traced_samples: traced_samples(occluded_share, &settings),
+            lookups,
+            occluded_lookup_share,
+            traced_samples: traced_samples(occluded_lookup_share, &settings),
             bounce_share,
             sample_points: (is_path || traces_environment || follows_rough_lobes)
                 .then(|| sample_points(view.frame, &settings)),
             uses_seeds: uses_seeds(view.frame, &settings),
             peaks: view.environment.peaks(),
-            mean_radiance: if traces_environment { mean_radiance(view.environment) } else { Vec3::ZERO },
+            mean_radiance: if traces_environment { lookups.mean_radiance() } else { Vec3::ZERO },
             ground_irradiance,
             has_receivers,
             settings,
@@ -111,7 +111,7 @@ fn environment_directions(
 
 fn traced_shares(view: SceneView<'_>, settings: &IntegratorSettings) -> EnvironmentShares {
     if settings.integrator == Integrator::Path {
-        return EnvironmentShares { occluded: 1.0, bounced: 0.0 };
+        return EnvironmentShares { bounced: 0.0, ..EnvironmentShares::ALL };
     }
     match settings.env_samples {
         _ if !view.environment.is_lit() => EnvironmentShares::NONE,
@@ -131,14 +131,6 @@ pub(super) fn traced_samples(occluded_share: f32, settings: &IntegratorSettings)
     let divisors = [4, 2].into_iter().filter(|divisor| samples == max_samples && samples % divisor == 0);
     let mut shares = divisors.map(|divisor: u32| 1.0 / divisor as f32);
     shares.find(|share| occluded_share <= *share).unwrap_or(1.0)
-}
-
-/// Mean radiance of the environment without its peaks.
-fn mean_radiance(environment: &Environment) -> Vec3 {
-    // The mean irradiance over all normals is π times the mean radiance.
-    let normals = (0..MEAN_NORMALS).map(|index| spiral_direction(index, MEAN_NORMALS));
-    let sum: Vec3 = normals.map(|normal| environment.irradiance(normal)).sum();
-    sum * (FRAC_1_PI / MEAN_NORMALS as f32)
 }
 
 /// Whether anything only receives shadows.

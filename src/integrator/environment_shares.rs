@@ -1,36 +1,37 @@
-//! Shares of the light of the environment that Whitted's tree traces. They fade out as the camera enters a closed space, which would be black without more
-//! bounces.
+//! Shares of the light of the environment that Whitted's tree traces. They fade out as the camera enters a closed space, where few shadow rays would find any
+//! light: the light that such a space has on average stands for the rest.
 
 use glam::Vec3;
 
-use super::walls::is_wall;
-use crate::bvh::{Hit, TraversalCounters};
-use crate::geometry::{Ray, smoothstep, spiral_direction};
+use super::closed_space::{enclosed_light, open_share, unenclosed_light};
+use super::enclosed_light::EnclosedLight;
+use crate::geometry::smoothstep;
+use crate::scene::Environment;
 use crate::scene_view::SceneView;
 
 /// Shadows of the environment begin where a camera sees it in this share of all directions, and are full at the second share.
 const OPEN_SHARES: [f32; 2] = [0.05, 0.15];
 /// Their occluders reflect light from the first of these shares on, and all of it at the second.
 const BOUNCE_SHARES: [f32; 2] = [0.15, EnvironmentShares::OPEN];
-/// Rays that find how much of the environment a camera sees.
-const OPENNESS_RAYS: u32 = 2048;
 
-/// What is traced of the light of the environment, each from 0 to 1. The rest arrives as if nothing were in between.
+/// What is traced of the light of the environment, each from 0 to 1, and what stands for the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnvironmentShares {
     /// Share of its light that shadow rays decide about.
     pub occluded: f32,
     /// Share of what their occluders reflect of it.
     pub bounced: f32,
+    /// The light of surfaces for the share that is not occluded; `None` for that of the environment, as if nothing were in between.
+    pub enclosed: Option<EnclosedLight>,
 }
 
 impl EnvironmentShares {
     /// The share of all directions from which on all is traced, where a camera sees the environment in them.
     pub const OPEN: f32 = 0.25;
     /// All is traced, as in front of a convex object.
-    pub const ALL: Self = Self { occluded: 1.0, bounced: 1.0 };
+    pub const ALL: Self = Self { occluded: 1.0, bounced: 1.0, enclosed: None };
     /// Nothing is.
-    pub const NONE: Self = Self { occluded: 0.0, bounced: 0.0 };
+    pub const NONE: Self = Self { occluded: 0.0, bounced: 0.0, enclosed: None };
 
     /// Those of a camera at `position`, metres: by the share of all directions in which it sees the environment, past glass and surfaces that are more than
     /// half transparent.
@@ -38,12 +39,14 @@ impl EnvironmentShares {
         let open_share = open_share(view, position);
         let [occluded, bounced] =
             [OPEN_SHARES, BOUNCE_SHARES].map(|closed_and_open| smoothstep(closed_and_open, open_share));
-        Self { occluded, bounced }
+        let enclosed = (occluded < 1.0 && open_share > 0.0 && view.environment.is_lit())
+            .then(|| enclosed_light(view, position, open_share));
+        Self { occluded, bounced, enclosed }
     }
 
     /// Those of an animation with `shares` at several times; all of the light where there are none. The mean decides about shadows, and the least about
     /// reflections: in closed spaces few rays find much light, which a small share of it would leave as white dots.
-    pub fn of_animation(shares: &[Self]) -> Self {
+    pub fn of_animation(shares: &[Self], environment: &Environment) -> Self {
         if shares.is_empty() {
             return Self::ALL;
         }
@@ -52,16 +55,18 @@ impl EnvironmentShares {
         Self {
             occluded: (sum / shares.len() as f64) as f32,
             bounced: bounced.reduce(|a, b| if b < a { b } else { a }).unwrap_or(1.0),
+            enclosed: Self::mean_enclosed(shares, environment),
         }
     }
-}
 
-fn open_share(view: SceneView<'_>, position: Vec3) -> f32 {
-    let mut counters = TraversalCounters::default();
-    let directions = (0..OPENNESS_RAYS).map(|index| spiral_direction(index, OPENNESS_RAYS));
-    let hides = |hit: &Hit| is_wall(view, hit, |_| true);
-    let is_open = |direction| !view.bvh.occluded(&Ray::new(position, direction), hides, &mut counters);
-    directions.map(is_open).filter(|is_open| *is_open).count() as f32 / OPENNESS_RAYS as f32
+    /// The mean of what is not occluded.
+    fn mean_enclosed(shares: &[Self], environment: &Environment) -> Option<EnclosedLight> {
+        shares.iter().find(|shares| shares.enclosed.is_some())?;
+        let unenclosed = unenclosed_light(environment);
+        let closed = shares.iter().filter(|shares| shares.occluded < 1.0);
+        let lights = closed.map(|shares| (shares.enclosed.unwrap_or(unenclosed), 1.0 - shares.occluded));
+        Some(EnclosedLight::mean(&lights.collect::<Vec<_>>()))
+    }
 }
 
 #[cfg(test)]
@@ -70,10 +75,27 @@ mod tests {
 
     #[test]
     fn equal_shares_are_those_of_the_animation_to_the_bit() {
-        let shares = EnvironmentShares { occluded: 0.1, bounced: 0.7 };
-        assert_eq!(EnvironmentShares::of_animation(&[shares; 7]), shares);
-        let with_closed = EnvironmentShares::of_animation(&[EnvironmentShares::NONE, shares]);
-        assert_eq!(with_closed, EnvironmentShares { occluded: 0.05, bounced: 0.0 });
-        assert_eq!(EnvironmentShares::of_animation(&[]), EnvironmentShares::ALL);
+        let environment = Environment::Constant(Vec3::ONE);
+        let of_animation =
+            |shares: &[EnvironmentShares]| EnvironmentShares::of_animation(shares, &environment);
+        let shares = EnvironmentShares { occluded: 0.1, bounced: 0.7, enclosed: None };
+        assert_eq!(of_animation(&[shares; 7]), shares);
+        let with_closed = of_animation(&[EnvironmentShares::NONE, shares]);
+        assert_eq!(with_closed, EnvironmentShares { occluded: 0.05, bounced: 0.0, enclosed: None });
+        assert_eq!(of_animation(&[]), EnvironmentShares::ALL);
+    }
+
+    #[test]
+    fn the_light_of_closed_spaces_counts_by_what_is_not_occluded() {
+        let environment = Environment::Constant(Vec3::ONE);
+        let dim = EnclosedLight::new([(Vec3::X, Vec3::ZERO, 1.0)]);
+        let closed = EnvironmentShares { enclosed: Some(dim), ..EnvironmentShares::NONE };
+        // Open times have no part in it, and those without any opening have the whole environment.
+        let shares = [closed, EnvironmentShares::ALL, EnvironmentShares { occluded: 0.5, ..closed }];
+        let found = EnvironmentShares::of_animation(&shares, &environment);
+        assert_eq!((found.occluded, found.enclosed), (0.5, Some(dim)));
+        let found = EnvironmentShares::of_animation(&[closed, EnvironmentShares::NONE], &environment);
+        let mean = found.enclosed.map(|light| light.mean_radiance().x);
+        assert!(mean.is_some_and(|mean| (mean - 0.5).abs() < 1e-3), "{mean:?}");
     }
 }

@@ -125,7 +125,7 @@ impl Default for IntegratorSettings {
 /// Shadow rays for each lookup of the environment at the first surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EnvSamples {
-    /// One, and up to three more where an occluder is found and lit; four on shadow catchers and the ground, except where what casts shadows fills a small part of the sky. Shadows fade out where the camera is inside a closed space, which would be black without bounces of light.
+    /// One, and up to three more where an occluder is found and lit; four on shadow catchers and the ground, except where what casts shadows fills a small part of the sky. Shadows fade out where the camera is inside a closed space, which is lit by what comes in on average instead.
     #[default]
     Auto,
     /// So many; 0 leaves the light of the environment unoccluded, and without a bounce.

@@ -1,4 +1,4 @@
-//! What [`EnvSamples::Auto`] traces of the light of the environment: one value for a whole animation, whatever frames are rendered. By each frame alone, surfaces
+//! What [`EnvSamples::Auto`] traces of the light of the environment, and what stands for the rest: one value for a whole animation, whatever frames are rendered. By each frame alone, surfaces
 //! would change their brightness as the camera comes to a window, or a door opens.
 
 use std::f32::consts::PI;
@@ -40,11 +40,12 @@ pub(super) fn environment_shares(
     if !is_measured(job, selection, settings) {
         return Ok(settings.environment_shares);
     }
-    if let Some(known) = job.known_shares.get(&job.scene, selection) {
+    let lit_scene = (&job.scene, &job.environment);
+    if let Some(known) = job.known_shares.get(lit_scene, selection) {
         return Ok(Some(known));
     }
     let shares = measured(job, selection, cancel)?;
-    job.known_shares.add(&job.scene, selection, shares);
+    job.known_shares.add(lit_scene, selection, shares);
     Ok(Some(shares))
 }
 
@@ -72,11 +73,14 @@ fn measured(
         shares.push(if is_open(scene.frame(), position) {
             EnvironmentShares::ALL
         } else {
-            EnvironmentShares::seen_from(scene.view(&job.environment, cancel)?, position)
+            let posed = scene.frame().image_light.as_ref().and_then(|pose| job.environment.posed(pose));
+            let environment = posed.as_ref().unwrap_or(&job.environment);
+            EnvironmentShares::seen_from(scene.view(environment, cancel)?, position)
         });
     }
+    let shares = EnvironmentShares::of_animation(&shares, &job.environment);
     scene.leave_in(&job.first_pose);
-    Ok(EnvironmentShares::of_animation(&shares))
+    Ok(shares)
 }
 
 /// Whether triangles cover so little around `point` that no ray has to find what is open.

@@ -25,7 +25,7 @@ use super::{Exposure, OutputFormat, SequenceJob, SharedExposure, Shutter};
 mod catchers;
 
 /// Number of the rule of [`super::environment_shares`], as below.
-const SHARES: u32 = 1;
+const SHARES: u32 = 2;
 /// Number of the rule about lights that a file never shows.
 const HIDDEN_LIGHTS: u32 = 1;
 /// Number of the rule of automatic exposure: frames by two rules never belong to one sequence.
@@ -184,8 +184,9 @@ fn render_settings_key(render: &RenderSettings, shutter: Shutter) -> serde_json:
     if let Some(Ground { up, height, is_mirror }) = ground {
         key["ground"] = json!([up.to_array().map(f32::to_bits), height.to_bits(), is_mirror]);
     }
-    if let Some(EnvironmentShares { occluded, bounced }) = environment_shares {
-        key["environment_shares"] = json!([occluded.to_bits(), bounced.to_bits()]);
+    if let Some(EnvironmentShares { occluded, bounced, enclosed }) = environment_shares {
+        let enclosed: Option<Vec<u32>> = enclosed.as_ref().map(|light| light.bits().collect());
+        key["environment_shares"] = json!([occluded.to_bits(), bounced.to_bits(), enclosed]);
     }
     key
 }

@@ -7,7 +7,7 @@ use glam::{Mat4, Vec3};
 use rayframe::cancel::CancelFlag;
 use rayframe::frame::Frame;
 use rayframe::image::Image;
-use rayframe::render::{EnvSamples, EnvironmentShares};
+use rayframe::render::{EnvSamples, EnvironmentShares, Integrator};
 use rayframe::scene::{
     AnimationTarget, Environment, LocalTransform, Material, NodeIndex, Projection, SelectedCamera, Turntable,
 };
@@ -100,7 +100,7 @@ fn a_turntable_changes_no_surface() {
     // Each alone differs.
     let fixed = |world_from_camera| SelectedCamera::Fixed { world_from_camera, projection };
     let [first, opposite] = [0.0, 0.5].map(|time| seen_by(fixed(turntable.at(time)), 0.0));
-    assert!(opposite > 1.5 * first, "{first} {opposite}");
+    assert!(first > 1.5 * opposite, "{first} {opposite}");
 }
 
 /// A job whose door opens from `start` to `end`, seconds.
@@ -174,4 +174,105 @@ fn a_camera_outside_traces_all() {
     let open = brightness(&job, 1.0);
     job.render.env_samples = EnvSamples::Fixed(1);
     assert!((open - brightness(&job, 1.0)).abs() < 1e-3);
+}
+
+/// A camera below the middle of a closed box of four metres in white light, whose ceiling has a square hole of 2 `half` metres. On its floor lies a board.
+fn box_with_hole(walls: &Material, board: &Material, half: f32) -> SequenceJob {
+    let mut stage = Stage::new();
+    let (x, y, z) = (Vec3::X * 2.0, Vec3::Y * 2.0, Vec3::Z * 2.0);
+    for (center, u, v) in [(z, x, y), (-z, x, y), (x, y, z), (-x, y, z), (-y, x, z)] {
+        stage.add(rectangle(center, u, v), walls.clone());
+    }
+    // The ceiling around the hole
+    let (middle, width) = (1.0 + 0.5 * half, 1.0 - 0.5 * half);
+    for side in [1.0, -1.0] {
+        stage.add(rectangle(y + Vec3::X * middle * side, Vec3::X * width, z), walls.clone());
+        let strip = rectangle(y + Vec3::Z * middle * side, Vec3::X * half, Vec3::Z * width);
+        stage.add(strip, walls.clone());
+    }
+    stage.add(rectangle(Vec3::Y * -1.99, Vec3::Z, Vec3::X), board.clone());
+    let projection =
+        Projection::Perspective { fov_y_radians: 1.5, aspect_ratio: None, z_near: 0.0, z_far: None };
+    let world_from_camera = camera_at(Vec3::new(0.0, 0.5, 1.5), Vec3::new(0.0, -1.0, -1.0));
+    let camera = SelectedCamera::Fixed { world_from_camera, projection };
+    let mut job = sequence_job(stage.scene, camera, (32, 32), Path::new("unused.exr"));
+    job.environment = Environment::Constant(Vec3::ONE);
+    job.render.samples = 16;
+    job
+}
+
+/// That box with all of one colour.
+fn painted_box(color: Vec3, half: f32) -> SequenceJob {
+    let paint = Material { double_sided: true, ..lambert(color) };
+    box_with_hole(&paint, &paint, half)
+}
+
+#[test]
+fn white_boxes_are_as_bright_as_what_lights_them() {
+    for half in [0.8, 1.2] {
+        let brightness = brightness(&painted_box(Vec3::ONE, half), 0.0);
+        assert!((brightness - 1.0).abs() < 0.02, "{half}: {brightness}");
+    }
+}
+
+#[test]
+fn closed_boxes_are_about_as_bright_as_with_paths() {
+    for (albedo, half) in [(0.2, 0.8), (0.5, 0.8), (0.5, 1.2), (0.8, 0.8), (0.8, 1.2)] {
+        let mut job = painted_box(Vec3::splat(albedo), half);
+        let found = brightness(&job, 0.0);
+        job.render.integrator = Integrator::Path;
+        job.render.samples = 64;
+        job.render.max_depth = 64;
+        let expected = brightness(&job, 0.0);
+        // As if nothing were in between, all of them are several times too bright.
+        assert!(albedo > 3.0 * expected, "{albedo} {half}: {expected}");
+        assert!((found / expected - 1.0).abs() < 0.3, "{albedo} {half}: {found}, paths {expected}");
+    }
+}
+
+#[test]
+fn walls_of_closed_boxes_colour_each_other() {
+    let mut job = painted_box(Vec3::new(0.8, 0.4, 0.1), 0.8);
+    let channels = |job: &SequenceJob| {
+        let frame = Frame::at(&job.scene, &job.selection, 0.0);
+        let film = render_single_frame(job, &frame, &job.render, &CancelFlag::new());
+        let sum = film.map(|(film, _)| {
+            film.pixels.iter().fold(Vec3::ZERO, |sum, [r, g, b, ..]| sum + Vec3::new(*r, *g, *b))
+        });
+        sum.unwrap_or_default()
+    };
+    let found = channels(&job);
+    job.render.integrator = Integrator::Path;
+    job.render.samples = 64;
+    let expected = channels(&job);
+    // More saturated than the paint, whose red is twice its green and eight times its blue.
+    for (found, expected) in
+        [(found.x / found.y, expected.x / expected.y), (found.x / found.z, expected.x / expected.z)]
+    {
+        assert!((found / expected - 1.0).abs() < 0.2, "{found}, paths {expected}");
+    }
+    assert!(found.x > 2.5 * found.y && found.x > 12.0 * found.z, "{found}");
+}
+
+#[test]
+fn unlit_domes_light_what_is_in_them() {
+    let sky = Material { unlit: true, double_sided: true, ..lambert(Vec3::splat(0.4)) };
+    let mut job = box_with_hole(&sky, &lambert(Vec3::splat(0.5)), 0.8);
+    let SelectedCamera::Fixed { world_from_camera, .. } = &mut job.selection.camera else {
+        panic!("the camera is fixed");
+    };
+    // The board alone
+    *world_from_camera = camera_at(Vec3::new(0.0, -1.5, 0.0), Vec3::Y * -2.0);
+    let found = brightness(&job, 0.0);
+    job.render.integrator = Integrator::Path;
+    job.render.samples = 256;
+    let expected = brightness(&job, 0.0);
+    assert!((found / expected - 1.0).abs() < 0.05, "{found}, paths {expected}");
+}
+
+#[test]
+fn without_shadow_rays_the_whole_light_arrives() {
+    let mut job = painted_box(Vec3::splat(ALBEDO), 0.8);
+    job.render.env_samples = EnvSamples::Fixed(0);
+    assert!((brightness(&job, 0.0) - ALBEDO).abs() < 1e-5);
 }

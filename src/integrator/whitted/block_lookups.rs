@@ -37,7 +37,7 @@ impl BlockLookups {
         block: &SurfaceBlock<'_>,
         materials: &[MaterialSample],
     ) {
-        let environment = context.view.environment;
+        let environment = context.lookups;
         (self.diffuse, self.irradiated, self.specular, self.metallic) = Default::default();
         if environment.is_uniform() {
             return;

@@ -26,7 +26,7 @@ impl Tracer<'_, '_> {
             && coat.traced_share < 1.0
         {
             let PrefilteredLobe { direction, roughness } = coat.looked_up;
-            let seen = self.context.view.environment.prefiltered(direction, roughness);
+            let seen = self.context.lookups.prefiltered(direction, roughness);
             let albedo = shading.weight * (coat.albedo * (1.0 - coat.traced_share) * occlusion);
             let lobe = LookupLobe::Glossy(coat.looked_up);
             lookups.push(EnvironmentLookup { radiance: albedo * seen, albedo, lobe, is_outside: true });
@@ -36,7 +36,7 @@ impl Tracer<'_, '_> {
 
     /// Diffuse lobes, sheen, and the broad part of the reflected specular lobe. `reached` multiplies light that leaves from below the coat.
     fn look_up_diffuse(&self, shading: &Shading<'_, '_>, reached: Vec3, lookups: &mut EnvironmentLookups) {
-        let environment = self.context.view.environment;
+        let environment = self.context.lookups;
         let Shading { point, albedos, .. } = shading;
         let normal = point.shading_normal;
         let broad = prefiltered_albedo(shading) * broad_share(shading);
@@ -98,7 +98,7 @@ impl Tracer<'_, '_> {
         reached: Vec3,
         lookups: &mut EnvironmentLookups,
     ) {
-        let (environment, albedos) = (self.context.view.environment, &shading.albedos);
+        let (environment, albedos) = (self.context.lookups, &shading.albedos);
         let prefiltered_share = 1.0 - shading.traced_share_transmitted;
         if shading.follows_transmission || prefiltered_share == 0.0 || albedos.transmission == Vec3::ZERO {
             return;
@@ -134,7 +134,7 @@ impl Tracer<'_, '_> {
         if let Some((seen, lobe)) = self.whitted.block_lookups.reflection(shading.index) {
             return (seen, LookupLobe::Glossy(lobe));
         }
-        let (environment, roughness) = (self.context.view.environment, shading.material.roughness);
+        let (environment, roughness) = (self.context.lookups, shading.material.roughness);
         let normal = shading.point.shading_normal;
         let mirrored = mirror_direction(shading.point.wo, normal);
         if shading.material.anisotropy.is_none() {

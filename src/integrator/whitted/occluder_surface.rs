@@ -71,7 +71,7 @@ impl OccluderSurface {
         part: f32,
         direction: (Vec2, f32),
     ) -> (Vec3, Vec3) {
-        let environment = context.view.environment;
+        let environment = context.lookups;
         let mut radiance = if self.diffuse == Vec3::ZERO {
             Vec3::ZERO
         } else {

@@ -17,11 +17,12 @@ use crate::integrator::IntegratorContext;
 use crate::integrator::least_weights::MIN_SCATTERED;
 use crate::integrator::lights::{Incidence, IncidenceLanes};
 use crate::integrator::local_frame::{local_frame, mirror_direction};
+use crate::integrator::lookup_environment::LookupEnvironment;
 use crate::integrator::prefiltered_lobe::{PrefilteredLobe, RoughLobe};
 use crate::integrator::surface_hit::SurfaceHit;
 use crate::integrator::wavefront::Wavefront;
 use crate::interaction::{BaseMaterialLanes, MaterialSample, SurfaceBlock};
-use crate::scene::{Environment, LookupLanes, Material};
+use crate::scene::{LookupLanes, Material};
 
 /// Lookups of a surface of a block: of its diffuse and of its specular lobe.
 pub(super) const BLOCK_LOOKUPS: usize = 2;
@@ -150,7 +151,7 @@ impl<'a> OpaqueBlock<'a> {
         vectorized!(level, reflected.orient(surfaces.normals(), surfaces.viewers(), materials));
         reflected.look_up(
             (level, ActiveLanes::first(hits.len())),
-            view.environment,
+            &context.lookups,
             surfaces.normals(),
             (&materials.base, table),
         );
@@ -224,7 +225,7 @@ impl ReflectedLanes {
     fn look_up(
         &mut self,
         (level, lanes): (Level, ActiveLanes),
-        environment: &Environment,
+        environment: &LookupEnvironment<'_>,
         normals: &Vec3Lanes,
         (materials, table): (&BaseMaterialLanes, &AlbedoTable),
     ) {

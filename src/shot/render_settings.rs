@@ -129,7 +129,7 @@ fn adaptive(args: &SettingValues) -> Result<Option<Adaptive>> {
 
 fn lens(args: &SettingValues, scene: &Scene, of_file: Option<&Camera>) -> Result<Option<Lens>> {
     let Some(aperture) = args.aperture else { return Ok(None) };
-    if matches!(aperture, Aperture::FNumber(_)) && (args.ortho || of_file.is_some_and(is_orthographic)) {
+    if matches!(aperture, Aperture::FNumber(_)) && is_parallel(args, of_file) {
         return Err(Error::setting(
             "aperture",
             "an orthographic camera has no f-number; write the lens's radius in metres",
@@ -148,8 +148,11 @@ fn lens(args: &SettingValues, scene: &Scene, of_file: Option<&Camera>) -> Result
     Ok(Some(Lens { aperture, focus }))
 }
 
-fn is_orthographic(camera: &Camera) -> bool {
-    matches!(camera.projection, Projection::Orthographic { .. })
+/// Whether the view is parallel. A field of view makes an orthographic camera of the file perspective.
+fn is_parallel(args: &SettingValues, of_file: Option<&Camera>) -> bool {
+    let is_orthographic = |camera: &Camera| matches!(camera.projection, Projection::Orthographic { .. });
+    let has_field_of_view = args.fov.is_some() || args.focal_length.is_some();
+    args.ortho || !has_field_of_view && of_file.is_some_and(is_orthographic)
 }
 
 /// The selected camera, where it is one of the scene, or of the file of a camera path.

@@ -1,6 +1,7 @@
 use super::*;
 use crate::error::Error;
 use crate::film::PixelWindow;
+use crate::render::Aperture;
 use crate::settings::EnvironmentSource;
 
 /// A folder with a scene, a shot in a folder of its own, and a suite file.
@@ -86,6 +87,22 @@ fn crops_give_way_to_one_stronger_side_where_they_reach_beyond_the_image() {
         let message = "0,0,64,32 reaches beyond the image of ";
         assert!(error.to_string().contains(message), "{error}");
     }
+}
+
+#[test]
+fn orthographic_cameras_have_f_numbers_where_a_field_of_view_makes_them_perspective() {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/camera/orthographic.gltf");
+    let job = |overrides: &[&str]| {
+        let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+        shot_job(&ShotRequest { path: &scene, suite: None, overrides: &overrides })
+    };
+    for lens in ["fov=40", "focal_length=35"] {
+        let render = job(&["aperture=f/2.8", lens]).unwrap().sequence.render;
+        assert_eq!(render.lens.unwrap().aperture, Aperture::FNumber(2.8), "{lens}");
+    }
+    let error = job(&["aperture=f/2.8"]).unwrap_err();
+    assert!(error.to_string().contains("an orthographic camera has no f-number"), "{error}");
+    assert!(job(&["aperture=0.1"]).is_ok());
 }
 
 #[test]

@@ -3,6 +3,9 @@
 use super::NameOrIndex;
 use crate::error::{Error, Result, Warning};
 
+/// Most things that an error lists.
+const MOST_LISTED: usize = 20;
+
 /// What a name of a request may refer to.
 pub(crate) struct NamedKind {
     /// The singular; an s makes the plural.
@@ -49,11 +52,16 @@ pub(super) fn find<'a>(
         NameOrIndex::Index(index) => (Some(*index).filter(|&i| i < names.len()), format!("#{index}")),
     };
     found.ok_or_else(|| {
-        let choices: Vec<String> = names.enumerate().map(|(i, name)| label(i, name)).collect();
-        let choices = if choices.is_empty() {
-            "the file has none".to_owned()
-        } else {
-            format!("choose one of: {}", choices.join(", "))
+        let count = names.len();
+        let listed: Vec<String> =
+            names.enumerate().take(MOST_LISTED).map(|(i, name)| label(i, name)).collect();
+        let choices = match count - listed.len() {
+            _ if count == 0 => "the file has none".to_owned(),
+            0 => format!("choose one of: {}", listed.join(", ")),
+            more => {
+                let listed = listed.join(", ");
+                format!("choose one of: {listed} and {more} more, which rayframe info --json lists")
+            }
         };
         Error::setting(kind.setting, format!("there is no {} {label_of_request}; {choices}", kind.noun))
     })
@@ -61,4 +69,25 @@ pub(super) fn find<'a>(
 
 pub(super) fn label(index: usize, name: Option<&str>) -> String {
     name.map_or_else(|| format!("#{index}"), |name| format!("#{index} \"{name}\""))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_list_at_most_twenty_names() {
+        const CLIP: NamedKind = NamedKind { noun: "clip", setting: "animation", pointer: "/animations" };
+        let message = |count: usize| {
+            let names: Vec<String> = (0..count).map(|i| format!("c{i}")).collect();
+            let names = names.iter().map(|name| Some(name.as_str()));
+            let selected = NameOrIndex::Name("walk".to_owned());
+            find(&CLIP, &selected, names, &mut Vec::new()).unwrap_err().to_string()
+        };
+        assert!(message(0).ends_with("there is no clip \"walk\"; the file has none"), "{}", message(0));
+        assert!(message(20).ends_with("#18 \"c18\", #19 \"c19\""), "{}", message(20));
+        let many = message(3000);
+        assert!(many.contains("; choose one of: #0 \"c0\", #1 \"c1\""), "{many}");
+        assert!(many.ends_with("#19 \"c19\" and 2980 more, which rayframe info --json lists"), "{many}");
+    }
 }

@@ -11,7 +11,7 @@ use crate::render::RenderStatistics;
 use crate::scene::{Environment, SelectedCamera};
 
 use super::memory::reference_budget;
-use super::{SequenceJob, Summary};
+use super::{SequenceJob, Summary, triangle_count};
 
 /// Luminance that counts as black at an exposure of 0: sRGB 6 of 255.
 const BLACK: f32 = 0.002;
@@ -39,18 +39,10 @@ impl FrameWarnings {
         rays: &RenderStatistics,
     ) -> Result<Vec<Warning>> {
         let mut messages = non_finite_messages(frame, rays, job.strict)?;
-        let window = job.render.window;
-        let is_whole = window.size() == job.render.resolution;
-        if rays.integrator.camera_hits == 0 && tree.triangles > 0 && is_whole && !self.warned_of_empty_view {
-            self.warned_of_empty_view = true;
-            let camera = match job.selection.camera {
-                SelectedCamera::Node(_) => job.selection.camera_label(&job.scene),
-                _ => "the camera".to_owned(),
-            };
-            messages.push(format!(
-                "{camera} sees nothing in frame {frame}: the scene lies behind or beside the camera or beyond its znear or zfar, \
-                 faces away from it, is transparent, or lies between the samples"
-            ));
+        if rays.integrator.camera_hits == 0 && !self.warned_of_empty_view {
+            let message = empty_view(job, frame, tree);
+            self.warned_of_empty_view = message.is_some();
+            messages.extend(message);
         }
         if rays.integrator.transparency_limit_reached > 0 {
             messages.push(format!(
@@ -96,6 +88,26 @@ impl FrameWarnings {
             ))
         })
     }
+}
+
+/// Why a frame shows no surface; `None` where only a part of it is rendered, or where the scene has none.
+fn empty_view(job: &SequenceJob, frame: i64, tree: &BuildStatistics) -> Option<String> {
+    if tree.triangles == 0 {
+        return (triangle_count(&job.scene, &job.selection.roots) > 0).then(|| {
+            format!("nothing is visible in frame {frame}: all meshes are hidden or have no area, such as by a scale of 0")
+        });
+    }
+    let is_whole = job.render.window.size() == job.render.resolution;
+    is_whole.then(|| {
+        let camera = match job.selection.camera {
+            SelectedCamera::Node(_) => job.selection.camera_label(&job.scene),
+            _ => "the camera".to_owned(),
+        };
+        format!(
+            "{camera} sees nothing in frame {frame}: the scene lies behind or beside the camera or beyond its znear or zfar, \
+             faces away from it, is transparent, or lies between the samples"
+        )
+    })
 }
 
 /// Pixels of a frame that are not black.
@@ -157,6 +169,7 @@ fn non_finite_messages(frame: i64, rays: &RenderStatistics, is_strict: bool) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::renderer::Renderer;
     use crate::sequence::{FrameReport, Phases, RayReport, TreeReport};
 
     fn frame(camera: u64, dropped_weight: f64) -> FrameReport {
@@ -185,6 +198,37 @@ mod tests {
         assert_eq!(message(vec![frame(100, 1.0)]), None);
         assert_eq!(message(Vec::new()), None);
     }
+
+    #[test]
+    fn frames_without_visible_triangles_are_told() {
+        // A triangle, of which a camera sees the front.
+        let document = |node: &str| {
+            format!(
+                r#"{{"asset": {{"version": "2.0"}}, "extensionsUsed": ["KHR_node_visibility"],
+                "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0{node}}}],
+                "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}}}]}}],
+                "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                    "min": [0, 0, 0], "max": [1, 1, 0]}}],
+                "bufferViews": [{{"buffer": 0, "byteLength": 36}}],
+                "buffers": [{{"byteLength": 36, "uri":
+                    "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}}]}}"#
+            )
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.gltf");
+        let warnings = |node: &str| -> Vec<String> {
+            std::fs::write(&path, document(node)).unwrap();
+            let frame = Renderer::open(&path).unwrap().size(8, 8).samples(1).frame(0).unwrap();
+            frame.warnings().iter().map(|warning| warning.message.clone()).collect()
+        };
+        assert_eq!(warnings(""), [""; 0]);
+        let hidden = r#", "extensions": {"KHR_node_visibility": {"visible": false}}"#;
+        for node in [hidden, r#", "scale": [0, 0, 0]"#] {
+            let expected = "nothing is visible in frame 0: all meshes are hidden or have no area, such as by a scale of 0";
+            assert_eq!(warnings(node), [expected], "{node}");
+        }
+    }
+
     #[test]
     fn pixels_that_are_not_finite_are_a_warning_or_an_internal_error() {
         let rays =

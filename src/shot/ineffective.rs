@@ -23,11 +23,6 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
             "no environment is in use",
         ),
         (
-            values.elevation != Orbit::THREE_QUARTER.elevation_degrees && starts_from_camera(values),
-            "elevation",
-            "the turntable starts from the camera that `camera` names",
-        ),
-        (
             values.noise.is_some() && values.samples <= FIRST_DECISION,
             "noise",
             "pixels first decide after 32 samples, and take no more than `samples`; set that to 4096, say",
@@ -74,16 +69,39 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
     ];
     let warning =
         |(_, setting, why): (bool, &str, &str)| Warning::of_file(format!("`{setting}` does nothing: {why}"));
-    let ineffective = ineffective.into_iter().filter(|(is_ineffective, ..)| *is_ineffective).map(warning);
+    let all = of_camera(values).into_iter().chain(ineffective);
+    let ineffective = all.filter(|(is_ineffective, ..)| *is_ineffective).map(warning);
     let stage = ground_without_shadows(values, job);
     let infinite = infinite_lights(&lights, job.render.light_scale);
     ineffective.chain(stage).chain(equal_frames(job)).chain(infinite).collect()
+}
+
+/// Settings of the camera: whether each has no effect, its name, and why.
+fn of_camera(values: &SettingValues) -> [(bool, &'static str, &'static str); 2] {
+    [
+        (
+            values.elevation != Orbit::THREE_QUARTER.elevation_degrees && starts_from_camera(values),
+            "elevation",
+            "the turntable starts from the camera that `camera` names",
+        ),
+        (
+            values.frame_node.is_some() && has_decided_camera(values),
+            "frame_node",
+            "`camera_position` and `look_at` decide what is seen",
+        ),
+    ]
 }
 
 /// Whether a turntable starts from a camera of the file.
 fn starts_from_camera(values: &SettingValues) -> bool {
     let is_named = matches!(values.camera, Some(CameraRequest::Camera(_) | CameraRequest::Each));
     values.turntable.is_some() && values.frame_node.is_none() && is_named
+}
+
+/// Whether position and target of the camera are given, and it has no planes of a camera of the file, which framing removes.
+fn has_decided_camera(values: &SettingValues) -> bool {
+    let keeps_camera = matches!(values.camera, Some(CameraRequest::Camera(_) | CameraRequest::Each));
+    values.camera_position.is_some() && values.look_at.is_some() && !keeps_camera
 }
 
 /// Whether the environment brings a directional light.

@@ -180,6 +180,33 @@ fn what_is_not_honoured_is_a_warning_or_an_error() {
 }
 
 #[test]
+fn a_framed_node_does_nothing_where_position_and_target_are_given() {
+    let folder = suite("scene = 'a.gltf'", "");
+    let path = folder.path().join("shots/a.gltf");
+    let settings = |given: &[&str]| {
+        let definitions: Vec<String> = given.iter().map(ToString::to_string).collect();
+        let shot = ShotSettings::read_with(&path, Settings::read_definitions(&definitions).unwrap()).unwrap();
+        resolve(&shot, ImageLoading::Texels).unwrap()
+    };
+    let warnings = |given: &[&str]| {
+        let choices = settings(given).choices.into_iter().map(|warning| warning.message);
+        choices.filter(|message| message.contains("frame_node")).collect::<Vec<_>>()
+    };
+    let (node, position, target) = ("frame_node=#0", "camera_position=0,1,5", "look_at=0,0,0");
+    let told = "`frame_node` does nothing: `camera_position` and `look_at` decide what is seen";
+    assert_eq!(warnings(&[node, position, target]), [told]);
+    let camera = |given: &[&str]| settings(given).sequence.selection.camera;
+    assert_eq!(camera(&[node, position, target]), camera(&[position, target]));
+    for given in [&[node, position][..], &[node, target], &[position, target], &[node]] {
+        assert_eq!(warnings(given), [""; 0], "{given:?}");
+    }
+    // Of a camera that is kept it removes the near and far plane.
+    let kept = ["camera=#0", position, target];
+    assert_eq!(warnings(&[&kept[..], &[node]].concat()), [""; 0]);
+    assert_ne!(camera(&[&kept[..], &[node]].concat()), camera(&kept));
+}
+
+#[test]
 fn strict_ignores_what_only_other_variants_have() {
     let text = r#"{"asset": {"version": "2.0"}, "extensionsUsed": ["KHR_materials_variants", "KHR_materials_anisotropy"],
         "extensions": {"KHR_materials_variants": {"variants": [{"name": "plain"}, {"name": "brushed"}]}},

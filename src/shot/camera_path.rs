@@ -1,15 +1,16 @@
 //! Camera paths: keys in a TOML file, or an animated camera of a glTF file.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use toml::de::DeValue;
 
-use crate::error::{Error, Result, SettingError};
+use crate::error::{Error, Result, SettingError, Warning};
 use crate::gltf::{self, ImportOptions};
 use crate::scene::{
-    CameraKeys, CameraMotion, CameraPath, CameraRequest, CurveKind, KeyTimes, KeyedPoint, KeyedValue,
-    SelectedCamera, Selection, SelectionRequest,
+    AnimationIndex, AnimationTarget, CameraKeys, CameraMotion, CameraPath, CameraRequest, Channel, CurveKind,
+    KeyTimes, KeyedPoint, KeyedValue, NodeIndex, Scene, SelectedCamera, Selection, SelectionRequest,
 };
 use crate::settings::{CameraPathSource, TomlEntry, TomlFile, entries, number, read_text};
 
@@ -25,6 +26,8 @@ const KEY_KEYS: [&str; 5] = ["time", "position", "look_at", "fov", "roll"];
 pub(super) struct LoadedPath {
     pub(super) path: CameraPath,
     pub(super) files: Vec<PathBuf>,
+    /// Notes about what of the file is not used.
+    pub(super) choices: Vec<Warning>,
 }
 
 /// Reads the path that `source` names, a scene file with `options`.
@@ -35,7 +38,7 @@ pub(super) fn load(source: &CameraPathSource, options: &ImportOptions) -> Result
     if source.is_keys() {
         let text = read_text(&source.file)?;
         let path = read_keys(&TomlFile { path: &source.file, text: &text })?;
-        return Ok(LoadedPath { path, files: vec![source.file.clone()] });
+        return Ok(LoadedPath { path, files: vec![source.file.clone()], choices: Vec::new() });
     }
     let scene = Arc::new(gltf::import(&source.file, options)?);
     let request = SelectionRequest {
@@ -43,13 +46,22 @@ pub(super) fn load(source: &CameraPathSource, options: &ImportOptions) -> Result
         ..SelectionRequest::default()
     };
     let of_path = |why: &str| Error::setting("camera_path", format!("{}: {why}", source.file.display()));
-    let (selection, _) = Selection::resolve(&request, &scene).map_err(|error| match error {
+    let (selection, warnings) = Selection::resolve(&request, &scene).map_err(|error| match error {
         Error::Setting(SettingError { why, .. }) => of_path(&why),
         error => error,
     })?;
     let SelectedCamera::Node(node) = selection.camera else {
         return Err(of_path("the file has no camera; name one that has, or a .toml file of keys"));
     };
+    let is_ambiguous = warnings.iter().any(|warning| warning.pointer.starts_with("/cameras/"));
+    let same_name = is_ambiguous.then(|| {
+        let (file, camera) = (file_name(&source.file), selection.camera_name(&scene).unwrap_or_default());
+        Warning::of_file(format!(
+            "`camera_path` {file}: several cameras are called \"{}\", and the first one is used; '{file}#0' selects one by its index",
+            camera.escape_debug()
+        ))
+    });
+    let choices = same_name.into_iter().chain(left_out_clips(source, &scene, &selection, node)).collect();
     let clips: Vec<_> = selection.clips.iter().map(|clip| clip.0).collect();
     let mut files = vec![source.file.clone()];
     files.extend(scene.files.iter().cloned());
@@ -60,7 +72,37 @@ pub(super) fn load(source: &CameraPathSource, options: &ImportOptions) -> Result
         is_loop: false,
         motion: CameraMotion::Scene { clips: selection.clips, node, scene },
     };
-    Ok(LoadedPath { path, files })
+    Ok(LoadedPath { path, files, choices })
+}
+
+/// The note about clips that move the camera and do not play, since earlier ones animate the same; `None` without such clips.
+fn left_out_clips(
+    source: &CameraPathSource,
+    scene: &Scene,
+    selection: &Selection,
+    node: NodeIndex,
+) -> Option<Warning> {
+    let parent = |node: &NodeIndex| scene.nodes.get(node.index())?.parent;
+    let moving: BTreeSet<NodeIndex> = std::iter::successors(Some(node), parent).collect();
+    let camera = scene.nodes.get(node.index()).and_then(|node| node.camera);
+    let moves = |channel: &Channel| match channel.target {
+        AnimationTarget::Camera(of, _) => Some(of) == camera,
+        target => target.node().is_some_and(|node| moving.contains(&node)),
+    };
+    let clips = scene.animations.iter().enumerate();
+    let mut left_out = clips.filter(|(index, clip)| {
+        !selection.clips.contains(&AnimationIndex::of(*index)) && clip.channels.iter().any(moves)
+    });
+    let (index, clip) = left_out.next()?;
+    let name = clip.name.as_ref().map_or_else(String::new, |name| format!(" \"{}\"", name.escape_debug()));
+    let others = match left_out.count() {
+        0 => String::new(),
+        others => format!(" and {others} more"),
+    };
+    let file = file_name(&source.file);
+    Some(Warning::of_file(format!(
+        "`camera_path` {file}: all clips of the file play together without #{index}{name}{others}, since earlier ones animate the same"
+    )))
 }
 
 fn file_name(path: &Path) -> String {
@@ -227,4 +269,48 @@ fn point(file: &TomlFile<'_>, entry: TomlEntry<'_>) -> Result<[f64; 3]> {
 /// An error about the key at byte `at`.
 fn wrong_key(file: &TomlFile<'_>, at: usize, why: String) -> Error {
     SettingError { setting: "key".to_owned(), origin: file.origin(at), why }.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+    use crate::scene::NameOrIndex;
+
+    #[test]
+    fn what_a_path_does_not_take_from_its_file_is_told() {
+        let source = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/animation/pointer_light_camera.gltf");
+        let mut document: Value = serde_json::from_str(&std::fs::read_to_string(source).unwrap()).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let told = |document: &Value, camera: Option<&str>| -> Vec<String> {
+            let file = folder.path().join("cams.gltf");
+            std::fs::write(&file, document.to_string()).unwrap();
+            let source = CameraPathSource { file, camera: camera.map(NameOrIndex::parse) };
+            let choices = load(&source, &ImportOptions::default()).unwrap().choices;
+            choices.into_iter().map(|warning| warning.message).collect()
+        };
+        assert_eq!(told(&document, None), [""; 0]);
+
+        // The same clip twice more, which animates the camera
+        for _ in 0..2 {
+            let mut clip = document["animations"][0].clone();
+            clip["name"] = "again".into();
+            document["animations"].as_array_mut().unwrap().push(clip);
+        }
+        let left_out = "`camera_path` cams.gltf: all clips of the file play together without #1 \"again\" and 1 more, since earlier ones animate the same";
+        assert_eq!(told(&document, None), [left_out]);
+
+        // Another camera of the same name, which nothing animates
+        let eye = json!({"name": "eye", "type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1}});
+        document["cameras"] = json!([eye, eye]);
+        let nodes = document["nodes"].as_array_mut().unwrap();
+        nodes.push(json!({"camera": 1}));
+        let added = nodes.len() - 1;
+        document["scenes"][0]["nodes"].as_array_mut().unwrap().push(added.into());
+        let ambiguous = "`camera_path` cams.gltf: several cameras are called \"eye\", and the first one is used; 'cams.gltf#0' selects one by its index";
+        assert_eq!(told(&document, Some("eye")), [ambiguous, left_out]);
+        assert_eq!(told(&document, Some("#0")), [left_out]);
+        assert_eq!(told(&document, Some("#1")), [""; 0]);
+    }
 }

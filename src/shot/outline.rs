@@ -110,7 +110,8 @@ impl ShotOutline {
         let mut inputs = vec![shot.scene.clone()];
         if let Some(source) = &args.camera_path {
             let options = import_options(args, ImageLoading::Budget);
-            let LoadedPath { path, files } = camera_path::load(source, &options)?;
+            let LoadedPath { path, files, choices: of_path } = camera_path::load(source, &options)?;
+            choices.extend(of_path);
             let path = SelectedCamera::Path(Arc::new(path));
             for named in &mut selections {
                 named.selection.camera = path.clone();

@@ -3,6 +3,7 @@
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
+use super::os_text::around;
 use crate::scene::NameOrIndex;
 
 /// Ends of file names that hold scenes.
@@ -30,10 +31,8 @@ impl CameraPathSource {
         if is_scene(text) || has_ending(text, ".toml") {
             return Ok(Self { file: PathBuf::from(text), camera: None });
         }
-        let named = text.to_str().and_then(|text| {
-            let marks = text.match_indices('#').map(|(at, _)| (&text[..at], &text[at + 1..]));
-            marks.into_iter().find(|(file, _)| is_scene(OsStr::new(file)))
-        });
+        let marks = text.as_encoded_bytes().iter().enumerate().filter(|(_, byte)| **byte == b'#');
+        let named = marks.filter_map(|(at, _)| around(text, at)).find(|(file, _)| is_scene(file));
         match named {
             Some((_, "")) => Err("after the # stands the name of a camera, or its number".to_owned()),
             Some((file, camera)) => {

@@ -7,6 +7,7 @@ use crate::color::srgb8_to_linear;
 use crate::scene::BuiltInLight;
 
 use super::nearest::nearest;
+use super::os_text::around;
 use super::parse::{factor, finite};
 use super::plate_pattern::PlatePattern;
 
@@ -44,9 +45,10 @@ impl EnvironmentSource {
             }
             None => {}
         }
-        let turned = text.to_str().and_then(|text| {
-            let (file, degrees) = text.rsplit_once('@')?;
-            Some((OsString::from(file), finite(degrees).ok()?))
+        let mark = text.as_encoded_bytes().iter().rposition(|&byte| byte == b'@');
+        let turned = mark.and_then(|at| {
+            let (file, degrees) = around(text, at)?;
+            Some((file, finite(degrees).ok()?))
         });
         let (file, degrees) = turned.unwrap_or_else(|| (text.to_owned(), 0.0));
         if let Some(light) = BuiltInLight::ALL.into_iter().find(|light| file == light.name()) {

@@ -24,6 +24,7 @@ mod lists;
 mod name_parts;
 mod named;
 mod nearest;
+mod os_text;
 mod output_pattern;
 #[doc(hidden)]
 pub mod parse;

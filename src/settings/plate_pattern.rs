@@ -5,6 +5,7 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use super::name_parts::{Part, filled, is_numbered, parse_parts};
+use super::os_text::without_prefix;
 use super::output_pattern::{OutputPattern, holds_folder};
 
 /// Prefix that makes any image a plate.
@@ -133,8 +134,8 @@ pub(super) fn numbers_in(text: &[u8], most: i64) -> BTreeSet<i64> {
 
 /// The name without the prefix, and whether there was one.
 fn split(text: &OsStr) -> (OsString, bool) {
-    match text.to_str().and_then(|text| text.strip_prefix(PREFIX)) {
-        Some(name) => (name.into(), true),
+    match without_prefix(text, PREFIX) {
+        Some(name) => (name, true),
         None => (text.to_owned(), false),
     }
 }

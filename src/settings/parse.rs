@@ -143,13 +143,15 @@ pub fn refit(text: &str) -> Result<Refit, String> {
 
 /// `0.5` frames or `180deg` of the shutter's turn, in frames.
 pub fn shutter(text: &str) -> Result<f64, String> {
+    const DEGREES: f64 = 360.0;
+    const MOST: f64 = 100.0;
     let frames = match text.strip_suffix("deg") {
-        Some(degrees) => degrees.trim().parse().map(|degrees: f64| degrees / 360.0),
+        Some(degrees) => degrees.trim().parse().map(|degrees: f64| degrees / DEGREES),
         None => text.parse(),
     };
     match frames {
-        Ok(frames) if frames > 0.0 && frames <= 100.0 => Ok(frames),
-        Ok(frames) if frames > 100.0 && frames.is_finite() && !text.ends_with("deg") => {
+        Ok(frames) if frames > 0.0 && frames <= MOST => Ok(frames),
+        Ok(frames) if frames > MOST && frames / DEGREES <= MOST && !text.ends_with("deg") => {
             Err(format!("the shutter is open for 100 frames at most; did you mean {text}deg?"))
         }
         _ => {
@@ -336,6 +338,16 @@ mod tests {
             assert_eq!(error, "write a whole number from 1 to 9", "{text}");
         }
         assert!(count("0").is_err() && count("2147483648").is_err() && frame("2147483648").is_err());
+    }
+
+    #[test]
+    fn shutters_are_frames_or_degrees() {
+        assert_eq!((shutter("0.5"), shutter("180deg"), shutter("36000 deg")), (Ok(0.5), Ok(0.5), Ok(100.0)));
+        assert!(shutter("180").unwrap_err().contains("did you mean 180deg?"));
+        // What is suggested is accepted.
+        for text in ["36001", "1e9", "inf", "36001deg", "0", "-1", "nan"] {
+            assert!(shutter(text).unwrap_err().starts_with("write frames such as 0.5"), "{text}");
+        }
     }
 
     #[test]

@@ -49,8 +49,10 @@ pub fn scale(text: &str) -> Result<f64, String> {
         None => (text, 1.0),
     };
     match number.parse::<f64>() {
-        Ok(value) if unit == 1.0 && value > 1.0 && value.is_finite() => {
-            let percent = format!("{text}% or {}", value / 100.0);
+        Ok(value) if unit == 1.0 && value > 1.0 && value <= 10_000.0 => {
+            let factor = (value * 1e4).round() / 1e6;
+            // A factor above 1 would be refused as well.
+            let percent = if factor <= 1.0 { format!("{text}% or {factor}") } else { format!("{text}%") };
             // Up to ten times as large is likelier than up to a tenth.
             Err(if value < 10.0 {
                 format!(
@@ -319,6 +321,9 @@ mod tests {
         assert!(
             scale("2").unwrap_err().starts_with("write 200% for an image 2 times as large, or 2% or 0.02")
         );
+        assert!(scale("33.3").unwrap_err().ends_with("rite 33.3% or 0.333"));
+        assert!(scale("150").unwrap_err().ends_with("rite 150%"));
+        assert!(scale("20000").unwrap_err().starts_with("a scale lies above 0%"));
         assert!(scale("inf").is_err() && scale("1e300").is_err());
         assert!(
             scale("0%").is_err() && scale("NaN").is_err() && scale("-1").is_err() && scale("1e9%").is_err()

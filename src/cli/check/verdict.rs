@@ -5,7 +5,9 @@ use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::Path;
 
-use rayframe::image_file::{ExrIntegrity, inspect_exr, inspect_png, saved_by, verify_exr};
+use rayframe::image_file::{
+    ExrIntegrity, OutputKind, inspect_exr, inspect_png, is_output, saved_by, verify_exr,
+};
 use rayframe::sequence::{ListedFile, sha256_of_file};
 
 use super::checked_file::FileStatus;
@@ -24,7 +26,11 @@ pub(super) fn of_file(path: &Path, listed: Option<&ListedFile>) -> (FileStatus, 
         Ok(_) => {}
     }
     let Some(sha256) = listed.and_then(|file| file.sha256.as_deref()) else {
-        return ByItself::of(path).verdict();
+        let by_itself = ByItself::of(path);
+        if matches!(by_itself, ByItself::Unknown) && is_output(path, OutputKind::Manifest) {
+            return unknown("is a manifest; --manifest checks the files that it lists".to_owned());
+        }
+        return by_itself.verdict();
     };
     match sha256_of_file(path) {
         Err(error) => unreadable(&error),
@@ -105,4 +111,23 @@ fn unknown(message: String) -> (FileStatus, String) {
 
 fn unreadable(error: &io::Error) -> (FileStatus, String) {
     (FileStatus::Unreadable, format!("cannot be read: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn manifests_are_told_from_other_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("m.json");
+        let manifest = r#"{"complete": true, "frames": [], "schema": 1, "software": "rayframe 0.1.0"}"#;
+        for (text, words) in
+            [(manifest, "--manifest checks the files that it lists"), ("{}", "is no EXR or PNG")]
+        {
+            std::fs::write(&path, text).unwrap();
+            let (status, message) = of_file(&path, None);
+            assert!(status == FileStatus::Unknown && message.contains(words), "{message}");
+        }
+    }
 }

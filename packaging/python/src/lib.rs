@@ -1,7 +1,8 @@
 //! The functions of the Python module `rayframe._rayframe`, which `rayframe/__init__.py` documents and wraps.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
@@ -31,7 +32,7 @@ create_exception!(
 const TICK: Duration = Duration::from_millis(50);
 
 /// Settings by name, each with one value or the elements of a list.
-type Arguments = Vec<(String, Vec<String>)>;
+type Arguments = Vec<(String, Vec<OsString>)>;
 /// Width and height.
 type Size = Option<(i64, i64)>;
 
@@ -79,7 +80,7 @@ impl Product {
                 return Err(Error::usage(format!("size and {name} contradict each other")));
             }
             if setting.name == "threads" {
-                threads = values.first().and_then(|value| value.parse().ok());
+                threads = values.first().and_then(|value| value.to_str()?.parse().ok());
             }
         }
         Ok(threads)
@@ -140,20 +141,20 @@ fn on_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T> 
 /// The settings that arguments are. Elements of a list are values of a setting that may be repeated, and else those of one value.
 fn settings_of(arguments: &Arguments) -> Result<Settings> {
     let mut settings = Settings::default();
-    let mut set = |name: &str, value: &str| settings.set(name, value.as_ref(), &Provenance::Library);
+    let mut set = |name: &str, value: &OsStr| settings.set(name, value, &Provenance::Library);
     for (name, values) in arguments {
         let form = Definition::of(name).map(|setting| setting.form);
         if form.is_some_and(|form| form.is_repeated) {
             values.iter().try_for_each(|value| set(name, value))?;
         } else {
             let separator = form.and_then(|form| form.separator).unwrap_or(",");
-            set(name, &values.join(separator))?;
+            set(name, &values.join(OsStr::new(separator)))?;
         }
     }
     Ok(settings)
 }
 
-fn renderer(path: &str, size: Size, arguments: &Arguments, cancel: &CancelFlag) -> Result<Renderer> {
+fn renderer(path: &Path, size: Size, arguments: &Arguments, cancel: &CancelFlag) -> Result<Renderer> {
     let mut settings = settings_of(arguments)?;
     let scale = settings.scale.clone();
     if let Some((width, height)) = size {
@@ -169,7 +170,7 @@ fn renderer(path: &str, size: Size, arguments: &Arguments, cancel: &CancelFlag) 
 
 fn rendered(
     py: Python<'_>,
-    path: &str,
+    path: &Path,
     frame: i64,
     size: Size,
     (settings, product): (&Arguments, Product),
@@ -181,12 +182,12 @@ fn rendered(
 #[pyfunction]
 fn render<'py>(
     py: Python<'py>,
-    path: &str,
+    path: PathBuf,
     frame: i64,
     size: Size,
     settings: Arguments,
 ) -> PyResult<Bound<'py, PyArray3<f32>>> {
-    let frame = rendered(py, path, frame, size, (&settings, Product::Pixels))?;
+    let frame = rendered(py, &path, frame, size, (&settings, Product::Pixels))?;
     let (width, height) = frame.size();
     let values = PyArray1::from_slice(py, frame.pixels().as_flattened());
     values.reshape([height as usize, width as usize, 4])
@@ -195,12 +196,12 @@ fn render<'py>(
 #[pyfunction]
 fn render_channels<'py>(
     py: Python<'py>,
-    path: &str,
+    path: PathBuf,
     frame: i64,
     size: Size,
     settings: Arguments,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let frame = rendered(py, path, frame, size, (&settings, Product::Channels))?;
+    let frame = rendered(py, &path, frame, size, (&settings, Product::Channels))?;
     let image = frame.image().map_err(raised)?;
     let (width, height) = image.data_window.size();
     let shape = [height as usize, width as usize];
@@ -221,18 +222,18 @@ fn render_channels<'py>(
 #[pyfunction]
 fn render_sequence(
     py: Python<'_>,
-    path: &str,
-    output: &str,
+    path: PathBuf,
+    output: OsString,
     size: Size,
     settings: Arguments,
-) -> PyResult<Vec<String>> {
+) -> PyResult<Vec<OsString>> {
     let threads = Product::Files.check(size, &settings).map_err(raised)?;
     let run = |cancel: &CancelFlag| {
-        let sequence = renderer(path, size, &settings, cancel)?.sequence(output)?;
+        let sequence = renderer(&path, size, &settings, cancel)?.sequence(&output)?;
         let files = Mutex::new(BTreeMap::new());
         let done = |frame: i64, path: &Path| {
             let mut files = files.lock().unwrap_or_else(PoisonError::into_inner);
-            files.insert(frame, path.display().to_string());
+            files.insert(frame, path.as_os_str().to_owned());
         };
         let on_event = |event: SequenceEvent<'_>| match event {
             SequenceEvent::FrameWritten(report) => done(report.frame, &report.path),
@@ -251,13 +252,13 @@ fn render_sequence(
 /// A file, or pixels.
 #[derive(FromPyObject)]
 enum Source<'py> {
-    File(String),
+    File(OsString),
     Pixels(PyReadonlyArray3<'py, f32>),
 }
 
 /// An image that was read or copied, and whether it is an array.
 enum Copied {
-    File(String),
+    File(OsString),
     Pixels(Box<Image>),
 }
 

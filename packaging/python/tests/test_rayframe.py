@@ -194,3 +194,15 @@ def test_lists_are_several_values(tmp_path):
     scene.write_text(json.dumps(document))
     caught = rayframe.render(scene, **SMALL, shadow_catcher=nodes)
     assert caught.tobytes() != rayframe.render(scene, **SMALL, shadow_catcher=nodes[:1]).tobytes()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of other systems are Unicode")
+def test_names_need_not_be_unicode(tmp_path):
+    folder = tmp_path / os.fsdecode(b"\xff")
+    folder.mkdir()
+    scene = folder / "a.gltf"
+    scene.write_bytes((SCENES / "light/point.gltf").read_bytes())
+    (file,) = rayframe.render_sequence(scene, folder / "a.####.exr", frames="1", **SMALL)
+    assert os.fsencode(file).endswith(b"\xff/a.0001.exr") and os.path.exists(file)
+    pixels = rayframe.render(scene, frame=1, **SMALL, allow_dir=folder)
+    assert rayframe.compare(pixels, file, preset="exact").passes

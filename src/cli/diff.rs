@@ -17,7 +17,6 @@ use std::path::PathBuf;
 use crate::progress::{print_json, print_output, print_warning};
 use rayframe::error::{Error, Result};
 use rayframe::image::PixelWindow;
-use rayframe::image_file::write_single_file;
 use rayframe::regression::{FilePair, FlipMap, Image, PairedFiles, compare, pair_files, pixel_hash};
 
 pub(super) use args::DiffArgs;
@@ -46,23 +45,22 @@ fn run_images(args: &DiffArgs) -> Result<bool> {
     let paired = pair_files(&args.actual, &args.reference)?;
     let heat_map = args.heat_map.as_deref().map(|name| MapPattern::heat_map(name, &paired)).transpose()?;
     let flip_map = args.flip_map.as_deref().map(|name| MapPattern::flip_map(name, &paired)).transpose()?;
-    let maps: Vec<_> = [&heat_map, &flip_map].into_iter().flatten().collect();
-    let files: Vec<_> = maps.iter().map(|map| map.files(&paired)).collect();
+    let mut patterns: Vec<_> = [heat_map, flip_map].into_iter().flatten().collect();
+    let files: Vec<_> = patterns.iter().map(|pattern| pattern.files(&paired)).collect();
     check_names(args, &inputs(&paired), &files)?;
-    for map in maps {
-        map.check_files(&paired, args.overwrite)?;
+    for pattern in &patterns {
+        pattern.check_files(&paired, args.overwrite)?;
     }
     let is_sequence = rayframe::regression::is_sequence(&args.actual)?;
     let mut page = ResultFiles::new(args)?.map(|files| DiffPage::new(files, &paired, is_sequence));
     let mut frames = Vec::with_capacity(paired.pairs.len());
     for pair in &paired.pairs {
         let (report, map) = compared(args, pair, page.as_mut())?;
-        let patterns = || [&heat_map, &flip_map].into_iter().flatten();
         if let Some((map, windows)) = &map {
-            for pattern in patterns() {
-                write_single_file(&pattern.path(pair.frame), &pattern.encoded(map, *windows)?)?;
+            for pattern in &mut patterns {
+                pattern.write(&paired, pair.frame, (map, *windows))?;
             }
-        } else if patterns().next().is_some() && args.prints(report.verdict) {
+        } else if !patterns.is_empty() && args.prints(report.verdict) {
             print_warning(&text::no_map(pair, &report.comparison));
         }
         frames.push(report);

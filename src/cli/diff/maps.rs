@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use rayframe::error::{Error, Result};
 use rayframe::image::{Channel, ColorEncoding, Image, PixelWindow, RenderedScene, Samples};
 use rayframe::image_file::{
-    ExrCompression, FLIP_MAP, FrameAttributes, HEAT_MAP, OutputKind, check_output, encode_exr, encode_png,
+    ExrCompression, FLIP_MAP, FrameAttributes, HEAT_MAP, OutputKind, check_name, check_output, encode_exr,
+    encode_png, probe_folder, remove_stale_temporaries, write_atomically,
 };
 use rayframe::regression::{FlipMap, PairedFiles, heat_map};
 use rayframe::sequence::{OutputFormat, OutputPattern};
@@ -17,6 +18,8 @@ pub(super) struct MapPattern {
     option: &'static str,
     pattern: OutputPattern,
     format: OutputFormat,
+    /// Folders in which files can be written.
+    folders: BTreeSet<Option<PathBuf>>,
 }
 
 impl MapPattern {
@@ -48,11 +51,11 @@ impl MapPattern {
                 name.display()
             )));
         }
-        Ok(Self { option, pattern, format })
+        Ok(Self { option, pattern, format, folders: BTreeSet::new() })
     }
 
     /// The file of a frame.
-    pub(super) fn path(&self, frame: Option<i64>) -> PathBuf {
+    fn path(&self, frame: Option<i64>) -> PathBuf {
         self.pattern.path(frame.unwrap_or(0))
     }
 
@@ -70,8 +73,30 @@ impl MapPattern {
         paired.pairs.iter().try_for_each(|pair| check_output(&self.path(pair.frame), kind, overwrites))
     }
 
-    /// The contents of the file of a map of an image with these display and data windows.
-    pub(super) fn encoded(&self, map: &FlipMap, windows: [PixelWindow; 2]) -> Result<Vec<u8>> {
+    /// Writes the file of a frame, by a map of an image with these display and data windows. Folders are looked at once, not for each of
+    /// many files.
+    ///
+    /// # Errors
+    /// Those of [`probe_folder`] and [`write_atomically`].
+    pub(super) fn write(
+        &mut self,
+        paired: &PairedFiles,
+        frame: Option<i64>,
+        (map, windows): (&FlipMap, [PixelWindow; 2]),
+    ) -> Result<()> {
+        let path = self.path(frame);
+        if self.folders.is_empty() {
+            remove_stale_temporaries(&self.files(paired).1);
+        }
+        if self.folders.insert(path.parent().map(Path::to_owned)) {
+            probe_folder(&path)?;
+        }
+        check_name(&path)?;
+        write_atomically(&path, &self.encoded(map, windows)?)
+    }
+
+    /// The contents of the file.
+    fn encoded(&self, map: &FlipMap, windows: [PixelWindow; 2]) -> Result<Vec<u8>> {
         match self.format {
             OutputFormat::Png | OutputFormat::Movie(_) => encode_png(map.size, &heat_map(map), HEAT_MAP),
             OutputFormat::Exr => encode_errors(map, windows),
@@ -89,4 +114,33 @@ fn encode_errors(map: &FlipMap, [display_window, data_window]: [PixelWindow; 2])
     };
     let attributes = FrameAttributes { render_hash: FLIP_MAP.to_owned(), ..FrameAttributes::unknown() };
     encode_exr(image, ExrCompression::Zip, &attributes)
+}
+
+#[cfg(test)]
+mod tests {
+    use rayframe::regression::FilePair;
+
+    use super::*;
+
+    #[test]
+    fn folders_are_made_with_their_first_map() {
+        let folder = tempfile::tempdir().unwrap();
+        let pair = |frame: i64| FilePair {
+            frame: Some(frame),
+            actual: format!("a.{frame}.exr").into(),
+            reference: format!("b.{frame}.exr").into(),
+        };
+        let paired = PairedFiles { pairs: vec![pair(1), pair(2)], ..PairedFiles::default() };
+        let name = folder.path().join("####/heat.png");
+        let mut pattern = MapPattern::heat_map(name.as_os_str(), &paired).unwrap();
+        let map = FlipMap { size: (1, 1), errors: vec![0.5], exposures: None };
+        let windows = [PixelWindow::full(1, 1); 2];
+        let mut write = |frame: i64| pattern.write(&paired, Some(frame), (&map, windows)).unwrap();
+        let file = |frame: i64| folder.path().join(format!("{frame:04}/heat.png"));
+        write(1);
+        assert!(file(1).is_file() && !folder.path().join("0002").exists());
+        write(2);
+        write(2);
+        assert!(file(2).is_file());
+    }
 }

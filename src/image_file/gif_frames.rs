@@ -222,5 +222,6 @@ mod tests {
         assert!(warnings("b.gif", 255, 60).contains("50 frames a second at most"));
         assert_eq!(warnings("c.gif", 255, 24), "");
         assert_eq!(warnings("a.webp", 20, 60), "");
+        assert!(warnings("b.webp", 255, 2000).contains("b.webp: frames are shown for 1/1000 s at least"));
     }
 }

@@ -15,7 +15,9 @@ use super::atomic::{Replacement, begin_replacing};
 use super::display::over;
 use super::ffmpeg::{FilmFormat, ffmpeg, has_ffmpeg};
 use super::film_encoder::FilmEncoder;
-use super::frame_delays::{png_delay, rounded_delay};
+use super::frame_delays::{
+    GIF_DURATIONS, PNG_DURATIONS, WEBP_DURATIONS, lost_rate, png_delay, rounded_delay,
+};
 use super::gif_frames::{
     MAX_RATE, delay_ms, is_too_fast, one_bit_alpha, palette_speed, reserve_transparent_color,
 };
@@ -243,7 +245,16 @@ impl MovieWriter {
         let rate = format!(
             "GIF has {MAX_RATE} frames a second at most: some are left out; .webp and .apng keep all"
         );
-        let told = [(self.has_lost_alpha, alpha), (is_fast_gif, &rate)];
+        let durations = match self.encoder {
+            Encoder::AnimatedPng(..) => Some(PNG_DURATIONS),
+            Encoder::WebP(_) => Some(WEBP_DURATIONS),
+            Encoder::Gif(..) => Some(GIF_DURATIONS),
+            Encoder::FutureFilm { .. } | Encoder::Film { .. } => None,
+        };
+        let is_timed = self.added > 1;
+        let lost_rate = durations.filter(|_| is_timed).and_then(|durations| lost_rate(self.rate, durations));
+        let lost_rate = lost_rate.unwrap_or_default();
+        let told = [(self.has_lost_alpha, alpha), (is_fast_gif, &rate), (!lost_rate.is_empty(), &lost_rate)];
         let told = told.into_iter().filter(|(is_so, _)| *is_so);
         told.map(|(_, why)| Warning {
             pointer: String::new(),

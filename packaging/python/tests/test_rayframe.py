@@ -72,6 +72,8 @@ def test_comparisons_tell_what_differs(tmp_path):
     assert rayframe.compare(first[::-1], np.flipud(first)).identical
     with pytest.raises(ValueError, match="shape"):
         rayframe.compare(first[..., 0], first)
+    with pytest.raises(ValueError, match="shape"):
+        rayframe.compare(first[:0], first[:0])
     with pytest.raises(rayframe.RayframeError, match="there are exact, strict"):
         rayframe.compare(first, first, preset="loose")
 

@@ -83,7 +83,7 @@ def _image(image: ImageLike) -> str | npt.NDArray[np.float32]:
     if isinstance(image, (str, os.PathLike)):
         return os.fspath(image)
     pixels = np.asarray(image, dtype=np.float32)
-    if pixels.ndim != 3 or pixels.shape[2] not in (3, 4):
+    if pixels.ndim != 3 or pixels.shape[2] not in (3, 4) or pixels.size == 0:
         raise ValueError(f"an image has the shape (height, width, 3 or 4), not {pixels.shape}")
     if pixels.shape[2] == 3:
         pixels = np.concatenate([pixels, np.ones((*pixels.shape[:2], 1), np.float32)], axis=2)

@@ -20,10 +20,13 @@ use crate::scene_view::SceneView;
 
 /// Directions in which a camera looks for openings and walls.
 const DIRECTIONS: u32 = 2048;
-/// Of this many walls that it sees, one is looked at.
-const WALLS_A_SAMPLE: usize = 8;
+/// Of this many walls that it sees, rays from one find what light arrives there.
+const SEEN_WALLS_A_SAMPLE: usize = 8;
 /// Rays from each of these. Openings are small: with few rays most walls would see none, and one all of its light.
-const WALL_RAYS: u32 = 256;
+const SEEN_WALL_RAYS: u32 = 64;
+/// The same for walls that those walls see: many with few rays, since only the mean counts.
+const OTHER_WALLS_A_SAMPLE: usize = 2;
+const OTHER_WALL_RAYS: u32 = 8;
 /// Roughness of the lobes in which those rays see the environment: about as wide as the cells between them.
 const LOBE_ROUGHNESS: f32 = 0.25;
 /// The environment arrives as if nothing were in between where a camera sees it nowhere, and only through openings from the second of these shares on.
@@ -59,9 +62,11 @@ pub(super) fn enclosed_light(view: SceneView<'_>, position: Vec3, open_share: f3
         seen.iter().filter_map(|(direction, wall)| Some((*direction, wall.as_ref()?))).collect();
     let sampled: Vec<(Vec3, SampledWall<'_>)> = walls
         .par_iter()
-        .step_by(WALLS_A_SAMPLE)
+        .step_by(SEEN_WALLS_A_SAMPLE)
         .enumerate()
-        .map(|(index, (direction, wall))| (*direction, SampledWall::new(view, wall, index as u32)))
+        .map(|(index, (direction, wall))| {
+            (*direction, SampledWall::new(view, wall, index as u32, SEEN_WALL_RAYS))
+        })
         .collect();
     let exchanged = exchanged_irradiance(view, &lights, &walls);
 
@@ -110,9 +115,9 @@ fn exchanged_irradiance(view: SceneView<'_>, lights: &[KeyLight], walls: &[(Vec3
         Wall::along(view, lights, &Ray::new(wall.origin, direction))
     });
     let others: Vec<Wall> = others.collect();
-    let sampled = others.par_iter().step_by(WALLS_A_SAMPLE).enumerate();
+    let sampled = others.par_iter().step_by(OTHER_WALLS_A_SAMPLE).enumerate();
     let sampled: Vec<SampledWall<'_>> =
-        sampled.map(|(index, wall)| SampledWall::new(view, wall, index as u32)).collect();
+        sampled.map(|(index, wall)| SampledWall::new(view, wall, index as u32, OTHER_WALL_RAYS)).collect();
     let by_lights = others.iter().map(|wall| wall.albedo * wall.irradiance_by_lights + wall.emitted * PI);
     let by_lights: Vec3 = by_lights.sum();
     let (mut reflected, mut kept) = (Vec3::ZERO, Vec3::ZERO);
@@ -174,15 +179,15 @@ struct SampledWall<'w> {
 }
 
 impl<'w> SampledWall<'w> {
-    fn new(view: SceneView<'_>, wall: &'w Wall, index: u32) -> Self {
+    fn new(view: SceneView<'_>, wall: &'w Wall, index: u32, rays: u32) -> Self {
         let first = random_point(index);
         let world_from_local = local_frame(wall.normal);
         let (mut irradiance, mut open) = (Vec3::ZERO, 0.0);
-        for number in 0..WALL_RAYS {
+        for number in 0..rays {
             let wi = world_from_local * cosine_direction(r2_moved(first, number));
             if is_open(view, &Ray::new(wall.origin, wi)) {
-                irradiance += view.environment.prefiltered(wi, LOBE_ROUGHNESS) * (PI / WALL_RAYS as f32);
-                open += 1.0 / WALL_RAYS as f32;
+                irradiance += view.environment.prefiltered(wi, LOBE_ROUGHNESS) * (PI / rays as f32);
+                open += 1.0 / rays as f32;
             }
         }
         Self { wall, irradiance, closed_share: 1.0 - open }

@@ -59,10 +59,8 @@ pub struct IntegratorContext<'a> {
     pub(super) path_guide: Option<Arc<PathGuide>>,
     /// The environment that the surfaces of [`Integrator::Whitted`] look up.
     pub(super) lookups: LookupEnvironment<'a>,
-    /// Share of the environment's light that shadow rays decide about.
+    /// Share of the light of `lookups` that shadow rays decide about.
     pub(super) occluded_share: f32,
-    /// Share of the light of `lookups` that they decide about.
-    pub(super) occluded_lookup_share: f32,
     /// Share of the samples whose lookups send these rays.
     pub(super) traced_samples: f32,
     /// Share of what the occluders of those rays reflect for which the occluders are found; the rest is estimated without.
@@ -109,7 +107,7 @@ impl IntegratorContext<'_> {
     /// Factor on light of the environment, by that of an occlusion map, which stands for what shadow rays do not decide about.
     #[inline]
     pub(super) fn untraced_occlusion(&self, occlusion: f32) -> f32 {
-        1.0 + (occlusion - 1.0) * (1.0 - self.occluded_lookup_share)
+        1.0 + (occlusion - 1.0) * (1.0 - self.occluded_share)
     }
 
     /// Whether a sampled ray of Whitted's tree follows what frosted glass transmits. Glossy samples do so on their own, and an environment without shadow

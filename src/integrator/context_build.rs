@@ -40,7 +40,6 @@ impl<'a> IntegratorContext<'a> {
         let shares = traced_shares(view, &settings);
         let EnvironmentShares { occluded: occluded_share, bounced: bounce_share, .. } = shares;
         let lookups = LookupEnvironment::new(view.environment, &shares);
-        let occluded_lookup_share = lookups.occluded_share(occluded_share);
         let traces_environment = !is_path && occluded_share > 0.0;
         let follows_rough_lobes = !is_path
             && (follows_rough_reflection(view, &settings)
@@ -79,8 +78,7 @@ impl<'a> IntegratorContext<'a> {
             path_guide: None,
             occluded_share,
             lookups,
-            occluded_lookup_share,
-            traced_samples: traced_samples(occluded_lookup_share, &settings),
+            traced_samples: traced_samples(occluded_share, &settings),
             bounce_share,
             sample_points: (is_path || traces_environment || follows_rough_lobes)
                 .then(|| sample_points(view.frame, &settings)),

@@ -17,7 +17,7 @@ const BOUNCE_SHARES: [f32; 2] = [0.15, EnvironmentShares::OPEN];
 /// What is traced of the light of the environment, each from 0 to 1, and what stands for the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnvironmentShares {
-    /// Share of its light that shadow rays decide about.
+    /// Share of the light of surfaces by it that shadow rays decide about.
     pub occluded: f32,
     /// Share of what their occluders reflect of it.
     pub bounced: f32,

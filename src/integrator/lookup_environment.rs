@@ -16,6 +16,7 @@ const MEAN_NORMALS: u32 = 64;
 pub(super) struct LookupEnvironment<'e> {
     /// Light without occlusion, of which shadow rays find what arrives.
     open: &'e Environment,
+    /// The share of it that makes the share [`EnvironmentShares::occluded`] of the mixed light, on average.
     open_share: f32,
     /// The rest.
     enclosed: Option<EnclosedLight>,
@@ -24,7 +25,12 @@ pub(super) struct LookupEnvironment<'e> {
 impl<'e> LookupEnvironment<'e> {
     pub(super) fn new(open: &'e Environment, shares: &EnvironmentShares) -> Self {
         let enclosed = shares.enclosed;
-        Self { open, open_share: if enclosed.is_some() { shares.occluded } else { 1.0 }, enclosed }
+        let open_share = enclosed.map_or(1.0, |enclosed| {
+            let of_open = luminance(mean_radiance(open)) * (1.0 - shares.occluded);
+            let of_enclosed = luminance(enclosed.mean_radiance()) * shares.occluded;
+            if of_enclosed > 0.0 { of_enclosed / (of_open + of_enclosed) } else { shares.occluded }
+        });
+        Self { open, open_share, enclosed }
     }
 
     /// Whether no lookup depends on its direction or roughness.
@@ -73,14 +79,6 @@ impl<'e> LookupEnvironment<'e> {
     /// Mean radiance without the peaks of the environment.
     pub(super) fn mean_radiance(&self) -> Vec3 {
         self.mixed(|| mean_radiance(self.open), EnclosedLight::mean_radiance)
-    }
-
-    /// Share of the light of lookups, on average, that shadow rays decide about where they decide about `occluded` of that of the environment.
-    pub(super) fn occluded_share(&self, occluded: f32) -> f32 {
-        let Some(enclosed) = self.enclosed else { return occluded };
-        let open = luminance(mean_radiance(self.open)) * self.open_share;
-        let all = open + luminance(enclosed.mean_radiance()) * (1.0 - self.open_share);
-        if all > 0.0 { open / all } else { occluded }
     }
 
     #[inline]

@@ -210,7 +210,7 @@ fn a_share_of_the_shadows_takes_fewer_rays_and_is_that_share_on_average() {
     with_context("showcase/apartment", &environment, |context, camera| {
         let render = |occluded_share: f32| {
             let mut context = context.clone();
-            (context.occluded_lookup_share, context.bounce_share) = (occluded_share, 0.0);
+            (context.occluded_share, context.bounce_share) = (occluded_share, 0.0);
             context.traced_samples = traced_samples(occluded_share, &context.settings);
             let tracer = &mut Tracer::new(&context);
             let all: Vec<usize> = (0..SAMPLES).collect();

@@ -137,7 +137,7 @@ impl Tracer<'_, '_> {
         let EnvironmentLookup { radiance, albedo, lobe, is_outside } = *lookup;
         let context = self.context;
         let Some(directions) = &context.environment_directions else { return };
-        let share = first.map_or(0.0, |_| context.occluded_lookup_share / context.traced_samples);
+        let share = first.map_or(0.0, |_| context.occluded_share / context.traced_samples);
         if share < 1.0 {
             let through = self.untraced_transmittance(point, lookup, media);
             self.add(state.sample, light_pass, radiance * (1.0 - share) * through);

@@ -29,7 +29,8 @@ const OTHER_WALLS_A_SAMPLE: usize = 2;
 const OTHER_WALL_RAYS: u32 = 8;
 /// Roughness of the lobes in which those rays see the environment: about as wide as the cells between them.
 const LOBE_ROUGHNESS: f32 = 0.25;
-/// The environment arrives as if nothing were in between where a camera sees it nowhere, and only through openings from the second of these shares on.
+/// The environment arrives as if nothing were in between where neither a camera nor the walls see any of it, and only through openings from the second of
+/// these shares of their directions on.
 const OPENINGS: [f32; 2] = [0.0, 0.01];
 /// Share of the light that walls exchange which they lose at least: white ones without openings would be infinitely bright.
 const MIN_LOSS: f32 = 1e-4;
@@ -45,14 +46,14 @@ pub(super) fn open_share(view: SceneView<'_>, position: Vec3) -> f32 {
     open.count() as f32 / DIRECTIONS as f32
 }
 
-/// The light of the environment around a point that sees it in `open_share` of all directions, without the lights of its peaks.
+/// The light of the environment around a point that sees it in `open_share` of all directions, without the lights of its peaks; `None` where no light comes in.
 ///
 /// Walls are flat and diffuse, or unlit and of their colour, as domes with a sky are. Each receives the environment that it sees, and its peaks and key light, and from elsewhere the light that walls send on average:
 /// X = mean(ρ E) / (1 − mean(ρ c)), where ρ is the albedo of a wall, E the irradiance that it receives from the environment, and c the share of other
 /// walls around it. It is the light in an integrating sphere. The means are those of the walls that the seen ones see: such rays reach all walls by their area,
 /// also what is far or at a grazing angle. All of the light is then scaled so that the walls are as bright as this says, in the mean of
 /// square roots, as displays show them: the point may be farther from the openings than they are.
-pub(super) fn enclosed_light(view: SceneView<'_>, position: Vec3, open_share: f32) -> EnclosedLight {
+pub(super) fn enclosed_light(view: SceneView<'_>, position: Vec3, open_share: f32) -> Option<EnclosedLight> {
     let lights: Vec<KeyLight> =
         view.environment.key_light().into_iter().chain(view.environment.peaks()).collect();
     let seen: Vec<(Vec3, Option<Wall>)> = directions()
@@ -68,12 +69,15 @@ pub(super) fn enclosed_light(view: SceneView<'_>, position: Vec3, open_share: f3
             (*direction, SampledWall::new(view, wall, index as u32, SEEN_WALL_RAYS))
         })
         .collect();
+    let share = smoothstep(OPENINGS, largest_opening(open_share, &walls, &sampled));
+    if share == 0.0 {
+        return None;
+    }
     let exchanged = exchanged_irradiance(view, &lights, &walls);
 
     // Openings, the light of lights on all walls, and the rest of that of the walls which stand for all
     let weight = 1.0 / DIRECTIONS as f32;
     let sampled_weight = walls.len() as f32 * weight / sampled.len().max(1) as f32;
-    let share = smoothstep(OPENINGS, open_share);
     let unoccluded = |direction: Vec3| view.environment.prefiltered(direction, LOBE_ROUGHNESS);
     let open = seen.iter().filter(|(_, wall)| wall.is_none());
     let open = open.map(|(direction, _)| (*direction, unoccluded(*direction), weight));
@@ -86,7 +90,18 @@ pub(super) fn enclosed_light(view: SceneView<'_>, position: Vec3, open_share: f3
         (*direction, without + (sent - without) * share, sampled_weight)
     });
     let light = EnclosedLight::new(open.chain(by_lights).chain(reflected));
-    light.scaled(1.0 + (looked_up_factor(&sampled, &light, exchanged) - 1.0) * share)
+    Some(light.scaled(1.0 + (looked_up_factor(&sampled, &light, exchanged) - 1.0) * share))
+}
+
+/// The share of all directions in which light comes in from outside, as a point or the walls that it sees have it: the larger one. A point may be where it
+/// sees no opening. A dome of unlit walls is an outside: what they cover beyond half of all directions counts twice, so that a sign is none.
+fn largest_opening(open_share: f32, walls: &[(Vec3, &Wall)], sampled: &[(Vec3, SampledWall<'_>)]) -> f32 {
+    let unlit = walls.iter().filter(|(_, wall)| wall.emitted != Vec3::ZERO).count();
+    let of_dome = 2.0 * (unlit as f32 / DIRECTIONS as f32) - 1.0;
+    let of_point = if of_dome > 0.0 { open_share + of_dome } else { open_share };
+    let of_walls: f32 = sampled.iter().map(|(_, wall)| 1.0 - wall.closed_share).sum();
+    let of_walls = of_walls / sampled.len().max(1) as f32;
+    if of_walls > of_point { of_walls } else { of_point }
 }
 
 /// The factor by which walls that look up `light` are as bright as in the light that they receive.

@@ -70,7 +70,7 @@ impl EnclosedLight {
     }
 
     /// Numbers that tell one light from any other.
-    pub fn bits(&self) -> impl Iterator<Item = u32> {
+    pub(super) fn bits(&self) -> impl Iterator<Item = u32> {
         self.coefficients.iter().flat_map(Vec3::to_array).map(f32::to_bits)
     }
 

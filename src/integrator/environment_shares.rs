@@ -39,8 +39,11 @@ impl EnvironmentShares {
         let open_share = open_share(view, position);
         let [occluded, bounced] =
             [OPEN_SHARES, BOUNCE_SHARES].map(|closed_and_open| smoothstep(closed_and_open, open_share));
-        let enclosed = (occluded < 1.0 && open_share > 0.0 && view.environment.is_lit())
-            .then(|| enclosed_light(view, position, open_share));
+        let enclosed = if occluded < 1.0 && view.environment.is_lit() {
+            enclosed_light(view, position, open_share)
+        } else {
+            None
+        };
         Self { occluded, bounced, enclosed }
     }
 
@@ -57,6 +60,13 @@ impl EnvironmentShares {
             bounced: bounced.reduce(|a, b| if b < a { b } else { a }).unwrap_or(1.0),
             enclosed: Self::mean_enclosed(shares, environment),
         }
+    }
+
+    /// Numbers that tell them from any others.
+    pub fn bits(&self) -> Vec<u32> {
+        let Self { occluded, bounced, enclosed } = self;
+        let light = enclosed.iter().flat_map(EnclosedLight::bits);
+        [occluded.to_bits(), bounced.to_bits()].into_iter().chain(light).collect()
     }
 
     /// The mean of what is not occluded.

@@ -58,15 +58,35 @@ pub(super) fn is_measured(job: &SequenceJob, selection: &Selection, settings: &R
         && MeasuredSpan::of(&job.scene, selection).moves()
 }
 
+/// From 0 where the camera of `selection` is in the open, or in a space without any opening, to 1 where it is in a closed space, on average over its animation.
+///
+/// Takes and leaves the first pose as [`environment_shares`] does.
+///
+/// # Errors
+/// [`Cancelled`] when `cancel` is raised.
+pub(super) fn closed_share(
+    job: &SequenceJob,
+    selection: &Selection,
+    cancel: &CancelFlag,
+) -> Result<f32, Cancelled> {
+    let shares = match job.known_shares.get((&job.scene, &job.environment), selection) {
+        Some(known) => known,
+        None => measured(job, selection, cancel)?,
+    };
+    Ok(shares.enclosed.map_or(0.0, |_| 1.0 - shares.occluded))
+}
+
 fn measured(
     job: &SequenceJob,
     selection: &Selection,
     cancel: &CancelFlag,
 ) -> Result<EnvironmentShares, Cancelled> {
     let mut scene = MeasuredScene::of_positions(job, selection);
-    let count = times_of(scene.frame().triangles.len(), POSED_TRIANGLES, TIMES[1]);
+    let span = MeasuredSpan::of(&job.scene, selection);
+    let count =
+        if span.moves() { times_of(scene.frame().triangles.len(), POSED_TRIANGLES, TIMES[1]) } else { 1 };
     let mut shares = Vec::new();
-    for time_seconds in MeasuredSpan::of(&job.scene, selection).times(count) {
+    for time_seconds in span.times(count) {
         cancel.check()?;
         scene.pose(time_seconds);
         let position = scene.frame().camera.world_from_camera.w_axis.truncate();

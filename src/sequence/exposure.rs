@@ -7,10 +7,10 @@ use crate::frame::Frame;
 use crate::geometry::smoothstep_f64;
 use crate::integrator::Integrator;
 use crate::output::{auto_exposure_ev, covers_enough, emission_ev, measured_light_stops};
-use crate::render::{PathSettings, RenderSettings, render_frame};
+use crate::render::{EnvSamples, PathSettings, RenderSettings, render_frame};
 use crate::scene::{AnimationTarget, Channel, Environment, Material, MaterialProperty, Scene, Selection};
 
-use super::environment_shares::environment_shares;
+use super::environment_shares::{closed_share, environment_shares};
 use super::measured_scene::MeasuredScene;
 use super::measured_times::{MeasuredSpan, TIMES, times_of};
 use super::{Exposure, SequenceJob};
@@ -58,7 +58,8 @@ struct Content<'c> {
 }
 
 /// Measures the light on the scene's surfaces; where these cover next to nothing, that of the background. An environment that
-/// was made for an exposure decides instead where it lights the scene alone, and less the more of the light comes from emissive surfaces.
+/// was made for an exposure decides instead where it lights the scene alone and from everywhere: less the more of the light comes from emissive surfaces, and
+/// not in closed spaces, which are darker than what is outside.
 fn auto_exposure(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -> Result<f32, Cancelled> {
     let Some(built_in_ev) = job.environment.exposure_ev().filter(|_| !has_lamps(job)) else {
         return measured_ev(job, content, cancel);
@@ -66,20 +67,24 @@ fn auto_exposure(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -
     let has_emissive_lamps =
         job.render.integrator == Integrator::Path && may_emit(job, |material| !material.unlit);
     let share = if has_emissive_lamps { emitted_share(job, content, cancel)? } else { None };
-    blended(share.unwrap_or(0.0), built_in_ev, || measured_ev(job, content, cancel))
+    let emitted = smoothstep_f64(EMITTED_SHARES, share.unwrap_or(0.0)) as f32;
+    let closed = match content.selections.first().filter(|_| job.render.env_samples != EnvSamples::Fixed(0)) {
+        Some(selection) => closed_share(job, selection, cancel)?,
+        None => 0.0,
+    };
+    blended(emitted.max(closed), built_in_ev, || measured_ev(job, content, cancel))
 }
 
-/// `scattered` where little of the light comes from emission, `emitted` where most does, and between them by its share.
+/// Of two exposures, the first for a share of 0, the second for 1, and between them by the share.
 fn blended(
-    share: f64,
-    scattered: f32,
-    emitted: impl FnOnce() -> Result<f32, Cancelled>,
+    share: f32,
+    first: f32,
+    second: impl FnOnce() -> Result<f32, Cancelled>,
 ) -> Result<f32, Cancelled> {
-    let blend = smoothstep_f64(EMITTED_SHARES, share) as f32;
-    if blend == 0.0 {
-        return Ok(scattered);
+    if share == 0.0 {
+        return Ok(first);
     }
-    let ev = scattered + (emitted()? - scattered) * blend;
+    let ev = first + (second()? - first) * share;
     Ok((ev * 100.0).round() / 100.0 + 0.0)
 }
 
@@ -99,9 +104,8 @@ fn measured_ev(job: &SequenceJob, content: Content<'_>, cancel: &CancelFlag) -> 
     // Mirror images of emitters would be measured as light on dark floors, and a black background as weak light.
     let share = if has_lamps(job) { emitted_share(job, content, cancel)? } else { None };
     let of_emission = emission_ev(&surfaces);
-    blended(share.unwrap_or(1.0), measured, || {
-        Ok(if is_background { of_emission.min(measured) } else { of_emission })
-    })
+    let emitted = smoothstep_f64(EMITTED_SHARES, share.unwrap_or(1.0)) as f32;
+    blended(emitted, measured, || Ok(if is_background { of_emission.min(measured) } else { of_emission }))
 }
 
 fn has_lamps(job: &SequenceJob) -> bool {

@@ -12,8 +12,8 @@ use crate::color::ToneCurve;
 use crate::film::PixelWindow;
 use crate::output::{ExrOutput, PreviewLook, SOFTWARE};
 use crate::render::{
-    Adaptive, Aperture, EnvSamples, EnvironmentShares, Focus, GlassShadows, Integrator, Lens, LightSize,
-    PathSettings, RenderSettings,
+    Adaptive, Aperture, EnvSamples, Focus, GlassShadows, Integrator, Lens, LightSize, PathSettings,
+    RenderSettings,
 };
 use crate::scene::{CameraChanges, Ground, Scene, SelectedCamera, Selection, Turntable};
 use crate::sha256::hex;
@@ -29,7 +29,7 @@ const SHARES: u32 = 2;
 /// Number of the rule about lights that a file never shows.
 const HIDDEN_LIGHTS: u32 = 1;
 /// Number of the rule of automatic exposure: frames by two rules never belong to one sequence.
-const METERING: u32 = 5;
+const METERING: u32 = 6;
 
 /// The hash of a run: of all that its files are made from, the part of the image and of its samples, and what is stored beside pixels.
 /// Runs of other frames before plates have other hashes.
@@ -184,9 +184,8 @@ fn render_settings_key(render: &RenderSettings, shutter: Shutter) -> serde_json:
     if let Some(Ground { up, height, is_mirror }) = ground {
         key["ground"] = json!([up.to_array().map(f32::to_bits), height.to_bits(), is_mirror]);
     }
-    if let Some(EnvironmentShares { occluded, bounced, enclosed }) = environment_shares {
-        let enclosed: Option<Vec<u32>> = enclosed.as_ref().map(|light| light.bits().collect());
-        key["environment_shares"] = json!([occluded.to_bits(), bounced.to_bits(), enclosed]);
+    if let Some(shares) = environment_shares {
+        key["environment_shares"] = json!(shares.bits());
     }
     key
 }

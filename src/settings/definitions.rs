@@ -192,7 +192,7 @@ settings! {
     /// Shadows of glass
     glass_shadows: OneOf<GlassShadows> = GlassShadows::Straight, Image { value_name: "KIND" }
     /// Exposure of previews and PNGs in stops, or auto
-    /// : one value for the whole animation, from -16 to 2. It is 0 under a built-in light alone; elsewhere, and with path where emissive surfaces
+    /// : one value for the whole animation, from -16 to 2. It is 0 under a built-in light alone; elsewhere, in closed spaces, and with path where emissive surfaces
     /// bring more than two fifths of the light, it brings surfaces near the brightness of their base colours. `noise` and `max_samples` look at the image so, too
     exposure: ExposureType = Exposure::Auto, Image { value_name: "EV", is_common: true }
     /// Tone curve of previews and PNG files

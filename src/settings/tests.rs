@@ -5,6 +5,9 @@ use super::setting_type::Single;
 use super::*;
 use crate::error::{Error, Provenance};
 
+#[cfg(unix)]
+mod os_names;
+
 /// A text that the setting accepts.
 fn example(definition: &Definition) -> String {
     let of_name = match definition.value_name {

@@ -9,9 +9,10 @@ use rayframe::frame::Frame;
 use rayframe::image::Image;
 use rayframe::render::{EnvSamples, EnvironmentShares, Integrator};
 use rayframe::scene::{
-    AnimationTarget, Environment, LocalTransform, Material, NodeIndex, Projection, SelectedCamera, Turntable,
+    AnimationTarget, BuiltInLight, Environment, LocalTransform, Material, NodeIndex, Projection,
+    SelectedCamera, Turntable,
 };
-use rayframe::sequence::{FrameRate, Plan, SequenceJob, render_hash, render_single_frame, run};
+use rayframe::sequence::{FrameRate, Plan, SequenceJob, exposure_ev, render_hash, render_single_frame, run};
 
 use crate::stage::{Stage, animate, lambert, rectangle, sequence_job};
 
@@ -231,6 +232,19 @@ fn closed_boxes_are_about_as_bright_as_with_paths() {
 }
 
 #[test]
+fn the_light_of_a_box_does_not_end_where_the_camera_sees_no_opening() {
+    let mut job = painted_box(Vec3::splat(ALBEDO), 0.8);
+    let in_the_middle = brightness(&job, 0.0);
+    let SelectedCamera::Fixed { world_from_camera, .. } = &mut job.selection.camera else {
+        panic!("the camera is fixed");
+    };
+    // The hole is in the ceiling, which is seen from the side.
+    *world_from_camera = camera_at(Vec3::new(1.9, 1.99, 1.9), Vec3::new(0.0, -1.0, -1.0));
+    let in_a_corner = brightness(&job, 0.0);
+    assert!((in_a_corner / in_the_middle).ln().abs() < 0.9, "{in_a_corner} {in_the_middle}");
+}
+
+#[test]
 fn walls_of_closed_boxes_colour_each_other() {
     let mut job = painted_box(Vec3::new(0.8, 0.4, 0.1), 0.8);
     let channels = |job: &SequenceJob| {
@@ -263,11 +277,23 @@ fn unlit_domes_light_what_is_in_them() {
     };
     // The board alone
     *world_from_camera = camera_at(Vec3::new(0.0, -1.5, 0.0), Vec3::Y * -2.0);
+    let selected = job.selection.camera.clone();
     let found = brightness(&job, 0.0);
     job.render.integrator = Integrator::Path;
     job.render.samples = 256;
     let expected = brightness(&job, 0.0);
     assert!((found / expected - 1.0).abs() < 0.05, "{found}, paths {expected}");
+    // A sky without openings is as bright, whatever is outside.
+    let closed = |environment: f32| {
+        let mut job = box_with_hole(&sky, &lambert(Vec3::splat(0.5)), 1e-4);
+        job.selection.camera = selected.clone();
+        job.environment = Environment::Constant(Vec3::splat(environment));
+        brightness(&job, 0.0)
+    };
+    for environment in [0.1, 10.0] {
+        let found = closed(environment);
+        assert!((found / (0.5 * 0.4) - 1.0).abs() < 0.05, "{environment}: {found}");
+    }
 }
 
 #[test]
@@ -275,4 +301,25 @@ fn without_shadow_rays_the_whole_light_arrives() {
     let mut job = painted_box(Vec3::splat(ALBEDO), 0.8);
     job.render.env_samples = EnvSamples::Fixed(0);
     assert!((brightness(&job, 0.0) - ALBEDO).abs() < 1e-5);
+}
+
+#[test]
+fn automatic_exposure_measures_closed_boxes_under_built_in_lights() {
+    let exposure = |job: &SequenceJob| exposure_ev(job, &CancelFlag::new()).unwrap();
+    let mut job = painted_box(Vec3::splat(ALBEDO), 0.8);
+    job.environment = Environment::BuiltIn(BuiltInLight::Studio);
+    let by_trees = exposure(&job);
+    job.render.integrator = Integrator::Path;
+    let by_paths = exposure(&job);
+    assert!(by_trees > 1.0 && (by_trees - by_paths).abs() < 0.75, "{by_trees} {by_paths}");
+    // Not where no shadows are asked for, and not in the open.
+    job.render.integrator = Integrator::Whitted;
+    job.render.env_samples = EnvSamples::Fixed(0);
+    assert_eq!(exposure(&job), 0.0);
+    job.render.env_samples = EnvSamples::Auto;
+    let SelectedCamera::Fixed { world_from_camera, .. } = &mut job.selection.camera else {
+        panic!("the camera is fixed");
+    };
+    *world_from_camera = camera_at(Vec3::new(0.0, 0.0, 9.0), Vec3::ZERO);
+    assert_eq!(exposure(&job), 0.0);
 }

@@ -47,18 +47,18 @@ impl EnvironmentShares {
         Self { occluded, bounced, enclosed }
     }
 
-    /// Those of an animation with `shares` at several times; all of the light where there are none. The mean decides about shadows, and the least about
+    /// Those of an animation with shares and environments at several times; all of the light where there are none. The mean decides about shadows, and the least about
     /// reflections: in closed spaces few rays find much light, which a small share of it would leave as white dots.
-    pub fn of_animation(shares: &[Self], environment: &Environment) -> Self {
-        if shares.is_empty() {
+    pub fn of_animation(times: &[(Self, Environment)]) -> Self {
+        if times.is_empty() {
             return Self::ALL;
         }
-        let sum: f64 = shares.iter().map(|shares| f64::from(shares.occluded)).sum();
-        let bounced = shares.iter().map(|shares| shares.bounced);
+        let sum: f64 = times.iter().map(|(shares, _)| f64::from(shares.occluded)).sum();
+        let bounced = times.iter().map(|(shares, _)| shares.bounced);
         Self {
-            occluded: (sum / shares.len() as f64) as f32,
+            occluded: (sum / times.len() as f64) as f32,
             bounced: bounced.reduce(|a, b| if b < a { b } else { a }).unwrap_or(1.0),
-            enclosed: Self::mean_enclosed(shares, environment),
+            enclosed: Self::mean_enclosed(times),
         }
     }
 
@@ -70,11 +70,12 @@ impl EnvironmentShares {
     }
 
     /// The mean of what is not occluded.
-    fn mean_enclosed(shares: &[Self], environment: &Environment) -> Option<EnclosedLight> {
-        shares.iter().find(|shares| shares.enclosed.is_some())?;
-        let unenclosed = unenclosed_light(environment);
-        let closed = shares.iter().filter(|shares| shares.occluded < 1.0);
-        let lights = closed.map(|shares| (shares.enclosed.unwrap_or(unenclosed), 1.0 - shares.occluded));
+    fn mean_enclosed(times: &[(Self, Environment)]) -> Option<EnclosedLight> {
+        times.iter().find(|(shares, _)| shares.enclosed.is_some())?;
+        let closed = times.iter().filter(|(shares, _)| shares.occluded < 1.0);
+        let lights = closed.map(|(shares, environment)| {
+            (shares.enclosed.unwrap_or_else(|| unenclosed_light(environment)), 1.0 - shares.occluded)
+        });
         Some(EnclosedLight::mean(&lights.collect::<Vec<_>>()))
     }
 }
@@ -83,11 +84,13 @@ impl EnvironmentShares {
 mod tests {
     use super::*;
 
+    fn of_animation(shares: &[EnvironmentShares]) -> EnvironmentShares {
+        let times: Vec<_> = shares.iter().map(|shares| (*shares, Environment::Constant(Vec3::ONE))).collect();
+        EnvironmentShares::of_animation(&times)
+    }
+
     #[test]
     fn equal_shares_are_those_of_the_animation_to_the_bit() {
-        let environment = Environment::Constant(Vec3::ONE);
-        let of_animation =
-            |shares: &[EnvironmentShares]| EnvironmentShares::of_animation(shares, &environment);
         let shares = EnvironmentShares { occluded: 0.1, bounced: 0.7, enclosed: None };
         assert_eq!(of_animation(&[shares; 7]), shares);
         let with_closed = of_animation(&[EnvironmentShares::NONE, shares]);
@@ -97,15 +100,25 @@ mod tests {
 
     #[test]
     fn the_light_of_closed_spaces_counts_by_what_is_not_occluded() {
-        let environment = Environment::Constant(Vec3::ONE);
         let dim = EnclosedLight::new([(Vec3::X, Vec3::ZERO, 1.0)]);
         let closed = EnvironmentShares { enclosed: Some(dim), ..EnvironmentShares::NONE };
         // Open times have no part in it, and those without any opening have the whole environment.
-        let shares = [closed, EnvironmentShares::ALL, EnvironmentShares { occluded: 0.5, ..closed }];
-        let found = EnvironmentShares::of_animation(&shares, &environment);
+        let found =
+            of_animation(&[closed, EnvironmentShares::ALL, EnvironmentShares { occluded: 0.5, ..closed }]);
         assert_eq!((found.occluded, found.enclosed), (0.5, Some(dim)));
-        let found = EnvironmentShares::of_animation(&[closed, EnvironmentShares::NONE], &environment);
+        let found = of_animation(&[closed, EnvironmentShares::NONE]);
         let mean = found.enclosed.map(|light| light.mean_radiance().x);
         assert!(mean.is_some_and(|mean| (mean - 0.5).abs() < 1e-3), "{mean:?}");
+    }
+
+    #[test]
+    fn times_without_openings_have_their_own_environment() {
+        let dim = EnclosedLight::new([(Vec3::X, Vec3::ZERO, 1.0)]);
+        let closed = EnvironmentShares { enclosed: Some(dim), ..EnvironmentShares::NONE };
+        let [none, two, six] = [0.0, 2.0, 6.0].map(|radiance| Environment::Constant(Vec3::splat(radiance)));
+        let times = [(closed, none), (EnvironmentShares::NONE, two), (EnvironmentShares::NONE, six)];
+        // (0 + 2 + 6) / 3
+        let mean = EnvironmentShares::of_animation(&times).enclosed.map(|light| light.mean_radiance().x);
+        assert!(mean.is_some_and(|mean| (mean - 8.0 / 3.0).abs() < 1e-2), "{mean:?}");
     }
 }

@@ -90,15 +90,16 @@ fn measured(
         cancel.check()?;
         scene.pose(time_seconds);
         let position = scene.frame().camera.world_from_camera.w_axis.truncate();
-        shares.push(if is_open(scene.frame(), position) {
+        let posed = scene.frame().image_light.as_ref().and_then(|pose| job.environment.posed(pose));
+        let environment = posed.unwrap_or_else(|| job.environment.clone());
+        let seen = if is_open(scene.frame(), position) {
             EnvironmentShares::ALL
         } else {
-            let posed = scene.frame().image_light.as_ref().and_then(|pose| job.environment.posed(pose));
-            let environment = posed.as_ref().unwrap_or(&job.environment);
-            EnvironmentShares::seen_from(scene.view(environment, cancel)?, position)
-        });
+            EnvironmentShares::seen_from(scene.view(&environment, cancel)?, position)
+        };
+        shares.push((seen, environment));
     }
-    let shares = EnvironmentShares::of_animation(&shares, &job.environment);
+    let shares = EnvironmentShares::of_animation(&shares);
     scene.leave_in(&job.first_pose);
     Ok(shares)
 }

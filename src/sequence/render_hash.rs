@@ -25,7 +25,7 @@ use super::{Exposure, OutputFormat, SequenceJob, SharedExposure, Shutter};
 mod catchers;
 
 /// Number of the rule of [`super::environment_shares`], as below.
-const SHARES: u32 = 2;
+const SHARES: u32 = 3;
 /// Number of the rule about lights that a file never shows.
 const HIDDEN_LIGHTS: u32 = 1;
 /// Number of the rule of automatic exposure: frames by two rules never belong to one sequence.

@@ -241,7 +241,8 @@ fn the_light_of_a_box_does_not_end_where_the_camera_sees_no_opening() {
     // The hole is in the ceiling, which is seen from the side.
     *world_from_camera = camera_at(Vec3::new(1.9, 1.99, 1.9), Vec3::new(0.0, -1.0, -1.0));
     let in_a_corner = brightness(&job, 0.0);
-    assert!((in_a_corner / in_the_middle).ln().abs() < 0.9, "{in_a_corner} {in_the_middle}");
+    let ratio = in_a_corner / in_the_middle;
+    assert!((0.4..2.5).contains(&ratio), "{in_a_corner} {in_the_middle}");
 }
 
 #[test]

@@ -69,7 +69,7 @@ pub(super) fn enclosed_light(view: SceneView<'_>, position: Vec3, open_share: f3
             (*direction, SampledWall::new(view, wall, index as u32, SEEN_WALL_RAYS))
         })
         .collect();
-    let share = smoothstep(OPENINGS, largest_opening(open_share, &walls, &sampled));
+    let share = smoothstep(OPENINGS, largest_opening(open_share, &sampled));
     if share == 0.0 {
         return None;
     }
@@ -93,15 +93,11 @@ pub(super) fn enclosed_light(view: SceneView<'_>, position: Vec3, open_share: f3
     Some(light.scaled(1.0 + (looked_up_factor(&sampled, &light, exchanged) - 1.0) * share))
 }
 
-/// The share of all directions in which light comes in from outside, as a point or the walls that it sees have it: the larger one. A point may be where it
-/// sees no opening. A dome of unlit walls is an outside: what they cover beyond half of all directions counts twice, so that a sign is none.
-fn largest_opening(open_share: f32, walls: &[(Vec3, &Wall)], sampled: &[(Vec3, SampledWall<'_>)]) -> f32 {
-    let unlit = walls.iter().filter(|(_, wall)| wall.emitted != Vec3::ZERO).count();
-    let of_dome = 2.0 * (unlit as f32 / DIRECTIONS as f32) - 1.0;
-    let of_point = if of_dome > 0.0 { open_share + of_dome } else { open_share };
-    let of_walls: f32 = sampled.iter().map(|(_, wall)| 1.0 - wall.closed_share).sum();
-    let of_walls = of_walls / sampled.len().max(1) as f32;
-    if of_walls > of_point { of_walls } else { of_point }
+/// The share of all directions in which a point or the walls that it sees see the environment, whichever is larger: a point may be where it sees no opening.
+fn largest_opening(open_share: f32, walls: &[(Vec3, SampledWall<'_>)]) -> f32 {
+    let of_walls: f32 = walls.iter().map(|(_, wall)| 1.0 - wall.closed_share).sum();
+    let of_walls = of_walls / walls.len().max(1) as f32;
+    if of_walls > open_share { of_walls } else { open_share }
 }
 
 /// The factor by which walls that look up `light` are as bright as in the light that they receive.

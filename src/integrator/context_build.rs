@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3};
 use super::IntegratorContext;
 use super::context::{follows_frosted_glass, follows_rough_reflection};
 use super::environment_directions::EnvironmentDirections;
-use super::environment_shares::EnvironmentShares;
+use super::environment_shares::{EnvironmentShares, SharesOfTime};
 use super::interiors::Interiors;
 use super::lights::{self, PreparedLight};
 use super::lookup_environment::LookupEnvironment;
@@ -41,6 +41,7 @@ impl<'a> IntegratorContext<'a> {
         let EnvironmentShares { occluded: occluded_share, bounced: bounce_share, .. } = shares;
         let lookups = LookupEnvironment::new(view.environment, &shares);
         let traces_environment = !is_path && occluded_share > 0.0;
+        let mean_radiance = if traces_environment { lookups.mean_radiance() } else { Vec3::ZERO };
         let follows_rough_lobes = !is_path
             && (follows_rough_reflection(view, &settings)
                 || follows_frosted_glass(view, &settings)
@@ -84,7 +85,7 @@ impl<'a> IntegratorContext<'a> {
                 .then(|| sample_points(view.frame, &settings)),
             uses_seeds: uses_seeds(view.frame, &settings),
             peaks: view.environment.peaks(),
-            mean_radiance: if traces_environment { lookups.mean_radiance() } else { Vec3::ZERO },
+            mean_radiance,
             ground_irradiance,
             has_receivers,
             settings,
@@ -115,9 +116,9 @@ fn traced_shares(view: SceneView<'_>, settings: &IntegratorSettings) -> Environm
         _ if !view.environment.is_lit() => EnvironmentShares::NONE,
         EnvSamples::Fixed(0) => EnvironmentShares::NONE,
         EnvSamples::Fixed(_) => EnvironmentShares::ALL,
-        EnvSamples::Auto => settings.environment_shares.unwrap_or_else(|| {
+        EnvSamples::Auto => settings.environment_shares.clone().unwrap_or_else(|| {
             let position = view.frame.camera.world_from_camera.w_axis.truncate();
-            EnvironmentShares::seen_from(view, position)
+            EnvironmentShares::of_times(&[SharesOfTime::seen_from(view, position)])
         }),
     }
 }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::EnvironmentShares;
-use super::enclosed_light::EnclosedLight;
+use super::closed_space::EnclosedLight;
 use crate::color::luminance;
 use crate::geometry::{F32Lanes, Vec3Lanes, spiral_direction};
 use crate::scene::{Environment, LookupLanes};
@@ -12,7 +12,7 @@ use crate::scene::{Environment, LookupLanes};
 const MEAN_NORMALS: u32 = 64;
 
 /// Light that lookups mix by fixed shares.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct LookupEnvironment<'e> {
     /// Light without occlusion, of which shadow rays find what arrives.
     open: &'e Environment,
@@ -24,8 +24,8 @@ pub(super) struct LookupEnvironment<'e> {
 
 impl<'e> LookupEnvironment<'e> {
     pub(super) fn new(open: &'e Environment, shares: &EnvironmentShares) -> Self {
-        let enclosed = shares.enclosed;
-        let open_share = enclosed.map_or(1.0, |enclosed| {
+        let enclosed = shares.enclosed.clone();
+        let open_share = enclosed.as_ref().map_or(1.0, |enclosed| {
             let of_open = luminance(mean_radiance(open)) * (1.0 - shares.occluded);
             let of_enclosed = luminance(enclosed.mean_radiance()) * shares.occluded;
             if of_enclosed > 0.0 { of_enclosed / (of_open + of_enclosed) } else { shares.occluded }
@@ -40,30 +40,33 @@ impl<'e> LookupEnvironment<'e> {
 
     /// Irradiance on a surface with this normal.
     #[inline]
-    pub(super) fn irradiance(&self, normal: Vec3) -> Vec3 {
-        self.mixed(|| self.open.irradiance(normal), |enclosed| enclosed.irradiance(normal))
+    pub(super) fn irradiance(&self, position: Vec3, normal: Vec3) -> Vec3 {
+        self.mixed(|| self.open.irradiance(normal), |enclosed| enclosed.irradiance(position, normal))
     }
 
     /// Mean radiance in a lobe around a direction.
     #[inline]
-    pub(super) fn prefiltered(&self, direction: Vec3, roughness: f32) -> Vec3 {
+    pub(super) fn prefiltered(&self, position: Vec3, direction: Vec3, roughness: f32) -> Vec3 {
         self.mixed(
             || self.open.prefiltered(direction, roughness),
-            |enclosed| enclosed.prefiltered(direction, roughness),
+            |enclosed| enclosed.prefiltered(position, direction),
         )
     }
 
     /// [`LookupEnvironment::irradiance`] of several normals.
-    pub(super) fn irradiances(&self, normals: &LookupLanes<'_>, out: &mut Vec3Lanes) {
+    pub(super) fn irradiances(&self, positions: &Vec3Lanes, normals: &LookupLanes<'_>, out: &mut Vec3Lanes) {
         if self.open_share > 0.0 {
             self.open.irradiances(normals, out);
         }
-        self.mix_lanes(normals, out, |enclosed, _, normal| enclosed.irradiance(normal));
+        self.mix_lanes(normals, out, |enclosed, lane, normal| {
+            enclosed.irradiance(positions.get(lane), normal)
+        });
     }
 
     /// [`LookupEnvironment::prefiltered`] of several directions.
     pub(super) fn prefiltered_lanes(
         &self,
+        positions: &Vec3Lanes,
         directions: &LookupLanes<'_>,
         roughness: &F32Lanes,
         out: &mut Vec3Lanes,
@@ -72,7 +75,7 @@ impl<'e> LookupEnvironment<'e> {
             self.open.prefiltered_lanes(directions, roughness, out);
         }
         self.mix_lanes(directions, out, |enclosed, lane, direction| {
-            enclosed.prefiltered(direction, roughness[lane])
+            enclosed.prefiltered(positions.get(lane), direction)
         });
     }
 

@@ -68,7 +68,7 @@ pub enum GlassShadows {
 }
 
 /// What decides the radiance of a ray besides the frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct IntegratorSettings {
     /// Light transport algorithm.
     pub integrator: Integrator,

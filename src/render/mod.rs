@@ -27,6 +27,7 @@ mod tile_pixels;
 
 pub use crate::integrator::{
     EnvSamples, EnvironmentShares, GlassShadows, Integrator, LightSize, PathSettings, SampleRange,
+    SharesOfTime,
 };
 pub use crate::scene_view::SceneView;
 pub use adaptive::Adaptive;

@@ -90,6 +90,6 @@ fn integrator_settings(settings: &RenderSettings) -> IntegratorSettings {
         light_size: settings.light_size,
         glossy_samples: settings.glossy_samples,
         env_samples: settings.env_samples,
-        environment_shares: settings.environment_shares,
+        environment_shares: settings.environment_shares.clone(),
     }
 }

@@ -10,7 +10,7 @@ use crate::bvh::{TriangleFlags, is_traced};
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::frame::Frame;
 use crate::geometry::{Aabb, Triangle};
-use crate::render::{EnvSamples, EnvironmentShares, Integrator, RenderSettings};
+use crate::render::{EnvSamples, EnvironmentShares, Integrator, RenderSettings, SharesOfTime};
 use crate::scene::Selection;
 
 use super::SequenceJob;
@@ -38,14 +38,14 @@ pub(super) fn environment_shares(
     cancel: &CancelFlag,
 ) -> Result<Option<EnvironmentShares>, Cancelled> {
     if !is_measured(job, selection, settings) {
-        return Ok(settings.environment_shares);
+        return Ok(settings.environment_shares.clone());
     }
     let lit_scene = (&job.scene, &job.environment);
     if let Some(known) = job.known_shares.get(lit_scene, selection) {
         return Ok(Some(known));
     }
     let shares = measured(job, selection, cancel)?;
-    job.known_shares.add(lit_scene, selection, shares);
+    job.known_shares.add(lit_scene, selection, shares.clone());
     Ok(Some(shares))
 }
 
@@ -85,21 +85,20 @@ fn measured(
     let span = MeasuredSpan::of(&job.scene, selection);
     let count =
         if span.moves() { times_of(scene.frame().triangles.len(), POSED_TRIANGLES, TIMES[1]) } else { 1 };
-    let mut shares = Vec::new();
+    let mut times = Vec::new();
     for time_seconds in span.times(count) {
         cancel.check()?;
         scene.pose(time_seconds);
         let position = scene.frame().camera.world_from_camera.w_axis.truncate();
         let posed = scene.frame().image_light.as_ref().and_then(|pose| job.environment.posed(pose));
         let environment = posed.unwrap_or_else(|| job.environment.clone());
-        let seen = if is_open(scene.frame(), position) {
-            EnvironmentShares::ALL
+        times.push(if is_open(scene.frame(), position) {
+            SharesOfTime::ALL
         } else {
-            EnvironmentShares::seen_from(scene.view(&environment, cancel)?, position)
-        };
-        shares.push((seen, environment));
+            SharesOfTime::seen_from(scene.view(&environment, cancel)?, position)
+        });
     }
-    let shares = EnvironmentShares::of_animation(&shares);
+    let shares = EnvironmentShares::of_times(&times);
     scene.leave_in(&job.first_pose);
     Ok(shares)
 }

@@ -321,7 +321,7 @@ impl<'a> FrameTracer<'a> {
             window: film.window,
             noise_time: Some(self.frame_seconds),
             exposure_ev: self.exposure_ev.unwrap_or_default(),
-            environment_shares: self.environment_shares,
+            environment_shares: self.environment_shares.clone(),
             ..self.job.render.clone()
         }
     }

@@ -35,7 +35,7 @@ impl KnownShares {
                 && known.environment == environment
                 && known.selection == *selection
         };
-        known.iter().find(is_same).map(|known| known.shares)
+        known.iter().find(is_same).map(|known| known.shares.clone())
     }
 
     /// Adds those of a selection, and forgets scenes that are gone.

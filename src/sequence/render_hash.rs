@@ -25,11 +25,11 @@ use super::{Exposure, OutputFormat, SequenceJob, SharedExposure, Shutter};
 mod catchers;
 
 /// Number of the rule of [`super::environment_shares`], as below.
-const SHARES: u32 = 3;
+const SHARES: u32 = 4;
 /// Number of the rule about lights that a file never shows.
 const HIDDEN_LIGHTS: u32 = 1;
 /// Number of the rule of automatic exposure: frames by two rules never belong to one sequence.
-const METERING: u32 = 6;
+const METERING: u32 = 7;
 
 /// The hash of a run: of all that its files are made from, the part of the image and of its samples, and what is stored beside pixels.
 /// Runs of other frames before plates have other hashes.

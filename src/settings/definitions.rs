@@ -187,7 +187,7 @@ settings! {
     glossy: Whole<u32, 0, 4096> = 0, Image { value_name: "N" }
     /// Shadow rays of the whitted integrator towards the environment
     /// , per sample at the first visible surface; surfaces seen in mirrors and through glass send one. A ray that hits something reflects light of the environment from there, once. 0: only the key light of a built-in light, and suns and lamps of environment images, cast shadows. auto: 1, and 4 on shadow catchers and the ground, unless what casts shadows covers a small part of the sky. Inside closed spaces auto fades
-    /// these shadows out, by the same amount in every frame of an animation and with fewer rays, and lights them evenly by what comes in and what walls reflect of it
+    /// these shadows out, by the same amount in every frame of an animation and with fewer rays, and lights them by what comes in and what walls reflect of it
     env_samples: EnvSamplesType = EnvSamples::Auto, Image { value_name: "N|auto" }
     /// Shadows of glass
     glass_shadows: OneOf<GlassShadows> = GlassShadows::Straight, Image { value_name: "KIND" }

@@ -7,19 +7,18 @@ use glam::{Mat4, Vec3};
 use rayframe::cancel::CancelFlag;
 use rayframe::frame::Frame;
 use rayframe::image::Image;
-use rayframe::render::{EnvSamples, EnvironmentShares, Integrator};
+use rayframe::render::{EnvSamples, EnvironmentShares};
 use rayframe::scene::{
-    AnimationTarget, BuiltInLight, Environment, LocalTransform, Material, NodeIndex, Projection,
-    SelectedCamera, Turntable,
+    AnimationTarget, Environment, LocalTransform, Material, NodeIndex, Projection, SelectedCamera, Turntable,
 };
-use rayframe::sequence::{FrameRate, Plan, SequenceJob, exposure_ev, render_hash, render_single_frame, run};
+use rayframe::sequence::{FrameRate, Plan, SequenceJob, render_hash, render_single_frame, run};
 
 use crate::stage::{Stage, animate, lambert, rectangle, sequence_job};
 
 const ALBEDO: f32 = 0.5;
 
 /// World from camera space of one at `eye` that looks at `target`.
-fn camera_at(eye: Vec3, target: Vec3) -> Mat4 {
+pub(crate) fn camera_at(eye: Vec3, target: Vec3) -> Mat4 {
     let backward = (eye - target).normalize();
     let (right, up) = backward.any_orthonormal_pair();
     Mat4::from_cols(right.extend(0.0), up.extend(0.0), backward.extend(0.0), eye.extend(1.0))
@@ -48,7 +47,7 @@ fn garage(output: &Path) -> SequenceJob {
 
 /// Mean radiance of the image at `time_seconds`.
 #[expect(clippy::unwrap_used, reason = "nothing raises the cancel flag")]
-fn brightness(job: &SequenceJob, time_seconds: f64) -> f32 {
+pub(crate) fn brightness(job: &SequenceJob, time_seconds: f64) -> f32 {
     let frame = Frame::at(&job.scene, &job.selection, time_seconds);
     let (film, _) = render_single_frame(job, &frame, &job.render, &CancelFlag::new()).unwrap();
     film.pixels.iter().map(|pixel| pixel[1]).sum::<f32>() / film.pixels.len() as f32
@@ -98,10 +97,10 @@ fn a_turntable_changes_no_surface() {
     for brightness in turned {
         assert!((brightness - turned[0]).abs() < 0.01, "{turned:?}");
     }
-    // Each alone differs.
+    // Each alone differs, but not much: the walls are the same.
     let fixed = |world_from_camera| SelectedCamera::Fixed { world_from_camera, projection };
     let [first, opposite] = [0.0, 0.5].map(|time| seen_by(fixed(turntable.at(time)), 0.0));
-    assert!(first > 1.5 * opposite, "{first} {opposite}");
+    assert!(first != opposite && (0.6..1.7).contains(&(first / opposite)), "{first} {opposite}");
 }
 
 /// A job whose door opens from `start` to `end`, seconds.
@@ -175,146 +174,4 @@ fn a_camera_outside_traces_all() {
     let open = brightness(&job, 1.0);
     job.render.env_samples = EnvSamples::Fixed(1);
     assert!((open - brightness(&job, 1.0)).abs() < 1e-3);
-}
-
-/// A camera below the middle of a closed box of four metres in white light, whose ceiling has a square hole of 2 `half` metres. On its floor lies a board.
-fn box_with_hole(walls: &Material, board: &Material, half: f32) -> SequenceJob {
-    let mut stage = Stage::new();
-    let (x, y, z) = (Vec3::X * 2.0, Vec3::Y * 2.0, Vec3::Z * 2.0);
-    for (center, u, v) in [(z, x, y), (-z, x, y), (x, y, z), (-x, y, z), (-y, x, z)] {
-        stage.add(rectangle(center, u, v), walls.clone());
-    }
-    // The ceiling around the hole
-    let (middle, width) = (1.0 + 0.5 * half, 1.0 - 0.5 * half);
-    for side in [1.0, -1.0] {
-        stage.add(rectangle(y + Vec3::X * middle * side, Vec3::X * width, z), walls.clone());
-        let strip = rectangle(y + Vec3::Z * middle * side, Vec3::X * half, Vec3::Z * width);
-        stage.add(strip, walls.clone());
-    }
-    stage.add(rectangle(Vec3::Y * -1.99, Vec3::Z, Vec3::X), board.clone());
-    let projection =
-        Projection::Perspective { fov_y_radians: 1.5, aspect_ratio: None, z_near: 0.0, z_far: None };
-    let world_from_camera = camera_at(Vec3::new(0.0, 0.5, 1.5), Vec3::new(0.0, -1.0, -1.0));
-    let camera = SelectedCamera::Fixed { world_from_camera, projection };
-    let mut job = sequence_job(stage.scene, camera, (32, 32), Path::new("unused.exr"));
-    job.environment = Environment::Constant(Vec3::ONE);
-    job.render.samples = 16;
-    job
-}
-
-/// That box with all of one colour.
-fn painted_box(color: Vec3, half: f32) -> SequenceJob {
-    let paint = Material { double_sided: true, ..lambert(color) };
-    box_with_hole(&paint, &paint, half)
-}
-
-#[test]
-fn white_boxes_are_as_bright_as_what_lights_them() {
-    for half in [0.8, 1.2] {
-        let brightness = brightness(&painted_box(Vec3::ONE, half), 0.0);
-        assert!((brightness - 1.0).abs() < 0.02, "{half}: {brightness}");
-    }
-}
-
-#[test]
-fn closed_boxes_are_about_as_bright_as_with_paths() {
-    for (albedo, half) in [(0.2, 0.8), (0.5, 0.8), (0.5, 1.2), (0.8, 0.8), (0.8, 1.2)] {
-        let mut job = painted_box(Vec3::splat(albedo), half);
-        let found = brightness(&job, 0.0);
-        job.render.integrator = Integrator::Path;
-        job.render.samples = 64;
-        job.render.max_depth = 64;
-        let expected = brightness(&job, 0.0);
-        // As if nothing were in between, all of them are several times too bright.
-        assert!(albedo > 3.0 * expected, "{albedo} {half}: {expected}");
-        assert!((found / expected - 1.0).abs() < 0.3, "{albedo} {half}: {found}, paths {expected}");
-    }
-}
-
-#[test]
-fn the_light_of_a_box_does_not_end_where_the_camera_sees_no_opening() {
-    let mut job = painted_box(Vec3::splat(ALBEDO), 0.8);
-    let in_the_middle = brightness(&job, 0.0);
-    let SelectedCamera::Fixed { world_from_camera, .. } = &mut job.selection.camera else {
-        panic!("the camera is fixed");
-    };
-    // The hole is in the ceiling, which is seen from the side.
-    *world_from_camera = camera_at(Vec3::new(1.9, 1.99, 1.9), Vec3::new(0.0, -1.0, -1.0));
-    let in_a_corner = brightness(&job, 0.0);
-    let ratio = in_a_corner / in_the_middle;
-    assert!((0.4..2.5).contains(&ratio), "{in_a_corner} {in_the_middle}");
-}
-
-#[test]
-fn walls_of_closed_boxes_colour_each_other() {
-    let mut job = painted_box(Vec3::new(0.8, 0.4, 0.1), 0.8);
-    let channels = |job: &SequenceJob| {
-        let frame = Frame::at(&job.scene, &job.selection, 0.0);
-        let film = render_single_frame(job, &frame, &job.render, &CancelFlag::new());
-        let sum = film.map(|(film, _)| {
-            film.pixels.iter().fold(Vec3::ZERO, |sum, [r, g, b, ..]| sum + Vec3::new(*r, *g, *b))
-        });
-        sum.unwrap_or_default()
-    };
-    let found = channels(&job);
-    job.render.integrator = Integrator::Path;
-    job.render.samples = 64;
-    let expected = channels(&job);
-    // More saturated than the paint, whose red is twice its green and eight times its blue.
-    for (found, expected) in
-        [(found.x / found.y, expected.x / expected.y), (found.x / found.z, expected.x / expected.z)]
-    {
-        assert!((found / expected - 1.0).abs() < 0.2, "{found}, paths {expected}");
-    }
-    assert!(found.x > 2.5 * found.y && found.x > 12.0 * found.z, "{found}");
-}
-
-#[test]
-fn unlit_domes_light_what_is_in_them() {
-    let sky = Material { unlit: true, double_sided: true, ..lambert(Vec3::splat(0.4)) };
-    let mut job = box_with_hole(&sky, &lambert(Vec3::splat(0.5)), 0.8);
-    let SelectedCamera::Fixed { world_from_camera, .. } = &mut job.selection.camera else {
-        panic!("the camera is fixed");
-    };
-    // The board alone
-    *world_from_camera = camera_at(Vec3::new(0.0, -1.5, 0.0), Vec3::Y * -2.0);
-    let selected = job.selection.camera.clone();
-    let found = brightness(&job, 0.0);
-    job.render.integrator = Integrator::Path;
-    job.render.samples = 256;
-    let expected = brightness(&job, 0.0);
-    assert!((found / expected - 1.0).abs() < 0.05, "{found}, paths {expected}");
-    // Without any opening, the environment lights what is in it.
-    let mut job = box_with_hole(&sky, &lambert(Vec3::splat(0.5)), 0.0);
-    job.selection.camera = selected;
-    let found = brightness(&job, 0.0);
-    assert!((found - 0.5).abs() < 1e-3, "{found}");
-}
-
-#[test]
-fn without_shadow_rays_the_whole_light_arrives() {
-    let mut job = painted_box(Vec3::splat(ALBEDO), 0.8);
-    job.render.env_samples = EnvSamples::Fixed(0);
-    assert!((brightness(&job, 0.0) - ALBEDO).abs() < 1e-5);
-}
-
-#[test]
-fn automatic_exposure_measures_closed_boxes_under_built_in_lights() {
-    let exposure = |job: &SequenceJob| exposure_ev(job, &CancelFlag::new()).unwrap();
-    let mut job = painted_box(Vec3::splat(ALBEDO), 0.8);
-    job.environment = Environment::BuiltIn(BuiltInLight::Studio);
-    let by_trees = exposure(&job);
-    job.render.integrator = Integrator::Path;
-    let by_paths = exposure(&job);
-    assert!(by_trees > 1.0 && (by_trees - by_paths).abs() < 0.75, "{by_trees} {by_paths}");
-    // Not where no shadows are asked for, and not in the open.
-    job.render.integrator = Integrator::Whitted;
-    job.render.env_samples = EnvSamples::Fixed(0);
-    assert_eq!(exposure(&job), 0.0);
-    job.render.env_samples = EnvSamples::Auto;
-    let SelectedCamera::Fixed { world_from_camera, .. } = &mut job.selection.camera else {
-        panic!("the camera is fixed");
-    };
-    *world_from_camera = camera_at(Vec3::new(0.0, 0.0, 9.0), Vec3::ZERO);
-    assert_eq!(exposure(&job), 0.0);
 }

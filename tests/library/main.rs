@@ -4,6 +4,7 @@ mod aovs;
 mod bands;
 mod bvh;
 mod checkpoints;
+mod closed_spaces;
 mod colors;
 mod conformance;
 mod corruptions;

@@ -28,7 +28,7 @@ fn paths_are_the_same_alone_and_in_batches() {
         ("showcase/apartment", Environment::BuiltIn(BuiltInLight::Outdoor)),
     ] {
         with_context(scene, &environment, |context, camera| {
-            let settings = IntegratorSettings { integrator: Integrator::Path, ..context.settings };
+            let settings = IntegratorSettings { integrator: Integrator::Path, ..context.settings.clone() };
             let context = IntegratorContext::new(context.view, settings);
             let tracer = &mut Tracer::new(&context);
             let pixels: Vec<_> = (0..SIZE.1).flat_map(|y| (0..SIZE.0).map(move |x| (x, y))).collect();
@@ -53,8 +53,12 @@ fn lanes_shade_paths_as_surfaces_one_by_one_do() {
     ] {
         with_context(scene, &studio, |context, camera| {
             let path = PathSettings { regularize, ..context.settings.path };
-            let settings =
-                IntegratorSettings { integrator: Integrator::Path, light_size, path, ..context.settings };
+            let settings = IntegratorSettings {
+                integrator: Integrator::Path,
+                light_size,
+                path,
+                ..context.settings.clone()
+            };
             let context = IntegratorContext::new(context.view, settings);
             let pixels: Vec<_> = (0..SIZE.1).flat_map(|y| (0..SIZE.0).map(move |x| (x, y))).collect();
             let traced = |is_one_by_one: bool| {

@@ -251,7 +251,7 @@ fn the_light_on_first_receivers_is_that_of_single_ones() {
     let check = |ground: Option<Ground>| {
         move |context: &IntegratorContext<'_>, camera: &CameraRays| {
             let render = |settings: &IntegratorSettings, has_receivers: bool| {
-                let mut context = IntegratorContext::new(context.view, *settings);
+                let mut context = IntegratorContext::new(context.view, settings.clone());
                 context.has_receivers = has_receivers;
                 let tracer = &mut Tracer::new(&context);
                 let all: Vec<usize> = (0..SAMPLES).collect();
@@ -259,12 +259,12 @@ fn the_light_on_first_receivers_is_that_of_single_ones() {
                 (values, tracer.take_statistics().shadow_rays)
             };
             // More rays than are traced together, lights with a size, and paths
-            let plain = IntegratorSettings { ground, show_background: false, ..context.settings };
+            let plain = IntegratorSettings { ground, show_background: false, ..context.settings.clone() };
             let light_size = LightSize { radius: 0.2, sun_angle_radians: 0.1 };
             let env_samples = EnvSamples::Fixed(30);
             for settings in [
-                IntegratorSettings { light_size, env_samples, ..plain },
-                IntegratorSettings { integrator: Integrator::Path, ..plain },
+                IntegratorSettings { light_size, env_samples, ..plain.clone() },
+                IntegratorSettings { integrator: Integrator::Path, ..plain.clone() },
                 plain,
             ] {
                 let together = render(&settings, true);

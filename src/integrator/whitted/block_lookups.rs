@@ -37,7 +37,7 @@ impl BlockLookups {
         block: &SurfaceBlock<'_>,
         materials: &[MaterialSample],
     ) {
-        let environment = context.lookups;
+        let (environment, positions) = (&context.lookups, block.positions());
         (self.diffuse, self.irradiated, self.specular, self.metallic) = Default::default();
         if environment.is_uniform() {
             return;
@@ -64,7 +64,7 @@ impl BlockLookups {
         });
         if !self.irradiated.is_empty() {
             let lookups = LookupLanes { level, directions: normals, lanes: self.irradiated };
-            environment.irradiances(&lookups, &mut self.irradiance);
+            environment.irradiances(positions, &lookups, &mut self.irradiance);
         }
 
         self.specular = lanes.filtered(|lane| !materials[lane].unlit && looks_up(&materials[lane]));
@@ -83,11 +83,11 @@ impl BlockLookups {
             }
         });
         let lookups = LookupLanes { level, directions: &self.lobe_direction, lanes: self.specular };
-        environment.prefiltered_lanes(&lookups, &self.lobe_roughness, &mut self.prefiltered);
+        environment.prefiltered_lanes(positions, &lookups, &self.lobe_roughness, &mut self.prefiltered);
         self.metallic = self.specular.filtered(|lane| materials[lane].metallic > 0.0);
         if !self.metallic.is_empty() {
             let lookups = LookupLanes { level, directions: normals, lanes: self.metallic };
-            environment.prefiltered_lanes(&lookups, &[1.0; LANES], &mut self.broad);
+            environment.prefiltered_lanes(positions, &lookups, &[1.0; LANES], &mut self.broad);
         }
     }
 

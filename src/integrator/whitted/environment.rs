@@ -26,7 +26,7 @@ impl Tracer<'_, '_> {
             && coat.traced_share < 1.0
         {
             let PrefilteredLobe { direction, roughness } = coat.looked_up;
-            let seen = self.context.lookups.prefiltered(direction, roughness);
+            let seen = self.context.lookups.prefiltered(shading.point.position, direction, roughness);
             let albedo = shading.weight * (coat.albedo * (1.0 - coat.traced_share) * occlusion);
             let lobe = LookupLobe::Glossy(coat.looked_up);
             lookups.push(EnvironmentLookup { radiance: albedo * seen, albedo, lobe, is_outside: true });
@@ -36,7 +36,7 @@ impl Tracer<'_, '_> {
 
     /// Diffuse lobes, sheen, and the broad part of the reflected specular lobe. `reached` multiplies light that leaves from below the coat.
     fn look_up_diffuse(&self, shading: &Shading<'_, '_>, reached: Vec3, lookups: &mut EnvironmentLookups) {
-        let environment = self.context.lookups;
+        let environment = &self.context.lookups;
         let Shading { point, albedos, .. } = shading;
         let normal = point.shading_normal;
         let broad = prefiltered_albedo(shading) * broad_share(shading);
@@ -49,11 +49,13 @@ impl Tracer<'_, '_> {
                 let block = &self.whitted.block_lookups;
                 let mean = || {
                     let looked_up = block.irradiance(shading.index).filter(|_| is_outside);
-                    looked_up.unwrap_or_else(|| environment.irradiance(normal)) * FRAC_1_PI
+                    looked_up.unwrap_or_else(|| environment.irradiance(point.position, normal)) * FRAC_1_PI
                 };
                 let radiance = if shading.material.metallic > 0.0 && broad != Vec3::ZERO {
                     let looked_up = block.broad(shading.index);
-                    let of_lobe = broad * looked_up.unwrap_or_else(|| environment.prefiltered(normal, 1.0));
+                    let of_lobe = broad
+                        * looked_up
+                            .unwrap_or_else(|| environment.prefiltered(shading.point.position, normal, 1.0));
                     if diffuse == Vec3::ZERO { of_lobe } else { diffuse * mean() + of_lobe }
                 } else {
                     // Irradiance stands for the broad part of the faint lobes of dielectrics.
@@ -98,7 +100,7 @@ impl Tracer<'_, '_> {
         reached: Vec3,
         lookups: &mut EnvironmentLookups,
     ) {
-        let (environment, albedos) = (self.context.lookups, &shading.albedos);
+        let (environment, albedos) = (&self.context.lookups, &shading.albedos);
         let prefiltered_share = 1.0 - shading.traced_share_transmitted;
         if shading.follows_transmission || prefiltered_share == 0.0 || albedos.transmission == Vec3::ZERO {
             return;
@@ -108,7 +110,7 @@ impl Tracer<'_, '_> {
             let Some(lobe) = transmitted_lobe(shading, bsdf).filter(|_| albedo != Vec3::ZERO) else {
                 continue;
             };
-            let mut seen = environment.prefiltered(lobe.direction, lobe.roughness);
+            let mut seen = environment.prefiltered(shading.point.position, lobe.direction, lobe.roughness);
             if self.transmits_peaks(shading) {
                 seen += self.peaks_in_lobe(lobe);
             }
@@ -134,21 +136,28 @@ impl Tracer<'_, '_> {
         if let Some((seen, lobe)) = self.whitted.block_lookups.reflection(shading.index) {
             return (seen, LookupLobe::Glossy(lobe));
         }
-        let (environment, roughness) = (self.context.lookups, shading.material.roughness);
+        let (environment, roughness) = (&self.context.lookups, shading.material.roughness);
         let normal = shading.point.shading_normal;
         let mirrored = mirror_direction(shading.point.wo, normal);
         if shading.material.anisotropy.is_none() {
             let lobe = RoughLobe::of(shading.material, (mirrored, normal), shading.wo.z).narrow;
-            return (environment.prefiltered(lobe.direction, lobe.roughness), LookupLobe::Glossy(lobe));
+            return (
+                environment.prefiltered(shading.point.position, lobe.direction, lobe.roughness),
+                LookupLobe::Glossy(lobe),
+            );
         }
         // Shadow rays follow one lobe as wide as the widest.
         let lobe = PrefilteredLobe::new(mirrored, normal, shading.wo.z, shading.bsdf.widest_roughness());
         if environment.is_uniform() {
-            return (environment.prefiltered(lobe.direction, lobe.roughness), LookupLobe::Glossy(lobe));
+            return (
+                environment.prefiltered(shading.point.position, lobe.direction, lobe.roughness),
+                LookupLobe::Glossy(lobe),
+            );
         }
         let (mut seen, mut shares) = (Vec3::ZERO, Vec3::ZERO);
         for (wi, share) in shading.bsdf.anisotropic_reflections(shading.wo, shading.terms) {
-            seen += share * environment.prefiltered(shading.world_from_local * wi, roughness);
+            seen += share
+                * environment.prefiltered(shading.point.position, shading.world_from_local * wi, roughness);
             shares += share;
         }
         // The mean over the directions; the albedo of the lobe is exact.

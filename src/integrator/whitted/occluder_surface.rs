@@ -71,17 +71,17 @@ impl OccluderSurface {
         part: f32,
         direction: (Vec2, f32),
     ) -> (Vec3, Vec3) {
-        let environment = context.lookups;
+        let environment = &context.lookups;
         let mut radiance = if self.diffuse == Vec3::ZERO {
             Vec3::ZERO
         } else {
-            self.diffuse * environment.irradiance(self.normal) * FRAC_1_PI
+            self.diffuse * environment.irradiance(self.position, self.normal) * FRAC_1_PI
         };
         let mut narrow_part = None;
         if let Some(MetallicPart { albedo, lobe: RoughLobe { narrow, broad_share } }) = &self.metallic {
-            radiance += *albedo * *broad_share * environment.prefiltered(self.normal, 1.0);
+            radiance += *albedo * *broad_share * environment.prefiltered(self.position, self.normal, 1.0);
             if *broad_share < 1.0 {
-                let seen = environment.prefiltered(narrow.direction, narrow.roughness);
+                let seen = environment.prefiltered(self.position, narrow.direction, narrow.roughness);
                 let seen = *albedo * (1.0 - broad_share) * seen;
                 radiance += seen;
                 narrow_part = Some((narrow, seen));

@@ -152,7 +152,7 @@ impl<'a> OpaqueBlock<'a> {
         reflected.look_up(
             (level, ActiveLanes::first(hits.len())),
             &context.lookups,
-            surfaces.normals(),
+            (surfaces.positions(), surfaces.normals()),
             (&materials.base, table),
         );
         vectorized!(level, reflected.reflect(materials, block_material));
@@ -226,23 +226,23 @@ impl ReflectedLanes {
         &mut self,
         (level, lanes): (Level, ActiveLanes),
         environment: &LookupEnvironment<'_>,
-        normals: &Vec3Lanes,
+        (positions, normals): (&Vec3Lanes, &Vec3Lanes),
         (materials, table): (&BaseMaterialLanes, &AlbedoTable),
     ) {
         table.terms((level, lanes), &self.cos_o, &self.lobe_roughness, &mut self.albedos);
         let normals = LookupLanes { level, directions: normals, lanes };
-        environment.irradiances(&normals, &mut self.diffuse);
+        environment.irradiances(positions, &normals, &mut self.diffuse);
         let lanes = lanes.filtered(|lane| self.traced_share[lane] < 1.0);
         if !lanes.is_empty() {
             let (directions, roughness) = &self.looked_up;
             let directions = LookupLanes { level, directions, lanes };
-            environment.prefiltered_lanes(&directions, roughness, &mut self.prefiltered);
+            environment.prefiltered_lanes(positions, &directions, roughness, &mut self.prefiltered);
         }
         // Irradiance stands for the broad part of the faint lobes of dielectrics.
         let lanes = lanes.filtered(|lane| materials.metallic()[lane] > 0.0);
         if !lanes.is_empty() {
             let normals = LookupLanes { lanes, ..normals };
-            environment.prefiltered_lanes(&normals, &[1.0; LANES], &mut self.broad);
+            environment.prefiltered_lanes(positions, &normals, &[1.0; LANES], &mut self.broad);
         }
     }
 

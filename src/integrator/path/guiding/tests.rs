@@ -14,7 +14,7 @@ use crate::scene::{Environment, KeyLight};
 /// Calls `check` with a scene for paths. A box with a panel that shines on a mirror and a glass ball is `path/box`.
 fn with_paths(scene: &str, check: impl FnOnce(&IntegratorContext<'_>, &CameraRays)) {
     with_context(scene, &Environment::None, |context, camera| {
-        let settings = IntegratorSettings { integrator: Integrator::Path, ..context.settings };
+        let settings = IntegratorSettings { integrator: Integrator::Path, ..context.settings.clone() };
         check(&IntegratorContext::new(context.view, settings), camera);
     });
 }
@@ -113,7 +113,7 @@ fn other_lights_take_samples_from_the_guide() {
     let largest_share = |radiance: f32, scale: f32| {
         let mut largest = None;
         with_context("path/box", &Environment::Constant(Vec3::splat(radiance)), |context, _| {
-            let settings = IntegratorSettings { integrator: Integrator::Path, ..context.settings };
+            let settings = IntegratorSettings { integrator: Integrator::Path, ..context.settings.clone() };
             let mut context = IntegratorContext::new(context.view, settings);
             context.peaks.push(KeyLight { direction_to_light: Vec3::Y, irradiance: Vec3::splat(scale) });
             let guide = PathGuide::new(&context);

@@ -16,7 +16,7 @@ pair() {
 }
 
 pair scenes/path/box.gltf --env none --exposure 0.5
-pair scenes/showcase/apartment.gltf --exposure 2
+pair scenes/showcase/apartment.gltf --exposure 3
 pair scenes/showcase/helmet.gltf --orbit 25,8 --exposure 0
 pair scenes/showcase/character.gltf --animation walk -f 5 --ground --exposure 0
 pair scenes/material/nested_glass.gltf --exposure 0

@@ -9,7 +9,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 render() { "$rayframe" render "$@" -q -r 480x270 --samples "${SAMPLES:-16}"; }
 
-render scenes/showcase/apartment.gltf -o "$folder/1.png"
+render scenes/showcase/apartment.gltf --exposure 3 -o "$folder/1.png"
 render scenes/showcase/level.gltf -o "$folder/2.png"
 render scenes/showcase/helmet.gltf --orbit 25,8 -o "$folder/3.png"
 render scenes/showcase/bottle.gltf --background white -o "$folder/4.png"

@@ -12,8 +12,10 @@ use crate::frame::Frame;
 use crate::framing::resolve_camera;
 use crate::gltf::{ImportOptions, import};
 use crate::integrator::context_build::traced_samples;
+use crate::integrator::lookup_environment::LookupEnvironment;
 use crate::integrator::{
-    CameraRays, CameraSamples, EnvSamples, Integrator, IntegratorContext, IntegratorSettings, LightSize, Seed,
+    CameraRays, CameraSamples, EnvSamples, EnvironmentShares, Integrator, IntegratorContext,
+    IntegratorSettings, LightSize, Seed,
 };
 use crate::interaction::{RayHit, SurfaceBlock, SurfacePoint};
 use crate::scene::{
@@ -194,8 +196,7 @@ fn half_of_the_occluders_reflect_half_of_the_light_on_average() {
         let sum = |bounce_share: f32| {
             let mut context = context.clone();
             context.bounce_share = bounce_share;
-            let all: Vec<usize> = (0..SAMPLES).collect();
-            let values = trace(&mut Tracer::new(&context), camera, &all);
+            let values = trace(&mut Tracer::new(&context), camera, &(0..SAMPLES).collect::<Vec<_>>());
             values.iter().map(|value| value.radiance.element_sum()).sum::<f32>()
         };
         let [none, half, all] = [0.0, 0.5, 1.0].map(sum);
@@ -211,10 +212,10 @@ fn a_share_of_the_shadows_takes_fewer_rays_and_is_that_share_on_average() {
         let render = |occluded_share: f32| {
             let mut context = context.clone();
             (context.occluded_share, context.bounce_share) = (occluded_share, 0.0);
+            context.lookups = LookupEnvironment::new(context.view.environment, &EnvironmentShares::ALL);
             context.traced_samples = traced_samples(occluded_share, &context.settings);
             let tracer = &mut Tracer::new(&context);
-            let all: Vec<usize> = (0..SAMPLES).collect();
-            let values = trace(tracer, camera, &all);
+            let values = trace(tracer, camera, &(0..SAMPLES).collect::<Vec<_>>());
             let light = values.iter().map(|value| value.radiance.element_sum()).sum::<f32>();
             (light, tracer.take_statistics().shadow_rays as f32)
         };
@@ -254,8 +255,7 @@ fn the_light_on_first_receivers_is_that_of_single_ones() {
                 let mut context = IntegratorContext::new(context.view, settings.clone());
                 context.has_receivers = has_receivers;
                 let tracer = &mut Tracer::new(&context);
-                let all: Vec<usize> = (0..SAMPLES).collect();
-                let values = trace(tracer, camera, &all);
+                let values = trace(tracer, camera, &(0..SAMPLES).collect::<Vec<_>>());
                 (values, tracer.take_statistics().shadow_rays)
             };
             // More rays than are traced together, lights with a size, and paths

@@ -365,8 +365,8 @@ mod tests {
             assert!(!comparison.passes());
             let failures = comparison.failures().join("\n");
             assert!(
-                failures
-                    .contains("1 values of R are not a number and 0 infinite, the first at column 1, row 1")
+                failures.contains("1 value of R is not a number, the first at column 1, row 1"),
+                "{failures}"
             );
         }
     }

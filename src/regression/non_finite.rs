@@ -31,10 +31,16 @@ pub fn non_finite(channel: &Channel, width: u32) -> Option<NonFinite> {
 
 impl std::fmt::Display for NonFinite {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { channel, first_at: (column, row), .. } = self;
+        let (count, kinds) = match (self.not_a_number, self.infinite) {
+            (0, infinite) => (infinite, "infinite".to_owned()),
+            (count, 0) => (count, "not a number".to_owned()),
+            (count, infinite) => (count, format!("not a number and {infinite} infinite")),
+        };
+        let (values, are) = if count == 1 { ("value", "is") } else { ("values", "are") };
         write!(
             formatter,
-            "{} values of {} are not a number and {} infinite, the first at column {}, row {}",
-            self.not_a_number, self.channel, self.infinite, self.first_at.0, self.first_at.1
+            "{count} {values} of {channel} {are} {kinds}, the first at column {column}, row {row}"
         )
     }
 }
@@ -49,6 +55,15 @@ mod tests {
         let channel = Channel { name: "Z".to_owned(), samples: Samples::Float(values) };
         let found = non_finite(&channel, 2).unwrap();
         assert_eq!((found.not_a_number, found.infinite, found.first_at), (1, 2, (0, 1)));
+        let text = "1 value of Z is not a number and 2 infinite, the first at column 0, row 1";
+        assert_eq!(found.to_string(), text);
+        let one_kind = |not_a_number, infinite| {
+            NonFinite { not_a_number, infinite, ..found.clone() }
+                .to_string()
+                .replace(", the first at column 0, row 1", "")
+        };
+        assert_eq!(one_kind(4, 0), "4 values of Z are not a number");
+        assert_eq!(one_kind(0, 1), "1 value of Z is infinite");
         let whole = Channel { name: "Z".to_owned(), samples: Samples::Float(vec![f32::MAX]) };
         assert_eq!(non_finite(&whole, 1), None);
     }

@@ -248,7 +248,7 @@ def check_other_images(browser, folder):
     page = Page(browser, folder / "broken/index.html", "broken", color_scheme="light")
     magenta = numpy.argwhere((page.canvas(1) == [255, 0, 255]).all(axis=2)).tolist()
     check("what is not finite is magenta", magenta == [[5, 7], [5, 8]], magenta)
-    check("and is told", "1 values of R are not a number and 1 infinite" in page.text("#messages"))
+    check("and is told", "1 value of R is not a number and 1 infinite" in page.text("#messages"))
     page.close()
 
 

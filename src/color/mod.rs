@@ -101,8 +101,11 @@ pub(crate) fn srgb16_table() -> &'static [f32] {
     TABLE.get_or_init(|| (0..=65535_u32).map(|code| decode(f64::from(code) / 65535.0) as f32).collect())
 }
 
-/// Encodes linear light to the sixteen-bit sRGB value whose linear value is nearest.
+/// Encodes linear light to the sixteen-bit sRGB value whose linear value is nearest. NaN gives 0.
 pub(crate) fn linear_to_srgb16(linear: f32) -> u16 {
+    if linear.is_nan() {
+        return 0;
+    }
     let decoded = |code: u32| srgb16_to_linear(code as u16);
     let (mut low, mut high) = (0_u32, 65535_u32);
     while high - low > 1 {
@@ -164,7 +167,7 @@ mod tests {
             [-1.0, f32::NAN, 2.0, f32::INFINITY].map(|linear| Srgb8Codes::get().encode(linear)),
             [0, 0, 255, 255]
         );
-        assert_eq!([-1.0, 1.0, 2.0].map(linear_to_srgb16), [0, 65535, 65535]);
+        assert_eq!([-1.0, 1.0, 2.0, f32::NAN].map(linear_to_srgb16), [0, 65535, 65535, 0]);
     }
 
     #[test]

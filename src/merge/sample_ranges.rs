@@ -67,9 +67,7 @@ pub(super) fn check_sample_ranges(tiles: &[ExrTile]) -> Result<()> {
     for (part, tile) in &parts {
         let (first, last) = (*part.samples.start(), *part.samples.end());
         if first > next {
-            let missing =
-                format!("no file has the samples {next} to {}; --sample-range renders them", first - 1);
-            return Err(invalid(tile, format!("cannot be merged: {missing}")));
+            return Err(without_samples(tile, next, first - 1));
         }
         if first < next {
             return Err(invalid(tile, format!("has sample {first}, which another file has as well")));
@@ -77,13 +75,19 @@ pub(super) fn check_sample_ranges(tiles: &[ExrTile]) -> Result<()> {
         next = last + 1;
     }
     match parts.last() {
-        Some((part, tile)) if next < part.of => {
-            let missing =
-                format!("no file has the samples {next} to {}; --sample-range renders them", part.of - 1);
-            Err(invalid(tile, format!("cannot be merged: {missing}")))
-        }
+        Some((part, tile)) if next < part.of => Err(without_samples(tile, next, part.of - 1)),
         _ => Ok(()),
     }
+}
+
+/// No file has the samples from `first` to `last`.
+fn without_samples(tile: &ExrTile, first: u32, last: u32) -> Error {
+    let (missing, them) = if first == last {
+        (format!("sample {first}"), "it")
+    } else {
+        (format!("the samples {first} to {last}"), "them")
+    };
+    invalid(tile, format!("cannot be merged: no file has {missing}; --sample-range renders {them}"))
 }
 
 /// Merges sample ranges of one crop, or of crops that cover the image.

@@ -152,17 +152,18 @@ fn a_sample_range_is_an_image_of_its_own() {
 #[test]
 fn sample_ranges_that_do_not_add_up_are_refused() {
     let stage = Stage::new(SCENE);
-    let ranges = [("a.exr", "0-3"), ("b.exr", "3-5"), ("c.exr", "4-7"), ("d.exr", "6-7")];
+    let ranges = [("a.exr", "0-3"), ("b.exr", "3-5"), ("c.exr", "4-7"), ("d.exr", "6-7"), ("e.exr", "0-1")];
     for (name, range) in ranges {
         stage.render(name, &["--samples", "8", "--sample-range", range]);
     }
     stage.render("whole.exr", &["--samples", "8"]);
     stage.render("crop.exr", &["--samples", "8", "--sample-range", "4-7", "--crop", "0,0,9,9"]);
     stage.render("other.exr", &["--samples", "8", "--sample-range", "4-7", "--seed", "3"]);
-    let cases: [(&[&str], &str); 7] = [
+    let cases: [(&[&str], &str); 8] = [
         (&["a.exr"], "no file has the samples 4 to 7"),
         (&["c.exr"], "no file has the samples 0 to 3"),
         (&["a.exr", "d.exr"], "no file has the samples 4 to 5"),
+        (&["b.exr", "d.exr", "e.exr"], "no file has sample 2; --sample-range renders it"),
         (&["a.exr", "b.exr", "d.exr"], "has sample 3, which another file has as well"),
         (&["a.exr", "c.exr", "whole.exr"], ""),
         (&["a.exr", "c.exr", "crop.exr"], "has the pixels 0,0,9,9 that "),

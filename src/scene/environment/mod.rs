@@ -235,7 +235,7 @@ impl Environment {
 
     /// Prefiltered radiance: the mean under the GGX lobe of `roughness` (α is its square) around `direction`, for a
     /// view along the normal (Karis 2013), or at a cosine of 0.6 for roughness 1. Multiply it by the lobe's directional albedo. Roughness 0 is
-    /// [`Environment::radiance`]. All are without [`Environment::peaks`].
+    /// [`Environment::radiance`] but for the light of [`Environment::peaks`], which is in none.
     pub fn prefiltered(&self, direction: Vec3, roughness: f32) -> Vec3 {
         match self {
             Self::None => Vec3::ZERO,

@@ -11,7 +11,7 @@ use crate::scene_view::SceneView;
 const OPEN_SHARES: [f32; 2] = [0.05, 0.15];
 /// Their occluders reflect light from the first of these shares on, and all of it at the second.
 const BOUNCE_SHARES: [f32; 2] = [0.15, 0.25];
-/// What walls see of it counts where a camera sees less than the second of these shares, and all where it sees less than the first.
+/// What walls see of it counts where a camera sees less of it than the second of these shares, and alone where that is less than the first.
 const WALL_SHARES: [f32; 2] = [0.25, EnvironmentShares::OPEN];
 
 /// What is traced of the light of the environment, each from 0 to 1, and what stands for the rest.

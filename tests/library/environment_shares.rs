@@ -11,7 +11,7 @@ use rayframe::render::{EnvSamples, EnvironmentShares};
 use rayframe::scene::{
     AnimationTarget, Environment, LocalTransform, Material, NodeIndex, Projection, SelectedCamera, Turntable,
 };
-use rayframe::sequence::{FrameRate, Plan, SequenceJob, render_hash, render_single_frame, run};
+use rayframe::sequence::{FrameRate, KnownShares, Plan, SequenceJob, render_hash, render_single_frame, run};
 
 use crate::stage::{Stage, animate, lambert, rectangle, sequence_job};
 
@@ -157,11 +157,30 @@ fn a_frame_alone_is_that_of_the_sequence() {
     let pixels = image.rgba().unwrap();
     let mean = pixels.iter().map(|pixel| pixel[1]).sum::<f32>() / pixels.len() as f32;
     assert!((mean - brightness(&job, 1.0)).abs() < 1e-3);
-    // A copy with another scene knows nothing of the first.
-    let mut other = job.clone();
-    other.scene = Arc::new(garage(Path::new("unused.exr")).scene.as_ref().clone());
-    other.selection.clips.clear();
-    assert!((brightness(&other, 1.0) - ALBEDO).abs() < 1e-5);
+}
+
+#[test]
+fn known_shares_are_those_of_one_scene_environment_and_selection() {
+    let job = garage(Path::new("unused.exr"));
+    let known = brightness(&job, 1.0);
+    // What stands for the rest is as bright as the environment.
+    let mut brighter = job.clone();
+    brighter.environment = Environment::Constant(Vec3::splat(2.0));
+    assert!((brightness(&brighter, 1.0) - 2.0 * known).abs() < 1e-5);
+    // From outside all is traced, whatever the camera inside has found.
+    let mut outside = job.clone();
+    let SelectedCamera::Fixed { world_from_camera, .. } = &mut outside.selection.camera else {
+        panic!("the camera is fixed");
+    };
+    *world_from_camera = camera_at(Vec3::new(0.5, 0.5, 9.0), Vec3::Z * -2.0);
+    let seen_from_outside = brightness(&outside, 1.0);
+    outside.known_shares = KnownShares::default();
+    assert_eq!(brightness(&outside, 1.0), seen_from_outside);
+    // A door that hardly moves leaves the space closed, which all of the light reaches.
+    let mut closed = job.clone();
+    let channels = &mut Arc::make_mut(&mut closed.scene).animations[0].channels;
+    channels[0].keyframes.values[4] = 1e-4;
+    assert!((brightness(&closed, 1.0) - ALBEDO).abs() < 1e-5 && known < 0.9 * ALBEDO, "{known}");
 }
 
 #[test]

@@ -74,18 +74,25 @@ fn every_built_in_light_renders_its_own_image() {
 
 #[test]
 fn pixels_are_linear_and_row_major() {
-    let frame =
-        small().set("background", "0.25,0.5,1").unwrap().set("camera", "auto").unwrap().frame(0).unwrap();
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/texture/vertex_color.gltf");
+    let renderer = Renderer::open(scene).unwrap().size(24, 16).samples(1).set("camera", "auto").unwrap();
+    let frame = renderer.set("background", "0.25,0.5,1").unwrap().frame(0).unwrap();
     assert_eq!((frame.size(), frame.pixels().len(), frame.number()), ((24, 16), 24 * 16, 0));
     assert_eq!(frame.pixel(3, 2), Some(frame.pixels()[2 * 24 + 3]));
+    // The background shows beside the scene as it is given.
+    assert_eq!(frame.pixel(0, 0), Some([0.25, 0.5, 1.0, 1.0]));
+    assert_ne!(frame.pixel(12, 8), frame.pixel(0, 0));
     assert_eq!((frame.pixel(24, 0), frame.pixel(0, 16)), (None, None));
 }
 
 #[test]
-fn the_environment_changes_the_image() {
-    let none = small().environment(EnvironmentSource::None).frame(0).unwrap();
-    let white = small().environment(EnvironmentSource::Constant([1.0; 3])).frame(0).unwrap();
-    assert_ne!(none.pixels(), white.pixels());
+fn an_environment_adds_its_light() {
+    let lit_by = |environment| small().environment(environment).frame(0).unwrap().pixels().to_vec();
+    let [none, white] = [EnvironmentSource::None, EnvironmentSource::Constant([1.0; 3])].map(lit_by);
+    let pairs = || none.iter().zip(&white).flat_map(|(none, white)| none.iter().zip(white));
+    assert!(pairs().all(|(none, white)| white >= none));
+    let lit = pairs().filter(|(none, white)| white > none).count();
+    assert!(lit > none.len(), "{lit}");
 }
 
 #[test]

@@ -4,7 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::Vec3;
+use rayframe::bvh::SimdLevel;
 use rayframe::cancel::CancelFlag;
+use rayframe::film::PixelWindow;
 use rayframe::frame::Frame;
 use rayframe::render::{EnvSamples, Integrator};
 use rayframe::scene::{BuiltInLight, Environment, Material, Projection, SelectedCamera};
@@ -13,11 +15,11 @@ use rayframe::sequence::{SequenceJob, exposure_ev, render_single_frame};
 use crate::environment_shares::{brightness, camera_at};
 use crate::stage::{Stage, lambert, rectangle, sequence_job};
 
-const ALBEDO: f32 = 0.5;
+pub(crate) const ALBEDO: f32 = 0.5;
 const SIZE: u32 = 32;
 
 /// A camera below the middle of a closed box of four metres in white light, whose ceiling has a square hole of 2 `half` metres. On its floor lies a board.
-fn box_with_hole(walls: &Material, board: &Material, half: f32) -> SequenceJob {
+pub(crate) fn box_with_hole(walls: &Material, board: &Material, half: f32) -> SequenceJob {
     let mut stage = Stage::new();
     let (x, y, z) = (Vec3::X * 2.0, Vec3::Y * 2.0, Vec3::Z * 2.0);
     for (center, u, v) in [(z, x, y), (-z, x, y), (x, y, z), (-x, y, z), (-y, x, z)] {
@@ -42,7 +44,7 @@ fn box_with_hole(walls: &Material, board: &Material, half: f32) -> SequenceJob {
 }
 
 /// That box with all of one colour.
-fn painted_box(color: Vec3, half: f32) -> SequenceJob {
+pub(crate) fn painted_box(color: Vec3, half: f32) -> SequenceJob {
     let paint = Material { double_sided: true, ..lambert(color) };
     box_with_hole(&paint, &paint, half)
 }
@@ -212,4 +214,22 @@ fn a_camera_at_an_opening_sees_the_light_of_the_space() {
     *world_from_camera = camera_at(Vec3::Y * 1.2, Vec3::Y * -2.0);
     let (found, expected) = (brightness(&job, 0.0), brightness(&with_paths(&job, 64), 0.0));
     assert!((found / expected - 1.0).abs() < 0.3, "{found}, paths {expected}");
+}
+
+#[test]
+fn threads_instructions_and_crops_change_no_pixel() {
+    let pixels = |threads: usize, simd: SimdLevel, window: PixelWindow| {
+        let mut job = painted_box(Vec3::new(0.8, 0.4, 0.1), 0.8);
+        (job.render.window, job.render.samples, job.build.simd) = (window, 4, simd);
+        let frame = Frame::at(&job.scene, &job.selection, 0.0);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let render = || render_single_frame(&job, &frame, &job.render, &CancelFlag::new());
+        pool.install(render).unwrap().0.pixels
+    };
+    let whole = PixelWindow::full(SIZE, SIZE);
+    let expected = pixels(1, SimdLevel::Scalar, whole);
+    assert_eq!(pixels(3, SimdLevel::best(), whole), expected);
+    let rows = [13, 17].map(|row| (row * SIZE) as usize);
+    let window = PixelWindow { y0: 13, y1: 17, ..whole };
+    assert_eq!(pixels(2, SimdLevel::best(), window), expected[rows[0]..rows[1]]);
 }

@@ -116,10 +116,13 @@ fn traced_shares(view: SceneView<'_>, settings: &IntegratorSettings) -> Environm
         _ if !view.environment.is_lit() => EnvironmentShares::NONE,
         EnvSamples::Fixed(0) => EnvironmentShares::NONE,
         EnvSamples::Fixed(_) => EnvironmentShares::ALL,
-        EnvSamples::Auto => settings.environment_shares.clone().unwrap_or_else(|| {
-            let position = view.frame.camera.world_from_camera.w_axis.truncate();
-            EnvironmentShares::of_times(&[SharesOfTime::seen_from(view, position)])
-        }),
+        EnvSamples::Auto => {
+            let Some(shares) = &settings.environment_shares else {
+                let position = view.frame.camera.world_from_camera.w_axis.truncate();
+                return EnvironmentShares::of_times(&[SharesOfTime::seen_from(view, position)]);
+            };
+            shares.at_intensity(view.frame.image_light.map_or(1.0, |pose| pose.intensity))
+        }
     }
 }
 

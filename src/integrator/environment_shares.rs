@@ -32,11 +32,13 @@ pub struct SharesOfTime {
     bounced: f32,
     /// `None` where all is occluded.
     space: Option<ClosedSpace>,
+    /// The same without the environment, where its intensity is animated.
+    dark_space: Option<ClosedSpace>,
 }
 
 impl SharesOfTime {
     /// All is traced, as in front of a convex object.
-    pub const ALL: Self = Self { occluded: 1.0, bounced: 1.0, space: None };
+    pub const ALL: Self = Self { occluded: 1.0, bounced: 1.0, space: None, dark_space: None };
 
     /// Those of a camera at `position`, metres: by the share of all directions in which it sees the environment, past glass and surfaces that are more than
     /// half transparent, and by that of the walls around it.
@@ -52,7 +54,13 @@ impl SharesOfTime {
             [OPEN_SHARES, BOUNCE_SHARES].map(|closed_and_open| smoothstep(closed_and_open, open_share));
         let openings = if of_walls > seen { of_walls } else { seen };
         let space = (occluded < 1.0).then(|| space.with_openings(view, openings));
-        Self { occluded, bounced, space }
+        Self { occluded, bounced, space, dark_space: None }
+    }
+
+    /// Those of an environment whose intensity is animated: `self` is that of one, `dark` is the same view and position at an intensity of zero.
+    #[must_use]
+    pub fn with_dark(self, dark: Self) -> Self {
+        Self { dark_space: dark.space, ..self }
     }
 }
 
@@ -78,12 +86,27 @@ impl EnvironmentShares {
         }
         let sum: f64 = times.iter().map(|time| f64::from(time.occluded)).sum();
         let bounced = times.iter().map(|time| time.bounced);
-        let spaces = times.iter().filter_map(|time| Some((time.space.as_ref()?, 1.0 - time.occluded)));
+        let light_of = |space: fn(&SharesOfTime) -> Option<&ClosedSpace>| {
+            let spaces = times.iter().filter_map(|time| Some((space(time)?, 1.0 - time.occluded)));
+            EnclosedLight::new(&spaces.collect::<Vec<_>>())
+        };
+        let dark = light_of(|time| time.dark_space.as_ref());
+        let enclosed = light_of(|time| time.space.as_ref()).map(|light| match dark {
+            Some(dark) => light.with_dark(dark),
+            None => light,
+        });
         Self {
             occluded: (sum / times.len() as f64) as f32,
             bounced: bounced.reduce(|a, b| if b < a { b } else { a }).unwrap_or(1.0),
-            enclosed: EnclosedLight::new(&spaces.collect::<Vec<_>>()),
+            enclosed,
         }
+    }
+
+    /// Those of a frame whose environment has this intensity.
+    #[must_use]
+    pub(super) fn at_intensity(&self, intensity: f32) -> Self {
+        let enclosed = self.enclosed.as_ref().map(|light| light.at_intensity(intensity));
+        Self { enclosed, ..*self }
     }
 
     /// Numbers that tell them from any others.
@@ -102,7 +125,7 @@ mod tests {
 
     fn time(occluded: f32, bounced: f32, space: Option<(f32, bool)>) -> SharesOfTime {
         let space = space.map(|(radiance, is_lit)| ClosedSpace::uniform(radiance * PI, is_lit));
-        SharesOfTime { occluded, bounced, space }
+        SharesOfTime { occluded, bounced, space, dark_space: None }
     }
 
     fn mean_light(times: &[SharesOfTime]) -> Option<f32> {

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use super::animation::first_key_seconds;
 use super::{
-    Animation, AnimationIndex, AnimationTarget, CameraChanges, CameraIndex, Channel, ImageLightIndex, Light,
-    Node, NodeIndex, Scene, SelectedCamera, VariantIndex,
+    Animation, AnimationIndex, AnimationTarget, CameraChanges, CameraIndex, Channel, ImageLightIndex,
+    ImageLightProperty, Light, Node, NodeIndex, Scene, SelectedCamera, VariantIndex,
 };
 
 /// Selected part of a scene.
@@ -57,9 +57,21 @@ impl Selection {
 
     /// Whether a selected clip animates the image-based light.
     pub fn moves_image_light(&self, scene: &Scene) -> bool {
-        let is_light = |target| matches!(target, AnimationTarget::ImageLight(light, _) if Some(light) == self.image_light);
+        self.image_light_properties(scene).next().is_some()
+    }
+
+    /// Whether a selected clip animates the intensity of the image-based light.
+    pub fn scales_image_light(&self, scene: &Scene) -> bool {
+        self.image_light_properties(scene).any(|property| property == ImageLightProperty::Intensity)
+    }
+
+    /// Properties of the image-based light that selected clips animate.
+    fn image_light_properties(&self, scene: &Scene) -> impl Iterator<Item = ImageLightProperty> {
         let clips = self.clips.iter().filter_map(|clip| scene.animations.get(clip.index()));
-        clips.flat_map(|clip| &clip.channels).any(|channel| is_light(channel.target))
+        clips.flat_map(|clip| &clip.channels).filter_map(|channel| match channel.target {
+            AnimationTarget::ImageLight(light, property) if Some(light) == self.image_light => Some(property),
+            _ => None,
+        })
     }
 
     /// Whether any node below the selected roots has a light that the file ever shows.

@@ -5,13 +5,14 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 use rayon::prelude::*;
+use serde_json::json;
 
 use crate::bvh::{TriangleFlags, is_traced};
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::frame::Frame;
 use crate::geometry::{Aabb, Triangle};
 use crate::render::{EnvSamples, EnvironmentShares, Integrator, RenderSettings, SharesOfTime};
-use crate::scene::Selection;
+use crate::scene::{Environment, ImageLightPose, Selection};
 
 use super::SequenceJob;
 use super::measured_scene::MeasuredScene;
@@ -21,6 +22,8 @@ use super::measured_times::{MeasuredSpan, TIMES, times_of};
 const POSED_TRIANGLES: usize = 1_000_000;
 /// Triangles of one task. Sums are taken in blocks of this size, whatever the number of threads.
 const BLOCK: usize = 8192;
+/// Number of this rule in render hashes.
+const RULE: u32 = 4;
 /// Share of all directions that surfaces cover at most where no ray has to find what is open.
 const MOST_COVERED: f32 = 1.0 - EnvironmentShares::OPEN - 0.01;
 
@@ -50,12 +53,30 @@ pub(super) fn environment_shares(
 }
 
 /// Whether the shares are those of a whole animation, which scene, selection and environment decide.
-pub(super) fn is_measured(job: &SequenceJob, selection: &Selection, settings: &RenderSettings) -> bool {
+fn is_measured(job: &SequenceJob, selection: &Selection, settings: &RenderSettings) -> bool {
     settings.environment_shares.is_none()
         && settings.integrator == Integrator::Whitted
         && settings.env_samples == EnvSamples::Auto
         && job.environment.is_lit()
         && MeasuredSpan::of(&job.scene, selection).moves()
+}
+
+/// What render hashes hold of measured shares; `None` where none are.
+pub(super) fn measured_key(job: &SequenceJob) -> Option<serde_json::Value> {
+    let SequenceJob { selection, render, .. } = job;
+    let measured = || {
+        if is_scaled(job, selection) {
+            json!(["measured", RULE, "scaled"])
+        } else {
+            json!(["measured", RULE])
+        }
+    };
+    is_measured(job, selection, render).then(measured)
+}
+
+/// Whether the environment is an image-based light whose intensity is animated.
+fn is_scaled(job: &SequenceJob, selection: &Selection) -> bool {
+    selection.scales_image_light(&job.scene) && job.environment.posed(&ImageLightPose::IDENTITY).is_some()
 }
 
 /// From 0 where the camera of `selection` is in the open, or in a space without any opening, to 1 where it is in a closed space, on average over its animation.
@@ -85,22 +106,43 @@ fn measured(
     let span = MeasuredSpan::of(&job.scene, selection);
     let count =
         if span.moves() { times_of(scene.frame().triangles.len(), POSED_TRIANGLES, TIMES[1]) } else { 1 };
+    let is_scaled = is_scaled(job, selection);
     let mut times = Vec::new();
     for time_seconds in span.times(count) {
         cancel.check()?;
         scene.pose(time_seconds);
         let position = scene.frame().camera.world_from_camera.w_axis.truncate();
-        let posed = scene.frame().image_light.as_ref().and_then(|pose| job.environment.posed(pose));
-        let environment = posed.unwrap_or_else(|| job.environment.clone());
-        times.push(if is_open(scene.frame(), position) {
-            SharesOfTime::ALL
+        if is_open(scene.frame(), position) {
+            times.push(SharesOfTime::ALL);
+            continue;
+        }
+        let pose = scene.frame().image_light;
+        let mut shares_in = |intensity: Option<f32>| -> Result<SharesOfTime, Cancelled> {
+            let environment = posed_environment(&job.environment, pose, intensity);
+            Ok(SharesOfTime::seen_from(scene.view(&environment, cancel)?, position))
+        };
+        times.push(if is_scaled {
+            shares_in(Some(1.0))?.with_dark(shares_in(Some(0.0))?)
         } else {
-            SharesOfTime::seen_from(scene.view(&environment, cancel)?, position)
+            shares_in(None)?
         });
     }
     let shares = EnvironmentShares::of_times(&times);
     scene.leave_in(&job.first_pose);
     Ok(shares)
+}
+
+/// The environment with its animated image-based light at `pose`, if it has one, but with the `intensity` that is given.
+fn posed_environment(
+    environment: &Environment,
+    pose: Option<ImageLightPose>,
+    intensity: Option<f32>,
+) -> Environment {
+    let posed = pose.and_then(|pose| {
+        let intensity = intensity.unwrap_or(pose.intensity);
+        environment.posed(&ImageLightPose { intensity, ..pose })
+    });
+    posed.unwrap_or_else(|| environment.clone())
 }
 
 /// Whether triangles cover so little around `point` that no ray has to find what is open.

@@ -19,13 +19,11 @@ use crate::scene::{CameraChanges, Ground, Scene, SelectedCamera, Selection, Turn
 use crate::sha256::hex;
 
 use self::catchers::{catchers_key, shadow_catchers};
-use super::environment_shares::is_measured;
+use super::environment_shares::measured_key;
 use super::{Exposure, OutputFormat, SequenceJob, SharedExposure, Shutter};
 
 mod catchers;
 
-/// Number of the rule of [`super::environment_shares`], as below.
-const SHARES: u32 = 4;
 /// Number of the rule about lights that a file never shows.
 const HIDDEN_LIGHTS: u32 = 1;
 /// Number of the rule of automatic exposure: frames by two rules never belong to one sequence.
@@ -133,8 +131,8 @@ pub(super) fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
 /// Adds the rules and selections by which measured values decide about pixels.
 fn add_measured(job: &SequenceJob, content: &mut serde_json::Value) {
     let SequenceJob { scene, selection, render, output, exposure, shared_exposure, .. } = job;
-    if is_measured(job, selection, render) {
-        content["environment_shares"] = json!(["measured", SHARES]);
+    if let Some(key) = measured_key(job) {
+        content["environment_shares"] = key;
     }
     let decides_about_samples = render.decides_by_display_values();
     if decides_about_samples {

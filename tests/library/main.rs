@@ -16,6 +16,7 @@ mod framing;
 mod framing_motion;
 mod framing_near;
 mod framing_unseen;
+mod image_lights;
 mod known_answers;
 mod motion_blur;
 mod noise_threshold;

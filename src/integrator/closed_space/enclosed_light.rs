@@ -24,9 +24,13 @@ const OUTLIERS: f32 = 0.05;
 
 /// The irradiance of walls, in between and beyond.
 #[derive(Clone, Debug, PartialEq)]
-pub struct EnclosedLight(Arc<Grid>);
+pub struct EnclosedLight {
+    light: Arc<Grid>,
+    /// The same without the environment, where its intensity is animated and `light` is that of an intensity of one.
+    dark: Option<Arc<Grid>>,
+}
 
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct Grid {
     bounds: Aabb,
     /// Cells along each axis.
@@ -56,31 +60,43 @@ impl EnclosedLight {
             .filter(|(_, weight)| *weight > 0.0)
             .step_by(step)
             .collect();
-        Some(Self(Arc::new(Grid::new(&walls))))
+        Some(Self { light: Arc::new(Grid::new(&walls)), dark: None })
+    }
+
+    /// The light at any intensity of the environment: `self` is that of one, `dark` that of the same walls without it.
+    pub(in crate::integrator) fn with_dark(self, dark: Self) -> Self {
+        Self { dark: Some(dark.light), ..self }
+    }
+
+    /// The light in a frame whose environment has this intensity; the same as `self` where that is not animated.
+    pub(in crate::integrator) fn at_intensity(&self, intensity: f32) -> Self {
+        let Some(dark) = &self.dark else { return self.clone() };
+        Self { light: Arc::new(self.light.at_intensity(dark, intensity)), dark: None }
     }
 
     /// Irradiance on a surface with this normal.
     #[inline]
     pub(in crate::integrator) fn irradiance(&self, position: Vec3, normal: Vec3) -> Vec3 {
-        self.0.irradiance(position, normal)
+        self.light.irradiance(position, normal)
     }
 
     /// Mean radiance in a lobe around a direction: that of the widest lobe, whatever its roughness.
     #[inline]
     pub(in crate::integrator) fn prefiltered(&self, position: Vec3, direction: Vec3) -> Vec3 {
-        self.0.irradiance(position, direction) * FRAC_1_PI
+        self.light.irradiance(position, direction) * FRAC_1_PI
     }
 
     /// Mean radiance over all directions.
     pub(in crate::integrator) fn mean_radiance(&self) -> Vec3 {
-        self.0.mean_radiance
+        self.light.mean_radiance
     }
 
     /// Numbers that tell one light from any other.
     pub(in crate::integrator) fn bits(&self) -> impl Iterator<Item = u32> {
-        let Grid { bounds, cubes, .. } = &*self.0;
-        let light = cubes.iter().flatten().flatten().map(|light| Vec3::from(*light));
-        let numbers = [bounds.min, bounds.max].into_iter().chain(light);
+        let Aabb { min, max } = self.light.bounds;
+        let grids = std::iter::once(&self.light).chain(&self.dark);
+        let light = grids.flat_map(|grid| grid.cubes.iter().flatten().flatten());
+        let numbers = [min, max].into_iter().chain(light.map(|light| Vec3::from(*light)));
         numbers.flat_map(|vector| vector.to_array()).map(f32::to_bits)
     }
 }
@@ -104,6 +120,17 @@ impl Grid {
         let total: f32 = walls.iter().map(|(_, weight)| weight).sum();
         let mean = walls.iter().map(|(wall, weight)| wall.irradiance * (weight / (total * PI))).sum();
         Self { bounds, cells, cells_a_metre, cubes: cubes.collect(), mean_radiance: mean }
+    }
+
+    /// Light is linear in the intensity: `self` has that of one, and `dark`, of the same cells, that of zero.
+    fn at_intensity(&self, dark: &Self, intensity: f32) -> Self {
+        let mut scaled = self.clone();
+        let sides = scaled.cubes.iter_mut().flatten().flatten();
+        for (light, dark) in sides.zip(dark.cubes.iter().flatten().flatten()) {
+            *light = *dark + (*light - *dark) * intensity;
+        }
+        scaled.mean_radiance = dark.mean_radiance + (self.mean_radiance - dark.mean_radiance) * intensity;
+        scaled
     }
 
     /// Trilinear between the corners of a cell. A point beyond the grid has the light at its edge.
@@ -252,6 +279,21 @@ mod tests {
         let alone = EnclosedLight::new(&[(&dark, 0.0), (&bright, 0.1)]).expect("light comes in");
         assert!((alone.irradiance(Vec3::ONE, Vec3::Y).x - 4.0).abs() < 1e-4);
         assert!(alone.bits().ne(mean.bits()) && alone.bits().eq(alone.clone().bits()));
+    }
+
+    #[test]
+    fn light_follows_the_intensity_of_the_environment() {
+        // Walls receive 1 from unlit ones and 2 from the environment.
+        let [bright, dark] = [3.0, 1.0].map(|irradiance| light_of(|_, _| irradiance));
+        assert_eq!(bright.at_intensity(0.5), bright);
+        let scaled = bright.clone().with_dark(dark);
+        assert!(scaled.bits().ne(bright.bits()));
+        for (intensity, expected) in [(0.0, 1.0), (0.25, 1.5), (1.0, 3.0), (4.0, 9.0)] {
+            let light = scaled.at_intensity(intensity);
+            let found = light.irradiance(Vec3::ONE, Vec3::Y);
+            assert!((found - Vec3::new(1.0, 0.5, 0.25) * expected).length() < 1e-4, "{intensity}: {found}");
+            assert!((light.mean_radiance().x * PI - expected).abs() < 1e-3, "{intensity}");
+        }
     }
 
     #[test]

@@ -102,7 +102,7 @@ fn weights_below_the_cut_off_are_black() {
 }
 
 #[test]
-fn rough_lobes_never_gain_energy_in_a_white_furnace() {
+fn rough_lobes_neither_gain_nor_lose_energy_in_a_white_furnace() {
     for metallic in [0.0, 1.0] {
         for roughness in [0.0, 0.05, 0.2, 0.3, 0.5, 1.0] {
             let material =
@@ -113,10 +113,8 @@ fn rough_lobes_never_gain_energy_in_a_white_furnace() {
                 let eye = Vec3::new(libm::sqrtf(1.0 - cos * cos), cos, 0.0);
                 let seen = stage.look(eye, Vec3::ZERO).truncate();
                 let what = format!("metallic {metallic} roughness {roughness} cos {cos}: {seen}");
-                assert!(seen.max_element() <= 1.001, "{what}");
-                // A smooth surface loses nothing; a rough one loses the light of multiple scattering.
-                let least = if roughness <= 0.05 { 0.995 } else { 0.3 };
-                assert!(seen.min_element() >= least, "{what}");
+                // What facets scatter among themselves is given back.
+                assert!((seen - Vec3::ONE).abs().max_element() < 1e-3, "{what}");
             }
         }
     }

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use glam::{Mat4, Vec3};
 use rayframe::cancel::CancelFlag;
 use rayframe::frame::Frame;
 use rayframe::gltf::{ImportOptions, import};
 use rayframe::regression::Image;
-use rayframe::scene::{SelectedCamera, Selection, SelectionRequest};
+use rayframe::scene::{Projection, SelectedCamera, Selection, SelectionRequest};
 use rayframe::sequence::{Plan, run};
 
 use crate::motion_blur::moving_edge;
@@ -42,6 +43,7 @@ fn a_frame_that_is_posed_again_is_as_a_new_one() {
                 assert_eq!(frame.materials, expected.materials, "{context}");
                 assert_eq!(frame.lights, expected.lights, "{context}");
                 assert_eq!(frame.camera, expected.camera, "{context}");
+                assert!(frame.image_light == expected.image_light, "{context}");
             }
         }
     }
@@ -71,4 +73,31 @@ fn parts_of_a_scene_are_those_of_the_frame_where_a_clip_plays() {
     assert_eq!((&later, &first), (&still, &still));
     assert_ne!(moved.geometry, still.geometry);
     assert_eq!((moved.materials, moved.lights), (still.materials, still.lights));
+}
+
+#[test]
+fn bytes_depend_on_neither_threads_nor_the_order_of_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    // Four tiles, and an edge that moves through them
+    let camera = SelectedCamera::Fixed {
+        world_from_camera: Mat4::from_translation(Vec3::new(0.1, 0.0, 5.0)),
+        projection: Projection::Orthographic { x_mag: 0.2, y_mag: 0.15, z_near: 0.0, z_far: 10.0 },
+    };
+    let bytes = |name: &str, frames: &[i64], threads: usize| {
+        let output = folder.path().join(name);
+        let mut job = sequence_job(moving_edge(), camera.clone(), (40, 30), &output);
+        job.frames = frames.to_vec();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let plan = Plan::new(&job).unwrap();
+        pool.install(|| run(&job, &plan, &CancelFlag::new(), &|_| ())).outcome().unwrap();
+        std::fs::read(job.output.path(2)).unwrap()
+    };
+    let alone = bytes("a.####.exr", &[2], 1);
+    assert!(bytes("b.####.exr", &[1, 2], 2) == alone);
+    assert!(bytes("c.####.exr", &[3, 2, 1], 8) == alone);
+    // A twelfth of a second: the edge is at 0.083 m of 0.4 m, from −0.1 m.
+    let image = Image::read(&folder.path().join("a.0002.exr")).unwrap();
+    let row: Vec<f32> = image.rgba().unwrap()[..40].iter().map(|pixel| pixel[0]).collect();
+    let white = row.iter().filter(|value| **value == 1.0).count();
+    assert!((17..=19).contains(&white) && row.is_sorted_by(|a, b| a >= b), "{row:?}");
 }

@@ -55,20 +55,6 @@ fn every_frame_has_its_file_and_no_temporary_file_remains() {
 }
 
 #[test]
-fn bytes_depend_on_neither_threads_nor_the_order_of_frames() {
-    let folder = tempfile::tempdir().unwrap();
-    let bytes = |name: &str, frames: &[i64], threads: usize| {
-        let job = job(folder.path(), name, frames);
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| render(&job)).unwrap();
-        std::fs::read(job.output.path(2)).unwrap()
-    };
-    let alone = bytes("a.####.exr", &[2], 1);
-    assert!(bytes("b.####.exr", &[1, 2], 2) == alone);
-    assert!(bytes("c.####.exr", &[3, 2, 1], 8) == alone);
-}
-
-#[test]
 fn finished_frames_of_the_same_job_are_kept() {
     let folder = tempfile::tempdir().unwrap();
     let mut job = job(folder.path(), "a.####.exr", &[1, 2, 3]);

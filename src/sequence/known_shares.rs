@@ -59,3 +59,53 @@ impl KnownShares {
         list.push(known);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    use crate::scene::{CameraChanges, NodeIndex, SelectedCamera};
+
+    fn seen_by(camera: u32) -> Selection {
+        Selection {
+            roots: Vec::new(),
+            clips: Vec::new(),
+            camera: SelectedCamera::Node(NodeIndex(camera)),
+            camera_changes: CameraChanges::default(),
+            image_light: None,
+            variant: None,
+        }
+    }
+
+    #[test]
+    fn the_first_selections_are_forgotten_where_there_are_many() {
+        let (known, scene) = (KnownShares::default(), Arc::new(Scene::default()));
+        let environment = Environment::Constant(glam::Vec3::ONE);
+        let cameras = 0..MOST_KNOWN as u32 + 2;
+        for camera in cameras.clone() {
+            let occluded = camera as f32;
+            let shares = EnvironmentShares { occluded, ..EnvironmentShares::NONE };
+            known.clone().add((&scene, &environment), &seen_by(camera), shares);
+        }
+        let found = |scene, camera| known.get((scene, &environment), &seen_by(camera));
+        for camera in cameras {
+            let expected = (camera >= 2).then_some(camera as f32);
+            assert_eq!(found(&scene, camera).map(|shares| shares.occluded), expected, "{camera}");
+        }
+        // An equal scene is another one.
+        assert_eq!(found(&Arc::new(Scene::default()), 9), None);
+    }
+
+    #[test]
+    fn scenes_that_are_gone_are_forgotten() {
+        let (known, environment) = (KnownShares::default(), Environment::None);
+        let add = |scene: &Arc<Scene>| {
+            known.add((scene, &environment), &seen_by(0), EnvironmentShares::ALL);
+        };
+        add(&Arc::new(Scene::default()));
+        let scene = Arc::new(Scene::default());
+        add(&scene);
+        assert_eq!(known.0.lock().unwrap().len(), 1);
+        assert_eq!(known.get((&scene, &environment), &seen_by(0)), Some(EnvironmentShares::ALL));
+    }
+}

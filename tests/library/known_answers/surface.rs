@@ -1,7 +1,11 @@
 //! Coverage and sides of surfaces.
 
-use glam::{Vec3, Vec4};
-use rayframe::scene::{AlphaMode, LightKind, Material, Primitive};
+use glam::{Vec2, Vec3, Vec4};
+use rayframe::render::Integrator;
+use rayframe::scene::{
+    AlphaMode, Encoding, Filter, Image, ImageIndex, ImageMips, LightKind, Material, Primitive, Sampler,
+    Texels, Texture, TextureIndex, TextureRef, UvTransform, mip_levels,
+};
 
 use crate::stage::{Stage, assert_close, lambert, rectangle, unlit};
 
@@ -68,6 +72,40 @@ fn masks_at_their_cutoff_have_no_holes() {
             let at = Vec3::new(0.043 * (index % 20) as f32 - 0.4, 0.041 * (index / 20) as f32 - 0.4, 0.0);
             assert!(stage.look(at + Vec3::Z * 3.0, at).x > 0.99, "{alpha}: {at}");
         }
+    }
+}
+
+/// A red mask, half of whose texels of a millimetre are opaque: their mean is below its cutoff. Behind it is a green wall, lit through the mask.
+fn fine_mask(integrator: Integrator) -> Stage {
+    let mut stage = Stage::new();
+    (stage.settings.integrator, stage.settings.samples) = (integrator, 1024);
+    let [open, opaque] = [[255, 255, 255, 0], [255; 4]];
+    let texels = Texels::Rgba8(vec![open, opaque, opaque, open]);
+    let image = Image { name: None, width: 2, height: 2, texels };
+    let mut mips = ImageMips::default();
+    mips.set(Encoding::CoveredSrgb, mip_levels(&image, Encoding::CoveredSrgb).into());
+    stage.scene.images.push(image);
+    stage.scene.mips.push(mips);
+    let sampler = Sampler { minify: Filter::Nearest, magnify: Filter::Nearest, ..Sampler::default() };
+    stage.scene.textures.push(Texture { name: None, image: ImageIndex(0), sampler });
+    let texture = TextureRef { texture: TextureIndex(0), uv_set: 0, transform: UvTransform::default() };
+    let (mut mask, material) = card(5.0, Vec4::new(1.0, 0.0, 0.0, 1.0), AlphaMode::Mask { cutoff: 0.6 });
+    mask.uvs = vec![mask.positions.iter().map(|at| Vec2::new(at.x, at.y) * 500.0).collect()];
+    stage.add(mask, Material { base_color_texture: Some(texture), ..material });
+    stage.add(rectangle(Vec3::ZERO, Vec3::X * 2.0, Vec3::Y * 2.0), lambert(Vec3::Y));
+    stage.add_light(LightKind::Directional, std::f32::consts::PI, Vec3::ZERO, Vec3::NEG_Z);
+    stage
+}
+
+#[test]
+fn masks_are_read_in_the_full_image_by_camera_and_shadow_rays() {
+    for integrator in [Integrator::Whitted, Integrator::Path] {
+        let stage = fine_mask(integrator);
+        // A sample covers dozens of texels.
+        let mask = stage.look(Vec3::Z * 9.0, Vec3::ZERO);
+        assert!((mask.x - 0.5).abs() < 0.05, "{integrator:?}: {mask}");
+        let shadow = stage.look(Vec3::Z * 4.5, Vec3::ZERO);
+        assert!(shadow.x == 0.0 && (shadow.y - 0.5).abs() < 0.05, "{integrator:?}: {shadow}");
     }
 }
 

@@ -7,6 +7,7 @@ use glam::{Vec2, Vec3};
 use super::environment_directions::EnvironmentDirections;
 use super::glass_passage::GlassPassage;
 use super::interiors::Interiors;
+use super::interreflections::Interreflections;
 use super::lights::PreparedLight;
 use super::lookup_environment::LookupEnvironment;
 use super::media::{MediaStack, Medium, VolumeId};
@@ -73,6 +74,8 @@ pub struct IntegratorContext<'a> {
     pub(super) peaks: Vec<KeyLight>,
     /// Mean radiance of `lookups`, where shadow rays decide about their light.
     pub(super) mean_radiance: Vec3,
+    /// Light of occluders whose shadow rays are stopped, where these are lit.
+    pub(super) interreflections: Option<Interreflections>,
     /// Luminance of the environment's irradiance on the ground that no shadow rays decide about.
     pub(super) ground_irradiance: f32,
     /// Whether anything only receives shadows: shadow catchers and the ground.

@@ -9,6 +9,7 @@ use super::context::{follows_frosted_glass, follows_rough_reflection};
 use super::environment_directions::EnvironmentDirections;
 use super::environment_shares::{EnvironmentShares, SharesOfTime};
 use super::interiors::Interiors;
+use super::interreflections::Interreflections;
 use super::lights::{self, PreparedLight};
 use super::lookup_environment::LookupEnvironment;
 use super::occluders::OccluderBox;
@@ -47,11 +48,10 @@ impl<'a> IntegratorContext<'a> {
                 || follows_frosted_glass(view, &settings)
                     && view.frame.materials.iter().any(Material::transmits));
         // Shadow rays find the rest of the light of the environment on the ground.
-        let on_ground =
-            settings.ground.map_or(0.0, |ground| luminance(view.environment.irradiance(ground.up)));
-        let ground_irradiance = on_ground * (1.0 - occluded_share);
+        let ground_irradiance = ground_irradiance(view, &settings) * (1.0 - occluded_share);
         let has_receivers = has_receivers(view.frame, &settings);
         let shades_receivers = has_receivers && occluded_share > 0.0 && view.environment.is_lit();
+        let directions = environment_directions(view, &settings, traces_environment, shades_receivers);
         let opaque_materials = view.frame.materials.iter().map(is_opaque).collect();
         let opaque_albedos = OpaqueAlbedos::of(&view.frame.materials);
         let mut context = Self {
@@ -67,8 +67,8 @@ impl<'a> IntegratorContext<'a> {
             lamp_volumes,
             emissive_triangles: is_path.then(|| EmissiveTriangles::new(view)),
             occluders: has_receivers.then(|| OccluderBox::of(view.frame)),
-            environment_directions: (traces_environment || shades_receivers)
-                .then(|| environment_directions(view, &settings, shades_receivers)),
+            interreflections: interreflections(view, directions.as_ref(), bounce_share),
+            environment_directions: directions,
             receiver_peaks: if is_path && shades_receivers {
                 lights::peak_lights(view.environment, &settings)
             } else {
@@ -97,15 +97,32 @@ impl<'a> IntegratorContext<'a> {
     }
 }
 
-/// Directions of shadow rays to the environment. Receivers are most often horizontal.
+/// Luminance of the environment's irradiance on the ground, if there is one.
+fn ground_irradiance(view: SceneView<'_>, settings: &IntegratorSettings) -> f32 {
+    settings.ground.map_or(0.0, |ground| luminance(view.environment.irradiance(ground.up)))
+}
+
+/// Directions of shadow rays to the environment, if any surface sends them. Receivers are most often horizontal.
 fn environment_directions(
     view: SceneView<'_>,
     settings: &IntegratorSettings,
+    traces_environment: bool,
     shades_receivers: bool,
-) -> EnvironmentDirections {
-    let directions = EnvironmentDirections::new(view.environment);
+) -> Option<EnvironmentDirections> {
     let up = settings.ground.map_or(Vec3::Y, |ground| ground.up);
-    if shades_receivers { directions.with_receivers(up) } else { directions }
+    (traces_environment || shades_receivers).then(|| {
+        let directions = EnvironmentDirections::new(view.environment);
+        if shades_receivers { directions.with_receivers(up) } else { directions }
+    })
+}
+
+/// The light of occluders in the dark, if a share of them is lit.
+fn interreflections(
+    view: SceneView<'_>,
+    directions: Option<&EnvironmentDirections>,
+    bounce_share: f32,
+) -> Option<Interreflections> {
+    directions.filter(|_| bounce_share > 0.0).and_then(|directions| Interreflections::new(view, directions))
 }
 
 fn traced_shares(view: SceneView<'_>, settings: &IntegratorSettings) -> EnvironmentShares {

@@ -71,6 +71,11 @@ impl EnvironmentDirections {
         }
     }
 
+    /// Luminance from a direction, blurred by the cells of the grid.
+    pub(super) fn luminance(&self, direction: Vec3) -> f32 {
+        self.grid.luminance(direction)
+    }
+
     /// A direction from which light reaches a diffuse surface ([`LightGrid::diffuse`]); where none does, one of those from which other
     /// surfaces do, by their cosine.
     pub(super) fn diffuse(&self, normal: Vec3, (u, random): (Vec2, f32)) -> Vec3 {

@@ -5,6 +5,7 @@
 //! the rays, and [`whitted`] and [`path`], the integrators, shade what these hit. Pixels, films and files are not known here.
 
 mod albedo_slices;
+mod ambient_cubes;
 mod camera;
 mod camera_samples;
 mod clamp;
@@ -17,6 +18,7 @@ mod environment_shares;
 mod glass_passage;
 mod guide_sample;
 mod interiors;
+mod interreflections;
 mod last_scatter;
 mod least_weights;
 mod light_pass;
@@ -30,6 +32,7 @@ mod occluders;
 mod opaque_materials;
 pub mod path;
 mod prefiltered_lobe;
+mod radiosity;
 mod random;
 mod ray_state;
 mod sample_aovs;

@@ -23,7 +23,7 @@ const POSED_TRIANGLES: usize = 1_000_000;
 /// Triangles of one task. Sums are taken in blocks of this size, whatever the number of threads.
 const BLOCK: usize = 8192;
 /// Number of this rule in render hashes.
-const RULE: u32 = 4;
+const RULE: u32 = 5;
 /// Share of all directions that surfaces cover at most where no ray has to find what is open.
 const MOST_COVERED: f32 = 1.0 - EnvironmentShares::OPEN - 0.01;
 

@@ -11,23 +11,24 @@ use sha2::{Digest as _, Sha256};
 use crate::color::ToneCurve;
 use crate::film::PixelWindow;
 use crate::output::{ExrOutput, PreviewLook, SOFTWARE};
-use crate::render::{
-    Adaptive, Aperture, EnvSamples, Focus, GlassShadows, Integrator, Lens, LightSize, PathSettings,
-    RenderSettings,
-};
+use crate::render::{EnvSamples, GlassShadows, Integrator, PathSettings, RenderSettings};
 use crate::scene::{CameraChanges, Ground, Scene, SelectedCamera, Selection, Turntable};
 use crate::sha256::hex;
 
 use self::catchers::{catchers_key, shadow_catchers};
+use self::sampling::sampling_key;
 use super::environment_shares::measured_key;
 use super::{Exposure, OutputFormat, SequenceJob, SharedExposure, Shutter};
 
 mod catchers;
+mod sampling;
 
+/// Number of the rule by which occluders of the environment are lit in the dark.
+const INTERREFLECTIONS: u32 = 1;
 /// Number of the rule about lights that a file never shows.
 const HIDDEN_LIGHTS: u32 = 1;
 /// Number of the rule of automatic exposure: frames by two rules never belong to one sequence.
-const METERING: u32 = 7;
+const METERING: u32 = 8;
 
 /// The hash of a run: of all that its files are made from, the part of the image and of its samples, and what is stored beside pixels.
 /// Runs of other frames before plates have other hashes.
@@ -124,8 +125,17 @@ pub(super) fn content_of_all_frames(job: &SequenceJob) -> serde_json::Value {
         let PixelWindow { x0, y0, x1, y1 } = render.window;
         content["denoiser"] = json!(["oidn", denoiser.version, x0, y0, x1, y1]);
     }
+    if lights_occluders(job) {
+        content["interreflections"] = INTERREFLECTIONS.into();
+    }
     add_measured(job, &mut content);
     content
+}
+
+/// Whether the occluders of the environment's shadow rays may be lit.
+fn lights_occluders(job: &SequenceJob) -> bool {
+    let RenderSettings { integrator, env_samples, .. } = job.render;
+    integrator == Integrator::Whitted && env_samples != EnvSamples::Fixed(0) && job.environment.is_lit()
 }
 
 /// Adds the rules and selections by which measured values decide about pixels.
@@ -271,46 +281,6 @@ fn changes_key(changes: &CameraChanges) -> String {
     let CameraChanges { position, target, up, roll_radians, projection } = *changes;
     let points = [position, target, up].map(|point| point.map(|point| point.to_array().map(f32::to_bits)));
     format!("{points:x?} {:x} {projection:?}", roll_radians.to_bits())
-}
-
-/// Sampling of the image, its lens, its lights and its shutter. Floats are given by their bits.
-fn sampling_key(render: &RenderSettings, shutter: Shutter) -> serde_json::Value {
-    let RenderSettings { adaptive, filter, lens, light_size, glossy_samples, env_samples, .. } = render;
-    let LightSize { radius, sun_angle_radians } = light_size;
-    let Shutter { open, time_samples } = shutter;
-    let adaptive =
-        adaptive.map(|Adaptive { max_samples, threshold }| json!([max_samples, threshold.to_bits()]));
-    json!({
-        "filter": filter.name(),
-        "adaptive": adaptive,
-        "lens": lens.map(lens_key),
-        "glossy": glossy_samples,
-        "env_samples": env_samples_key(*env_samples),
-        "light_radius": radius.to_bits(),
-        "sun_angle": sun_angle_radians.to_bits(),
-        "shutter": (open.to_bits(), time_samples),
-    })
-}
-
-fn env_samples_key(env_samples: EnvSamples) -> serde_json::Value {
-    match env_samples {
-        EnvSamples::Auto => json!("auto"),
-        EnvSamples::Fixed(rays) => json!(rays),
-    }
-}
-
-fn lens_key(Lens { aperture, focus }: Lens) -> serde_json::Value {
-    let aperture = match aperture {
-        Aperture::Radius(radius) => json!({ "radius": radius.to_bits() }),
-        Aperture::FNumber(number) => json!({ "f_number": number.to_bits() }),
-    };
-    let focus = match focus {
-        Focus::Metres(distance) => json!(distance.to_bits()),
-        Focus::Node(node) => json!({ "node": node.0 }),
-        // The name that the setting had first.
-        Focus::Center => json!("middle"),
-    };
-    json!([aperture, focus])
 }
 
 /// Content and encoding of EXR files. A stamp describes the run, not the image: it is left out.

@@ -17,6 +17,7 @@ mod framing_motion;
 mod framing_near;
 mod framing_unseen;
 mod image_lights;
+mod interreflections;
 mod known_answers;
 mod motion_blur;
 mod noise_threshold;

@@ -4,11 +4,10 @@ use std::f32::consts::{FRAC_1_PI, PI};
 use std::sync::Arc;
 
 use glam::{Vec3, Vec3A};
-use rayon::prelude::*;
 
 use super::ClosedSpace;
-use super::radiosity::LitWall;
-use crate::geometry::Aabb;
+use crate::integrator::ambient_cubes::{AmbientCubes, kernel_weights};
+use crate::integrator::radiosity::LitWall;
 
 /// Cells along the longest axis of the grid.
 const CELLS: usize = 10;
@@ -17,33 +16,21 @@ const MOST_WALLS: usize = 2048;
 /// Walls around a point count up to [`REACH`] times the distance of this one.
 const NEAREST: usize = 6;
 const REACH: f32 = 2.0;
-/// Cosine between the normal of a wall and the axis that it faces, at least.
-const FACING_COSINE: f32 = 0.5;
-/// Share of the walls at either end of each axis that may be beyond the grid: far ones that are seen through windows.
-const OUTLIERS: f32 = 0.05;
 
 /// The irradiance of walls, in between and beyond.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnclosedLight {
-    light: Arc<Grid>,
+    light: Arc<Light>,
     /// The same without the environment, where its intensity is animated and `light` is that of an intensity of one.
-    dark: Option<Arc<Grid>>,
+    dark: Option<Arc<Light>>,
 }
 
-#[derive(Clone, Debug, PartialEq)]
-struct Grid {
-    bounds: Aabb,
-    /// Cells along each axis.
-    cells: [usize; 3],
-    cells_a_metre: Vec3,
-    /// Of the corners of the cells, x first.
-    cubes: Vec<AmbientCube>,
+#[derive(Debug, PartialEq)]
+struct Light {
+    cubes: AmbientCubes,
     /// Over all walls and directions.
     mean_radiance: Vec3,
 }
-
-/// Irradiance of surfaces that face the negative and the positive direction of each axis (McTaggart 2004).
-type AmbientCube = [[Vec3A; 2]; 3];
 
 /// A wall and its weight.
 type WeightedWall = (LitWall, f32);
@@ -60,7 +47,11 @@ impl EnclosedLight {
             .filter(|(_, weight)| *weight > 0.0)
             .step_by(step)
             .collect();
-        Some(Self { light: Arc::new(Grid::new(&walls)), dark: None })
+        let total: f32 = walls.iter().map(|(_, weight)| weight).sum();
+        let mean = walls.iter().map(|(wall, weight)| wall.irradiance * (weight / (total * PI))).sum();
+        let position_and_normal = |(wall, _): &WeightedWall| (wall.position, wall.normal);
+        let cubes = AmbientCubes::new(&walls, CELLS, position_and_normal, mean_irradiance);
+        Some(Self { light: Arc::new(Light { cubes, mean_radiance: mean }), dark: None })
     }
 
     /// The light at any intensity of the environment: `self` is that of one, `dark` that of the same walls without it.
@@ -71,19 +62,22 @@ impl EnclosedLight {
     /// The light in a frame whose environment has this intensity; the same as `self` where that is not animated.
     pub(in crate::integrator) fn at_intensity(&self, intensity: f32) -> Self {
         let Some(dark) = &self.dark else { return self.clone() };
-        Self { light: Arc::new(self.light.at_intensity(dark, intensity)), dark: None }
+        // Light is linear in the intensity.
+        let cubes = dark.cubes.towards(&self.light.cubes, intensity);
+        let mean_radiance = dark.mean_radiance + (self.light.mean_radiance - dark.mean_radiance) * intensity;
+        Self { light: Arc::new(Light { cubes, mean_radiance }), dark: None }
     }
 
     /// Irradiance on a surface with this normal.
     #[inline]
     pub(in crate::integrator) fn irradiance(&self, position: Vec3, normal: Vec3) -> Vec3 {
-        self.light.irradiance(position, normal)
+        self.light.cubes.irradiance(position, normal)
     }
 
     /// Mean radiance in a lobe around a direction: that of the widest lobe, whatever its roughness.
     #[inline]
     pub(in crate::integrator) fn prefiltered(&self, position: Vec3, direction: Vec3) -> Vec3 {
-        self.light.irradiance(position, direction) * FRAC_1_PI
+        self.light.cubes.irradiance(position, direction) * FRAC_1_PI
     }
 
     /// Mean radiance over all directions.
@@ -93,113 +87,18 @@ impl EnclosedLight {
 
     /// Numbers that tell one light from any other.
     pub(in crate::integrator) fn bits(&self) -> impl Iterator<Item = u32> {
-        let Aabb { min, max } = self.light.bounds;
-        let grids = std::iter::once(&self.light).chain(&self.dark);
-        let light = grids.flat_map(|grid| grid.cubes.iter().flatten().flatten());
-        let numbers = [min, max].into_iter().chain(light.map(|light| Vec3::from(*light)));
-        numbers.flat_map(|vector| vector.to_array()).map(f32::to_bits)
+        std::iter::once(&self.light).chain(&self.dark).flat_map(|light| light.cubes.bits())
     }
 }
 
-impl Grid {
-    fn new(walls: &[WeightedWall]) -> Self {
-        let bounds = bounds_of(walls);
-        let extent = bounds.extent();
-        let cell = (extent.max_element() / CELLS as f32).max(f32::MIN_POSITIVE);
-        let cells = extent.to_array().map(|length| ((length / cell).round() as usize).clamp(1, CELLS));
-        let cells_a_metre =
-            Vec3::from_array(cells.map(|count| count as f32)) / extent.max(Vec3::splat(f32::MIN_POSITIVE));
-
-        let facing = facing_walls(walls);
-        let [width, height, depth] = cells.map(|count| count + 1);
-        let cubes = (0..width * height * depth).into_par_iter().map(|index| {
-            let corner = [index % width, index / width % height, index / (width * height)];
-            let point = bounds.min + Vec3::from_array(corner.map(|count| count as f32)) / cells_a_metre;
-            facing.each_ref().map(|sides| sides.each_ref().map(|walls| mean_irradiance(point, walls)))
-        });
-        let total: f32 = walls.iter().map(|(_, weight)| weight).sum();
-        let mean = walls.iter().map(|(wall, weight)| wall.irradiance * (weight / (total * PI))).sum();
-        Self { bounds, cells, cells_a_metre, cubes: cubes.collect(), mean_radiance: mean }
-    }
-
-    /// Light is linear in the intensity: `self` has that of one, and `dark`, of the same cells, that of zero.
-    fn at_intensity(&self, dark: &Self, intensity: f32) -> Self {
-        let mut scaled = self.clone();
-        let sides = scaled.cubes.iter_mut().flatten().flatten();
-        for (light, dark) in sides.zip(dark.cubes.iter().flatten().flatten()) {
-            *light = *dark + (*light - *dark) * intensity;
-        }
-        scaled.mean_radiance = dark.mean_radiance + (self.mean_radiance - dark.mean_radiance) * intensity;
-        scaled
-    }
-
-    /// Trilinear between the corners of a cell. A point beyond the grid has the light at its edge.
-    fn irradiance(&self, position: Vec3, normal: Vec3) -> Vec3 {
-        let Self { bounds, cells, .. } = self;
-        let at = (position.clamp(bounds.min, bounds.max) - bounds.min) * self.cells_a_metre;
-        let strides = [1, cells[0] + 1, (cells[0] + 1) * (cells[1] + 1)];
-        let (mut first, mut fractions) = (0, [0.0; 3]);
-        for axis in 0..3 {
-            let cell = (at[axis] as usize).min(cells[axis] - 1);
-            first += cell * strides[axis];
-            fractions[axis] = at[axis] - cell as f32;
-        }
-        let squares = normal * normal;
-        let sides = normal.to_array().map(|component| usize::from(component > 0.0));
-        let mut sum = Vec3A::ZERO;
-        for corner in 0..8 {
-            let (mut index, mut share) = (first, 1.0);
-            for axis in 0..3 {
-                let is_far = corner >> axis & 1;
-                index += is_far * strides[axis];
-                share *= if is_far == 1 { fractions[axis] } else { 1.0 - fractions[axis] };
-            }
-            let [x, y, z] = &self.cubes[index];
-            sum += (x[sides[0]] * squares.x + y[sides[1]] * squares.y + z[sides[2]] * squares.z) * share;
-        }
-        sum.into()
-    }
-}
-
-/// The box that contains most walls.
-fn bounds_of(walls: &[WeightedWall]) -> Aabb {
-    let mut bounds = Aabb { min: Vec3::ZERO, max: Vec3::ZERO };
-    let last = walls.len() - 1;
-    let outliers = (last as f32 * OUTLIERS) as usize;
-    for axis in 0..3 {
-        let mut coordinates: Vec<f32> = walls.iter().map(|(wall, _)| wall.position[axis]).collect();
-        coordinates.sort_unstable_by(f32::total_cmp);
-        (bounds.min[axis], bounds.max[axis]) = (coordinates[outliers], coordinates[last - outliers]);
-    }
-    bounds
-}
-
-/// The walls that face the negative and positive direction of each axis; all of them where none does.
-fn facing_walls(walls: &[WeightedWall]) -> [[Vec<WeightedWall>; 2]; 3] {
-    std::array::from_fn(|axis| {
-        [-1.0, 1.0].map(|side| {
-            let faces = |(wall, _): &&WeightedWall| wall.normal[axis] * side > FACING_COSINE;
-            let facing: Vec<_> = walls.iter().filter(faces).copied().collect();
-            if facing.is_empty() { walls.to_vec() } else { facing }
-        })
-    })
-}
-
-/// Mean irradiance of the walls around a point. They count by a smooth function of their distance.
+/// Mean irradiance of the walls around a point.
 fn mean_irradiance(point: Vec3, walls: &[WeightedWall]) -> Vec3A {
-    let squared = |wall: &LitWall| wall.position.distance_squared(point);
-    let mut distances: Vec<f32> = walls.iter().map(|(wall, _)| squared(wall)).collect();
-    let nearest = NEAREST.min(distances.len() - 1);
-    let (_, distance, _) = distances.select_nth_unstable_by(nearest, f32::total_cmp);
-    let scale = 1.0 / (*distance * (REACH * REACH)).max(f32::MIN_POSITIVE);
+    let distances = walls.iter().map(|(wall, _)| wall.position.distance_squared(point)).collect();
     let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
-    for (wall, weight) in walls {
-        let kernel = 1.0 - squared(wall) * scale;
-        if kernel > 0.0 {
-            let weight = weight * kernel * kernel;
-            sum += wall.irradiance * weight;
-            weights += weight;
-        }
+    for ((wall, weight), kernel) in walls.iter().zip(kernel_weights(distances, NEAREST, REACH)) {
+        let weight = weight * kernel;
+        sum += wall.irradiance * weight;
+        weights += weight;
     }
     if weights > 0.0 { Vec3A::from(sum / weights) } else { Vec3A::ZERO }
 }
@@ -214,7 +113,7 @@ mod tests {
         let walls = points.flat_map(|floor| [(floor, Vec3::Y), (floor + Vec3::Y * 3.0, Vec3::NEG_Y)]);
         let walls = walls.map(|(position, normal)| {
             let irradiance = Vec3::new(1.0, 0.5, 0.25) * irradiance(position, normal);
-            LitWall { position, normal, irradiance, open_share: 0.1 }
+            LitWall { position, normal, irradiance, by_environment: irradiance, open_share: 0.1 }
         });
         ClosedSpace { walls: walls.collect(), is_lit: true }
     }

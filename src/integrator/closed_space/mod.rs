@@ -1,16 +1,13 @@
 //! The light of the environment in the closed space around a camera: what comes in through its openings, and what its walls reflect.
 
 mod enclosed_light;
-mod radiosity;
-mod wall;
 
 use glam::Vec3;
 use rayon::prelude::*;
 
 pub use enclosed_light::EnclosedLight;
 
-use self::radiosity::{LitWall, lit_walls};
-use self::wall::{Wall, is_open};
+use super::radiosity::{ExchangeRays, LitWall, Wall, is_open, lit_walls};
 use crate::geometry::{Ray, smoothstep, spiral_direction};
 use crate::scene::KeyLight;
 use crate::scene_view::SceneView;
@@ -19,6 +16,8 @@ use crate::scene_view::SceneView;
 const DIRECTIONS: u32 = 2048;
 /// Directions in which it looks for walls, each of which looks for another one.
 const WALL_DIRECTIONS: u32 = 300;
+/// The light of walls is exchanged by so many rays.
+const EXCHANGE_RAYS: ExchangeRays = ExchangeRays { of_walls: 32, of_ends: 0 };
 /// The environment arrives as if nothing were in between where neither a camera nor the walls see any of it, and only through openings from the second of
 /// these shares of their directions on.
 const OPENINGS: [f32; 2] = [0.0, 0.01];
@@ -44,16 +43,19 @@ impl ClosedSpace {
         let lights: Vec<KeyLight> =
             view.environment.key_light().into_iter().chain(view.environment.peaks()).collect();
         let directions = (0..WALL_DIRECTIONS).into_par_iter();
-        let rays = directions.map(|index| Ray::new(position, spiral_direction(index, WALL_DIRECTIONS)));
-        let mut walls: Vec<Wall> = rays.filter_map(|ray| Wall::along(view, &lights, &ray)).collect();
+        let walls = directions.filter_map(|index| {
+            let ray = Ray::new(position, spiral_direction(index, WALL_DIRECTIONS));
+            Wall::along(view, &lights, (index, &ray))
+        });
+        let mut walls: Vec<Wall> = walls.collect();
         // Near a wall, most of these are beside it.
-        let others = walls.par_iter().enumerate().filter_map(|(index, wall)| {
-            let ray = wall.cosine_rays(!(index as u32), 1).next()?;
-            Wall::along(view, &lights, &ray)
+        let others = walls.par_iter().filter_map(|wall| {
+            let ray = wall.cosine_rays(!wall.number, 1).next()?;
+            Wall::along(view, &lights, (WALL_DIRECTIONS + wall.number, &ray))
         });
         let others: Vec<Wall> = others.collect();
         walls.extend(others);
-        Self { walls: lit_walls(view, &lights, &walls), is_lit: true }
+        Self { walls: lit_walls(view, &lights, &walls, EXCHANGE_RAYS), is_lit: true }
     }
 
     /// The share of the directions in which its walls see the environment, by the cosine.
@@ -76,6 +78,8 @@ impl ClosedSpace {
     #[cfg(test)]
     pub(super) fn uniform(irradiance: f32, is_lit: bool) -> Self {
         let (position, irradiance) = (Vec3::ZERO, Vec3::splat(irradiance));
-        Self { walls: vec![LitWall { position, normal: Vec3::Y, irradiance, open_share: 0.1 }], is_lit }
+        let by_environment = irradiance;
+        let wall = LitWall { position, normal: Vec3::Y, irradiance, by_environment, open_share: 0.1 };
+        Self { walls: vec![wall], is_lit }
     }
 }

@@ -5,6 +5,7 @@
 //! the latter is stopped, too, it receives what was estimated for an unknown occluder of the looked-up light, but no more than that light or than where it is not. What transparent surfaces before it
 //! absorb is lost.
 
+use std::f32::consts::FRAC_1_PI;
 use std::time::Instant;
 
 use glam::Vec3;
@@ -158,8 +159,14 @@ impl Tracer<'_, '_> {
 
         let (radiance, sampled) = surface.reflected_environment(context, *light, *direction);
         let open = task.albedo * transmittance * radiance;
-        // In shadow, it is not brighter than in the open, either.
-        let shadowed = (task.limited * transmittance * surface.albedo()).min(open);
+        let shadowed = match &context.interreflections {
+            Some(light) => {
+                let irradiance = light.irradiance(point.position, surface.normal);
+                task.albedo * transmittance * surface.albedo() * irradiance * FRAC_1_PI
+            }
+            // In shadow, it is not brighter than in the open, either.
+            None => (task.limited * transmittance * surface.albedo()).min(open),
+        };
         let by_most = LitOccluder {
             sample,
             light_pass,

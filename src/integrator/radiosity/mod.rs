@@ -1,19 +1,20 @@
-//! The light that walls of a closed space receive from the environment and from each other.
+//! The light that walls receive from the environment and from each other.
 //!
 //! Each wall is sampled by rays, whose ends have the light of the sampled wall beside them (Goral et al. 1984, with rays for form factors).
+
+mod wall;
 
 use std::f32::consts::PI;
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::wall::{Wall, is_open};
+pub(super) use wall::{Wall, is_open};
+
 use crate::geometry::Ray;
 use crate::scene::KeyLight;
 use crate::scene_view::SceneView;
 
-/// Rays from each wall.
-const RAYS: u32 = 32;
 /// Roughness of the lobes in which rays see the environment: about as wide as the cells between them.
 const LOBE_ROUGHNESS: f32 = 0.25;
 /// Rays from walls that no sampled one is beside: only their mean counts.
@@ -34,6 +35,8 @@ pub(super) struct LitWall {
     pub(super) normal: Vec3,
     /// Irradiance by the environment without its peaks and by other walls.
     pub(super) irradiance: Vec3,
+    /// The part of it by the environment.
+    pub(super) by_environment: Vec3,
     /// Share of the cosine lobe in which the environment is.
     pub(super) open_share: f32,
 }
@@ -41,12 +44,13 @@ pub(super) struct LitWall {
 /// What a wall receives from outside, and what others send to it of their light.
 #[derive(Clone)]
 struct Received {
+    albedo: Vec3,
     /// Irradiance by the environment.
     by_environment: Vec3,
     /// Irradiance by walls that are lit by the environment's lights, that are unlit, or that no sampled wall is beside.
     by_walls: Vec3,
     open_share: f32,
-    /// Sampled walls and the shares of their irradiance that arrive.
+    /// Light of sampled walls, and the shares of it that arrive.
     links: Vec<(Sender, Vec3)>,
 }
 
@@ -55,22 +59,38 @@ struct Received {
 enum Sender {
     /// A sampled one.
     Wall(usize),
-    /// The mean of all.
+    /// What a sampled one receives of other walls.
+    WallByWalls(usize),
+    /// The mean of what all reflect.
     Mean,
 }
 
+/// Rays by which walls find light.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ExchangeRays {
+    /// Rays from each wall.
+    pub(super) of_walls: u32,
+    /// Rays to the environment from the ends of these; 0 where ends receive the same of it as the sampled wall beside them.
+    pub(super) of_ends: u32,
+}
+
 /// The light of `walls`.
-pub(super) fn lit_walls(view: SceneView<'_>, lights: &[KeyLight], walls: &[Wall]) -> Vec<LitWall> {
+pub(super) fn lit_walls(
+    view: SceneView<'_>,
+    lights: &[KeyLight],
+    walls: &[Wall],
+    rays: ExchangeRays,
+) -> Vec<LitWall> {
     let neighbours = Neighbours::new(walls);
-    let numbered = walls.par_iter().enumerate();
-    let received: Vec<Received> =
-        numbered.map(|(number, wall)| Received::new(view, lights, &neighbours, (number, wall))).collect();
+    let received = |wall: &Wall| Received::new(view, lights, &neighbours, (wall, rays));
+    let received: Vec<Received> = walls.par_iter().map(received).collect();
     let irradiances = exchanged(&received);
     let lit = walls.iter().zip(&received).zip(irradiances);
     lit.map(|((wall, received), irradiance)| LitWall {
         position: wall.origin,
         normal: wall.normal,
         irradiance,
+        by_environment: received.by_environment,
         open_share: received.open_share,
     })
     .collect()
@@ -147,34 +167,50 @@ impl Received {
         view: SceneView<'_>,
         lights: &[KeyLight],
         neighbours: &Neighbours,
-        (number, wall): (usize, &Wall),
+        (wall, ExchangeRays { of_walls: rays, of_ends }): (&Wall, ExchangeRays),
     ) -> Self {
-        let share = 1.0 / RAYS as f32;
-        let mut received =
-            Self { by_environment: Vec3::ZERO, by_walls: Vec3::ZERO, open_share: 0.0, links: Vec::new() };
-        for (ray_number, ray) in wall.cosine_rays(number as u32, RAYS).enumerate() {
-            let Some(other) = Wall::along(view, lights, &ray) else {
+        let share = 1.0 / rays as f32;
+        let mut received = Self {
+            albedo: wall.albedo,
+            by_environment: Vec3::ZERO,
+            by_walls: Vec3::ZERO,
+            open_share: 0.0,
+            links: Vec::new(),
+        };
+        for (ray_number, ray) in wall.cosine_rays(wall.number, rays).enumerate() {
+            let first = wall.number * rays + ray_number as u32;
+            let Some(other) = Wall::along(view, lights, (first, &ray)) else {
                 received.by_environment += environment_along(view, &ray) * (PI * share);
                 received.open_share += share;
                 continue;
             };
             let sent = other.albedo * share;
             received.by_walls += sent * other.irradiance_by_lights + other.emitted * (PI * share);
-            if let Some(beside) = neighbours.beside(&other) {
-                received.links.push((Sender::Wall(beside), sent));
-                continue;
+            match neighbours.beside(&other) {
+                Some(beside) if of_ends == 0 => received.links.push((Sender::Wall(beside), sent)),
+                Some(beside) => {
+                    received.by_walls += sent * by_environment(view, &other, of_ends).0;
+                    received.links.push((Sender::WallByWalls(beside), sent));
+                }
+                None => {
+                    let (irradiance, open_share) = by_environment(view, &other, OTHER_RAYS);
+                    received.by_walls += sent * irradiance;
+                    received.links.push((Sender::Mean, sent * (1.0 - open_share)));
+                }
             }
-            let first = (number as u32) * RAYS + ray_number as u32;
-            let (mut irradiance, mut open) = (Vec3::ZERO, 0.0);
-            for ray in other.cosine_rays(first, OTHER_RAYS).filter(|ray| is_open(view, ray)) {
-                irradiance += environment_along(view, &ray) * (PI / OTHER_RAYS as f32);
-                open += 1.0 / OTHER_RAYS as f32;
-            }
-            received.by_walls += sent * irradiance;
-            received.links.push((Sender::Mean, sent * (1.0 - open)));
         }
         received
     }
+}
+
+/// Irradiance of a wall by the environment, and the share of directions that are open, by so many rays.
+fn by_environment(view: SceneView<'_>, wall: &Wall, rays: u32) -> (Vec3, f32) {
+    let (mut irradiance, mut open) = (Vec3::ZERO, 0.0);
+    for ray in wall.cosine_rays(wall.number, rays).filter(|ray| is_open(view, ray)) {
+        irradiance += environment_along(view, &ray) * (PI / rays as f32);
+        open += 1.0 / rays as f32;
+    }
+    (irradiance, open)
 }
 
 fn environment_along(view: SceneView<'_>, ray: &Ray) -> Vec3 {
@@ -186,15 +222,26 @@ fn exchanged(walls: &[Received]) -> Vec<Vec3> {
     let count = walls.len().max(1) as f32;
     let source: Vec<Vec3> = walls.iter().map(|wall| wall.by_environment + wall.by_walls).collect();
     // An integrating sphere: the mean source is what walls lose.
-    let kept: Vec3 = walls.iter().flat_map(|wall| &wall.links).map(|(_, share)| *share).sum();
-    let mean_source: Vec3 = source.iter().sum();
+    let mean_albedo = walls.iter().map(|wall| wall.albedo).sum::<Vec3>() / count;
+    let kept = walls.iter().flat_map(|wall| &wall.links).map(|(sender, share)| match sender {
+        Sender::Mean => *share * mean_albedo,
+        Sender::Wall(_) | Sender::WallByWalls(_) => *share,
+    });
+    let kept: Vec3 = kept.sum();
+    let by_walls_alone = walls.iter().flat_map(|wall| &wall.links).map(|(sender, share)| match sender {
+        Sender::WallByWalls(index) => walls[*index].by_environment * share,
+        Sender::Wall(_) | Sender::Mean => Vec3::ZERO,
+    });
+    let mean_source = source.iter().sum::<Vec3>() - by_walls_alone.sum::<Vec3>();
     let loss = (Vec3::ONE - kept / count).max(Vec3::splat(MIN_LOSS));
     let mut irradiances = vec![mean_source / count / loss; walls.len()];
     for _ in 0..EXCHANGES {
-        let mean = irradiances.iter().sum::<Vec3>() / count;
+        let reflected = walls.iter().zip(&irradiances).map(|(wall, irradiance)| wall.albedo * *irradiance);
+        let mean = reflected.sum::<Vec3>() / count;
         let received = |(wall, source): (&Received, &Vec3)| {
             let sent = wall.links.iter().map(|(sender, share)| match sender {
                 Sender::Wall(index) => irradiances[*index] * share,
+                Sender::WallByWalls(index) => (irradiances[*index] - walls[*index].by_environment) * share,
                 Sender::Mean => mean * share,
             });
             *source + sent.sum::<Vec3>()
@@ -211,11 +258,12 @@ mod tests {
     fn wall(x: f32, normal: Vec3) -> Wall {
         let origin = Vec3::X * x;
         let (albedo, emitted, irradiance_by_lights) = (Vec3::ONE, Vec3::ZERO, Vec3::ZERO);
-        Wall { origin, normal, albedo, emitted, irradiance_by_lights }
+        Wall { number: 0, origin, normal, albedo, emitted, irradiance_by_lights }
     }
 
     fn received(source: f32, links: &[(Sender, f32)]) -> Received {
         Received {
+            albedo: Vec3::ONE,
             by_environment: Vec3::splat(source),
             by_walls: Vec3::ZERO,
             open_share: 0.0,
@@ -232,12 +280,27 @@ mod tests {
     }
 
     #[test]
+    fn light_of_walls_may_leave_out_that_of_the_environment() {
+        // a = 1 + b / 2 and b = 2 + (a - 1) / 2
+        let walls =
+            [received(1.0, &[(Sender::Wall(1), 0.5)]), received(2.0, &[(Sender::WallByWalls(0), 0.5)])];
+        let found = exchanged(&walls);
+        assert!((found[0].x - 7.0 / 3.0).abs() < 1e-5 && (found[1].y - 8.0 / 3.0).abs() < 1e-5, "{found:?}");
+        // x = 0.1 + 0.99 (x - 0.1), exact at once
+        let sphere = vec![received(0.1, &[(Sender::WallByWalls(1), 0.99)]); 3];
+        assert!(exchanged(&sphere).iter().all(|found| (found - 0.1).length() < 1e-4));
+    }
+
+    #[test]
     fn an_integrating_sphere_is_exact_at_once() {
         // x = 0.1 + 0.96 x: after 32 exchanges from 0.1 it would be 0.74 of that.
         let sphere = vec![received(0.1, &[(Sender::Mean, 0.48), (Sender::Wall(2), 0.48)]); 5];
         for found in exchanged(&sphere) {
             assert!((found - 2.5).length() < 1e-4, "{found}");
         }
+        // What is reflected counts, not what is received: x = 0.1 + 0.5 x.
+        let grey = vec![Received { albedo: Vec3::splat(0.5), ..received(0.1, &[(Sender::Mean, 1.0)]) }; 5];
+        assert!(exchanged(&grey).iter().all(|found| (found - 0.2).length() < 1e-4));
         // Without loss the light stays finite.
         let white = vec![received(0.1, &[(Sender::Mean, 1.0)]); 5];
         assert!(exchanged(&white).iter().all(|light| light.is_finite()));
